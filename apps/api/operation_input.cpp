@@ -48,10 +48,10 @@ Status check(const OperationOptions& options) {
 }
 
 Error missing_volume() {
-  return {.what = "there is no volume",
+  return {.what = "a volume is missing",
           .where = "volumes",
-          .expected = "at least one, the anatomy first, none of them null",
-          .remedy = "pass the scan"};
+          .expected = "at least one volume, the anatomy first; null is not allowed",
+          .remedy = "pass the scan, and remove null pointers"};
 }
 
 bool has_volumes(std::span<const std::shared_ptr<const Volume>> volumes) {
@@ -61,7 +61,7 @@ bool has_volumes(std::span<const std::shared_ptr<const Volume>> volumes) {
 Status check(const Surface& surface, std::size_t number) {
   const std::string where = "model " + std::to_string(number + 1);
   if (surface.triangles.empty() || surface.triangles.size() % 3 != 0)
-    return Error{.what = "the model has no triangles",
+    return Error{.what = "the triangles of the model are missing or incomplete",
                  .where = where,
                  .found = std::to_string(surface.triangles.size()) + " indices",
                  .expected = "three indices per triangle, one triangle or more"};

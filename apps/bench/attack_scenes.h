@@ -5,11 +5,11 @@
 
 namespace trephine::bench {
 
-/// Bone, and the softer rim of its blurred edge as a second shape.
+/// Bone, and the band of lower intensities at its blurred edge (-400 to 300 HU) as a second shape.
 haptics::TouchScene two_shapes_scene();
 /// A ball of three labels.
 haptics::TouchScene three_labels_scene();
-/// A gyroid that holds the tool from within.
+/// A gyroid touched from inside its solid (Side::back).
 haptics::TouchScene held_from_within_scene();
 /// The surface of a torus as a polygonal model, through a gyroid of bone.
 haptics::TouchScene pierced_scene();

@@ -180,8 +180,8 @@ SurfaceResult run_surface_benchmark(int size) {
 
 namespace {
 
-/// A ball of 12 voxels driven into solid bone at 50 mm/s, with a version published each tick; in fresh bone,
-/// or in bone covered with scratches of a ball of one voxel.
+/// A ball of 24 voxels in diameter driven into solid bone at 50 mm/s, with a version published each tick; in
+/// fresh bone, or in bone covered with scratches of a ball of 2 voxels in diameter.
 StepTimes time_removal(const haptics::TouchScene& bone, bool has_scratches) {
   MinimumOfRuns minima;
   const dvec3 direction = glm::normalize(dvec3(1, 0.3, -0.2));

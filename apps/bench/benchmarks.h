@@ -35,10 +35,11 @@ struct StepResult {
   double voxels_per_step = 0;
   std::vector<ScalingRow> fixed_density;  ///< spacing 120/512 mm, 50^3 and up
   StepTimes chain_corner;  ///< us, a rod of 16 balls of 3 mm in a corner of a mesh with edges of 0.5 mm
-  StepTimes removal_tick;  ///< us, ball of 12 voxels at 50 mm/s, new version published
+  StepTimes removal_tick;  ///< us, ball of 24 voxels in diameter at 50 mm/s, new version published
   StepTimes csg_tick;      ///< us, with OpenVDB's csgDifference; count 0: not built in
-  StepTimes csg_tick_with_capsule;        ///< us, including the level set of the swept ball
-  StepTimes removal_tick_over_scratches;  ///< us, in bone covered with scratches of a ball of one voxel
+  StepTimes csg_tick_with_capsule;  ///< us, including the level set of the swept ball
+  StepTimes
+      removal_tick_over_scratches;  ///< us, in bone covered with scratches of a ball of 2 voxels in diameter
   /// A 4 mm burr with its round tip in voxels of 0.5 mm at 10 mm/s, ms: duration of an update of the offset
   /// field, and time from a cut until a field contains it, with updates one after another.
   StepTimes field_update_ms, hover_ms;

@@ -10,9 +10,10 @@ class vtkRenderWindow;
 
 namespace trephine::bench {
 
-/// Six images in the convention of all sources: camera 2 a faces along axis a from the low face of the cube,
-/// camera 2 a + 1 in the opposite direction from the high one; rows along axis (a + 2) % 3, columns along (a
-/// + 1) % 3, both rising; mm in front of the camera, through pixel centres; the cube's edge or more: no hit.
+/// Six images, in the same convention for all programs. For axis a, camera 2 * a is on the low face of the
+/// cube and looks along +a; camera 2 * a + 1 is on the high face and looks along -a. Rows run along axis
+/// (a + 2) % 3, columns along (a + 1) % 3, both rising. A value is the distance from the camera in mm,
+/// through the centre of the pixel; a value of the cube's edge or more means no hit.
 struct SixImages {
   int pixels;
   std::vector<float> mm;
@@ -42,8 +43,8 @@ struct ImagesRow {
   double embree_build_ms = -1, embree_ms = -1;  ///< its tree; first hits only. Below 0: not built in
   /// VTK's depth buffer: the first six, and further ones with reading back
   double gl_first_ms = -1, gl_ms = -1;
-  // Pixels of the six images in which a peer's surface is more than 2 um farther than ours, or which only one
-  // of the two hits; -1: not built in. And the number if ours are shifted by a pixel.
+  // Pixels of the six images in which the depths of a peer and ours differ by more than 2 um, or which only
+  // one of the two hits; -1: not built in. And the number if ours are shifted by a pixel.
   long embree_apart = -1, gl_apart = -1, moved_apart = 0;
 };
 /// A window of `pixels`^2 to draw into; null without OpenGL.

@@ -55,7 +55,8 @@ double volume_of(const IsGone& is_gone) {
   return static_cast<double>(count) * k_step * k_step * k_step;
 }
 
-/// Largest error (mm) of the surface along rays across the path from the middle of the shaft, all around.
+/// Returns the largest error (mm) of the surface along rays from the path of the burr's middle, at right
+/// angles to the path, in all directions.
 double surface_error(const IsGone& is_gone, const volume::ToolBody& body, const Stroke& stroke) {
   const double middle = body.is_ball() ? 0 : body.middle();
   const dvec3 third = glm::cross(k_along, k_shaft);
@@ -178,7 +179,7 @@ std::vector<DrillingRow> run_drilling_benchmark(bool is_quick) {
       const IsGone removed = removed_in(voxels.left());
       add("6 voxels a tick", "ball", grid.name, rate, usual, ball, volume_of(removed), removed, fast);
     }
-  // Short strokes, and slow ones in which the burr moves a fraction of a point's step per tick.
+  // Short strokes, and slow ones, in which the burr moves far less than the spacing of the lattice per tick.
   for (const auto& [name, stroke] :
        {std::pair("swept (ours), 1 mm", Stroke{1, 20}), std::pair("swept (ours), 0.2 mm", Stroke{0.2, 20}),
         std::pair("swept (ours), 4 mm at 1 mm/s", Stroke{4, 1})})

@@ -13,7 +13,7 @@
 
 namespace trephine::bench {
 
-/// A scene with a motion of the HIP over it. Missing numbers are absent.
+/// A scene with a motion of the HIP over it.
 struct FeelScene {
   std::string name;      ///< "sphere"
   std::string variant;   ///< "psf 1.5", "noise 20 HU", ...
@@ -132,7 +132,8 @@ void for_feel_scenes(bool is_quick, const std::string& only, const std::function
 std::vector<std::string> feel_scene_ids(bool is_quick);
 FeelReport run_feel(const FeelOptions& options);
 
-/// HIP positions over a scan's surface from above, for `more`: down along -z and over it.
+/// Returns the path of a HIP, for FeelOptions::more: it comes from above (along -z) and slides along a line
+/// across the scan, `depth` mm below the first bone, at `speed` mm/s; `samples` positions at 1 kHz.
 haptics::PosePath slide_over(const haptics::TouchScene& scene, double speed, double depth, int samples);
 
 }  // namespace trephine::bench

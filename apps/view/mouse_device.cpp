@@ -1,5 +1,6 @@
 #include "apps/view/mouse_device.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace trephine::view {
@@ -28,13 +29,19 @@ bool MouseDevice::read(double t, haptics::Pose& pose) noexcept {
   bool is_jump = false;
   if (const std::optional<Request> newest = shared_.get()) {
     is_jump = newest->jumps != request_.jumps;
+    // A slow display requests few positions: a working tool glides between them.
+    constexpr double k_share = 0.4, k_longest = 0.2;  // of the time between two requests; s
+    if (newest->position != request_.position) {
+      seconds_ = newest->is_pressed ? std::clamp(k_share * (t - moved_at_), k_seconds, k_longest) : k_seconds;
+      moved_at_ = t;
+    }
     request_ = *newest;
     if (is_jump) jump_ = request_.free;
   }
-  constexpr double k_seconds = 0.015, k_turn_seconds = 0.08;
+  constexpr double k_turn_seconds = 0.08;
   const double dt = t - time_;
   if (dt > 0) {
-    position_ += dt / (dt + k_seconds) * (request_.position - position_);
+    position_ += dt / (dt + seconds_) * (request_.position - position_);
     // Interpolate along the shorter arc, which never passes through a zero quaternion.
     const glm::dquat to = glm::dot(turn_, request_.turn) < 0 ? -request_.turn : request_.turn;
     turn_ = haptics::unit_of(turn_ + dt / (dt + k_turn_seconds) * (to - turn_));

@@ -12,8 +12,8 @@
 namespace trephine::view {
 
 /// Call set() and release() on the window's thread and read() on the servo's; no call waits. Poses between
-/// the window's 60 Hz are smoothed, so that a burr does not jump: positions with a time constant of 15 ms,
-/// orientations with 80 ms.
+/// the window's frames are smoothed, so that a burr does not jump: positions with a time constant of 15 ms,
+/// while the button is down and the frames are slow of up to 200 ms; orientations with 80 ms.
 class MouseDevice final : public haptics::Device {
  public:
   explicit MouseDevice(const glm::dvec3& start_world);
@@ -52,7 +52,10 @@ class MouseDevice final : public haptics::Device {
   Request request_;
   glm::dvec3 position_;
   glm::dquat turn_{1, 0, 0, 0};
+  static constexpr double k_seconds = 0.015;
   double time_ = 0;                 ///< s of the last read
+  double moved_at_ = 0;             ///< s of the last new position
+  double seconds_ = k_seconds;      ///< time constant of positions
   std::optional<glm::dvec3> jump_;  ///< of the last read
 };
 

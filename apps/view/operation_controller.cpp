@@ -135,8 +135,14 @@ std::string OperationController::fault_text() const {
          (options_.device ? ". Press F to turn it on again." : ". It returns automatically.");
 }
 
+/// Returns fault_text() for the tool. A mouse has no force that a fault could switch off.
+std::string OperationController::danger_text() const {
+  const bool has_fault = (state_.newest.faults & haptics::k_latched_faults) != 0;
+  return has_fault && !options_.device ? std::string() : fault_text();
+}
+
 std::string OperationController::notice_text() const {
-  const std::string fault = fault_text(), shown = notices_.shown(seconds());
+  const std::string fault = danger_text(), shown = notices_.shown(seconds());
   std::string text = fault;
   for (const std::string& line : {job_text(), shown})
     text += (text.empty() || line.empty() ? "" : "\n") + line;
@@ -153,7 +159,7 @@ std::string OperationController::job_text() const {
 }
 
 EventLevel OperationController::notice_level() const {
-  return fault_text().empty() ? notices_.shown_level(seconds()) : EventLevel::danger;
+  return danger_text().empty() ? notices_.shown_level(seconds()) : EventLevel::danger;
 }
 
 void OperationController::collect_notices() {
@@ -407,9 +413,9 @@ std::optional<dvec3> OperationController::pointed() {
 void OperationController::follow_cursor() {
   // The requested position: on the surface under the cursor, and below it while the button is down.
   const Ray ray = viewport_.ray_at(x_, y_);
-  // A Kerrison works through its guide only: without an edge for its foot, a press must not move it.
-  const bool is_pressed = is_pressed_ && (appearance_of(state_.tool).foot.kind != FootTool::Kind::kerrison ||
-                                          guide_.is_holding());
+  // A tool with a foot works through its guide only: without a place for its foot, a press must not move it.
+  const bool is_pressed =
+      is_pressed_ && (appearance_of(state_.tool).foot.kind == FootTool::Kind::none || guide_.is_holding());
   if (carry_piece(ray)) return;
   const Viewport::RestingPosition rest = viewport_.resting_position(*version_, ray);
   double hit = is_pressed ? viewport_.distance_to_solid(*version_, ray) : rest.distance;

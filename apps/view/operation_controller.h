@@ -164,6 +164,7 @@ class OperationController {
 
  private:
   void collect_notices();
+  std::string danger_text() const;
   void restore_force();
   /// Shows a message at the tool.
   void add_notice(const char* text, workbench::EventLevel level = workbench::EventLevel::outcome);

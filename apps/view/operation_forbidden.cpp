@@ -19,10 +19,12 @@ constexpr double k_soft_clearance = 0.5;  // mm, of an idle tool; covers the mot
 /// hand.
 double OperationController::clearance_at(const dvec3& tip, double expected) const {
   const ToolAppearance tool = appearance_of(state_.tool);
-  const double radius = std::max(state_.tool_radius, tool.radius);
-  // Centre of the tool's end: a ball is held at its centre, another tool at its lowest point, a Kerrison at
-  // the upper face of its foot.
-  const dvec3 middle = tool.is_ball && state_.tool_radius > 0 ? dvec3(0) : (radius - tool.foot.jaw) * shaft();
+  double radius = std::max(state_.tool_radius, tool.radius);
+  // Centre of the tool's end: a ball is held at its centre, another tool at its lowest point, a Kerrison and
+  // a craniotome at the upper face of the foot.
+  dvec3 middle = tool.is_ball && state_.tool_radius > 0 ? dvec3(0) : (radius - tool.foot.jaw) * shaft();
+  if (tool.foot.kind == FootTool::Kind::craniotome)
+    radius = 0.5 * tool.foot.thickness, middle = -radius * shaft();
   double clearance = 1e9;
   for (const auto& structure : live_.engine().forbidden())
     clearance = std::min(clearance, structure->clearance({tip + middle, radius}, expected));

@@ -220,7 +220,9 @@ void StepsPanel::lay_out() {
   widget()->setMinimumWidth(width);
   const QLayout* rows = list_->widget()->layout();
   list_->setMaximumHeight(std::max(1, rows->heightForWidth(std::max(width, list_->viewport()->width()))));
-  list_->setMinimumHeight(std::min(list_->maximumHeight(), 4 * fontMetrics().height()));
+  // All steps are visible unless they need more than half of the panel.
+  list_->setMinimumHeight(
+      std::min(list_->maximumHeight(), std::max(4 * fontMetrics().height(), widget()->height() / 2)));
   if (shown_step_ < 0) return;
   // Deferred until the rows have their heights.
   QTimer::singleShot(0, list_, [list = list_, row = rows_[static_cast<std::size_t>(shown_step_)].title] {

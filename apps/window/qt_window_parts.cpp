@@ -26,6 +26,8 @@ namespace trephine::view {
 
 namespace {
 
+constexpr int k_usual_press = 4;  // half millimetres below the surface
+
 void set_up(QSlider* slider, const char* name, int low, int high, int value) {
   slider->setObjectName(name);
   slider->setRange(low, high);
@@ -69,11 +71,14 @@ void MainWindow::build_panel() {
   tool_->on_change = [this](sim::Value instrument) {
     if (!operation_) return;
     if (instrument.is_empty()) return operation_->remove_instrument();
+    // The press that suits one tool may be dangerous with another one.
+    if (operation_->tool().is_empty() || operation_->tool().name() != instrument.name())
+      depth_->setValue(k_usual_press);
     operation_->take_instrument(std::move(instrument));
     if (operation_->is_changing_instrument()) show_message(tr("Preparing the tool ..."));
   };
   grid->addWidget(tool_, 0, 0, 1, 3);
-  depth_ = make_slider("depth", 1, 24, 4);
+  depth_ = make_slider("depth", 1, 24, k_usual_press);
   depth_->setToolTip(tr("Depth of a press below the surface  (wheel, PgUp, PgDn)"));
   auto* depth_text = new QLabel(tr("2.0 mm"));
   connect(depth_, &QSlider::valueChanged, this, [this, depth_text](int half_mm) {

@@ -48,7 +48,7 @@ std::string wall_text(pedicle::Wall wall) {
 
 /// A latched fault is only recorded, since a window displays it while it lasts.
 EventText text_of(const sim::FaultEvent& e) {
-  if (e.is_cleared) return {"The force is on again.", Level::outcome};
+  if (e.is_cleared) return {"The force is on again.", Level::record};
   std::uint32_t faults = 0;
   for (const std::uint32_t bit : {haptics::fault_lost_device, haptics::fault_not_finite,
                                   haptics::fault_full_ring, haptics::fault_stale_scene})
@@ -232,7 +232,7 @@ EventText text_of(const ventriculostomy::CatheterPopped& e) {
                       words_of(e.structure).c_str(), e.depth),
           Level::outcome};
 }
-EventText text_of(const ventriculostomy::CatheterLeft& e) {
+EventText text_of(const ventriculostomy::CatheterWithdrawn& e) {
   return {
       format_text("The catheter was drawn out of the head. Its tip was %.0f mm below the outermost layer.",
                   e.depth),
@@ -245,8 +245,8 @@ EventText text_of(const ventriculostomy::CatheterJudged& e) {
   std::string text = e.ventricle.empty() ? "The tip of the catheter is outside the ventricles"
                                          : "The tip of the catheter is in " + words_of(e.ventricle);
   if (e.has_plan)
-    text +=
-        format_text("; %.1f mm from its target, entry %.1f mm from the plan", e.target_error, e.entry_error);
+    text += format_text("; compared with %s: %.1f mm from its target, entry %.1f mm from the plan",
+                        words_of(e.trajectory).c_str(), e.target_error, e.entry_error);
   if (e.has_table) text += format_text("; %.0f mm below the outer table", e.depth_from_table);
   return {text + ".", e.clearance < 0 ? Level::danger : Level::outcome};
 }
@@ -335,7 +335,7 @@ const auto& rows() {
                                  row<rongeur::BiteRefused>(),
                                  row<ventriculostomy::CatheterEntered>(),
                                  row<ventriculostomy::CatheterPopped>(),
-                                 row<ventriculostomy::CatheterLeft>(),
+                                 row<ventriculostomy::CatheterWithdrawn>(),
                                  row<ventriculostomy::CatheterRefused>(),
                                  row<ventriculostomy::CatheterJudged>(),
                                  row<ventriculostomy::CatheterCrossed>(),

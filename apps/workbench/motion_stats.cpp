@@ -70,8 +70,11 @@ void MotionStats::add(const haptics::ServoRecord& record, double clearance) noex
   const glm::dvec3& p = record.pose.position_world;
   const bool is_finite = std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
   const bool is_pressed = record.pose.is_pressed() && is_finite;
-  // A gap of the recording ends a stroke and interrupts the motion.
-  if (hand.ticks > 0 && (record.tick != hand.next_tick || !is_finite)) {
+  // A gap of the recording, and a jump of a mouse's tool, end a stroke and interrupt the motion.
+  constexpr double k_fastest = 3000;  // mm/s; a hand is slower
+  const bool is_jump = is_finite && hand.ticks > 0 && glm::distance(p, hand.last) > k_fastest * dt_;
+  hand.last = is_finite ? p : hand.last;
+  if (hand.ticks > 0 && (record.tick != hand.next_tick || !is_finite || is_jump)) {
     end_stroke(hand);
     hand.whole.interrupt();
   }

@@ -91,6 +91,7 @@ class MotionStats {
     double force_sum = 0, force_peak = 0;
     Strokes strokes;  ///< the finished ones
     std::uint64_t next_tick = 0;
+    glm::dvec3 last{0.0};  ///< position of the newest valid pose, world
     bool is_pressed = false;
   };
   struct Sums;

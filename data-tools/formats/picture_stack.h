@@ -1,12 +1,13 @@
-// open_picture_stack(): reads and writes slices as pictures (PNG, TIFF and other formats of OpenImageIO), one
-// per file in the order of the names, or as pages of one TIFF.
+// Stacks of pictures: open_picture_stack() reads and write_picture_stack() writes slices as pictures (PNG,
+// TIFF and other formats of OpenImageIO), one per file in the order of the names, or as pages of one TIFF.
 #pragma once
 
 #include "data-tools/formats/opened_volume.h"
 
 namespace trephine::data_tools {
 
-/// Returns true for a folder that contains only pictures, or a TIFF.
+/// Returns true for a TIFF file, and for a folder of several pictures, or of one with stack.json. The folder
+/// may also contain .json, .txt and hidden files.
 bool is_picture_stack(const std::string& path);
 
 /// Reads a stack; see open_volume(). Its position comes from stack.json in the folder (ours), or the options.

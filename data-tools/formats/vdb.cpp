@@ -1,6 +1,6 @@
 #include "data-tools/formats/vdb.h"
 
-#include <cerrno>
+#include <cstdio>
 #include <new>
 
 #include "data-tools/files/atomic_file.h"
@@ -51,8 +51,7 @@ Result<OpenedVolume> open_vdb(const std::string& path, const OpenOptions& option
             if (current.size == expected.size && current.low == expected.low)
               static_cast<const VdbLibrary*>(library)->read(path.c_str(), index, facts, numbers);
             else
-              facts.fault[0] = '?',
-              facts.fault[1] = 0;  // the file changed meanwhile
+              std::snprintf(facts.fault, sizeof facts.fault, "the file changed while it was read");
           },
           on_progress))
     return *error;
@@ -82,7 +81,7 @@ Status write_vdb(const std::string& temporary, const std::string& path, const Vo
             voxels.data(), voxels.is_hounsfield);
       }))
     return error;
-  return *is_written->data() != 0 ? std::nullopt : Status(cannot_write(path, ENOSPC));
+  return *is_written->data() != 0 ? std::nullopt : Status(cannot_write(path, 0));
 }
 
 }  // namespace trephine::data_tools

@@ -14,26 +14,26 @@ using glm::dvec3;
 namespace {
 
 /// A track that begins at the end of an earlier one, in about its direction, extends it.
-std::optional<std::size_t> extended_track(const PedicleState& world, const TrackMade& made) {
+std::optional<std::size_t> extended_track(const PedicleState& state, const TrackMade& made) {
   constexpr double k_near = 2, k_straight = 0.94;  // mm; cosine of 20 degrees
-  for (std::size_t i = 0; i < world.track_entries.size(); ++i) {
-    const dvec3 earlier = world.track_ends[i] - world.track_entries[i], later = made.end - made.entry;
+  for (std::size_t i = 0; i < state.track_entries.size(); ++i) {
+    const dvec3 earlier = state.track_ends[i] - state.track_entries[i], later = made.end - made.entry;
     const bool is_straight =
         glm::dot(earlier, later) > k_straight * glm::length(earlier) * glm::length(later);
-    if (glm::length(world.track_ends[i] - made.entry) < k_near && is_straight) return i;
+    if (glm::length(state.track_ends[i] - made.entry) < k_near && is_straight) return i;
   }
   return std::nullopt;
 }
 
-void add_track(PedicleState& world, const TrackMade& made) {
-  if (const auto index = extended_track(world, made)) {
-    world.track_ends[*index] = made.end;
-    world.track_depths[*index] = glm::length(made.end - world.track_entries[*index]);
-    world.track_outside[*index] += made.outside;
+void add_track(PedicleState& state, const TrackMade& made) {
+  if (const auto index = extended_track(state, made)) {
+    state.track_ends[*index] = made.end;
+    state.track_depths[*index] = glm::length(made.end - state.track_entries[*index]);
+    state.track_outside[*index] += made.outside;
     return;
   }
-  world.track_entries.push_back(made.entry), world.track_ends.push_back(made.end);
-  world.track_depths.push_back(made.depth), world.track_outside.push_back(made.outside);
+  state.track_entries.push_back(made.entry), state.track_ends.push_back(made.end);
+  state.track_depths.push_back(made.depth), state.track_outside.push_back(made.outside);
 }
 
 /// Returns the text of a length with one decimal: "21.5 mm".
@@ -71,10 +71,10 @@ Status Pedicle::allows(const sim::Command& command, const sim::OperationState& o
 
 void Pedicle::apply(const sim::Command& command, sim::ModuleWork& work) const {
   const auto* remove = command.request.as<RemoveScrew>();
-  PedicleState& world = work.change_undoable<PedicleState>();
-  const std::size_t index = *world.find_screw(remove->body);
-  work.remove_body(world.screw_bodies[index]);
-  world.remove_screw(index);
+  PedicleState& state = work.change_undoable<PedicleState>();
+  const std::size_t index = *state.find_screw(remove->body);
+  work.remove_body(state.screw_bodies[index]);
+  state.remove_screw(index);
 }
 
 void Pedicle::react(const sim::Event& event, const sim::OperationState&,
@@ -82,8 +82,8 @@ void Pedicle::react(const sim::Event& event, const sim::OperationState&,
   if (const auto* made = event.value.as<TrackMade>()) {
     add_track(reaction.change_undoable<PedicleState>(), *made);
   } else if (const auto* added = event.value.as<sim::BodyAdded>()) {
-    const PedicleState& world = reaction.undoable<PedicleState>();
-    if (world.screw_bodies.empty() || world.screw_bodies.back().value != 0) return;
+    const PedicleState& state = reaction.undoable<PedicleState>();
+    if (state.screw_bodies.empty() || state.screw_bodies.back().value != 0) return;
     reaction.change_undoable<PedicleState>().screw_bodies.back() = added->body;
     const PedicleState& now = reaction.undoable<PedicleState>();
     const Screw screw = now.screw(now.screw_bodies.size() - 1);
@@ -102,36 +102,37 @@ void Pedicle::react_to_command(const sim::Command& command, const sim::Operation
 }
 
 std::vector<sim::Measure> Pedicle::measures(const sim::OperationState& operation) const {
-  const auto* world = operation.undoable_of<PedicleState>();
-  if (world == nullptr) return {};
+  const auto* state = operation.undoable_of<PedicleState>();
+  if (state == nullptr) return {};
   // Judgements of screws that were not removed or undone.
   const auto* judged = operation.result_of<ScrewJudgements>();
-  double worst = 0, worst_grade = 0, least_score = 100, count = 0;
+  double worst = 0, worst_grade = 0, least_score = 100, count = 0, scored = 0;
   std::vector<sim::Measure> each;
   std::size_t from = 0;
   for (std::size_t i = 0; judged && i < judged->bodies.size(); ++i) {
     const std::size_t to = judged->names.find('\n', from);
     const std::string name = judged->names.substr(from, to - from);
     from = to + 1;
-    if (!world->find_screw(judged->bodies[i])) continue;
+    if (!state->find_screw(judged->bodies[i])) continue;
     ++count;
     worst = std::max(worst, judged->breaches[i]), worst_grade = std::max(worst_grade, judged->grades[i]);
     each.push_back({name + ": breach", judged->breaches[i], "mm"});
     each.push_back({name + ": grade", judged->grades[i], ""});
     each.push_back({name + ": in front", judged->fronts[i], "mm"});
     if (judged->scores[i] < 0) continue;
+    ++scored;
     least_score = std::min(least_score, judged->scores[i]);
     each.push_back({name + ": score", judged->scores[i], ""});
   }
-  const bool has_track = !world->track_depths.empty();
-  std::vector<sim::Measure> all{{"tracks", static_cast<double>(world->track_entries.size()), ""},
-                                {"last track", has_track ? world->track_depths.back() : 0, "mm"},
-                                {"last track beyond bone", has_track ? world->track_outside.back() : 0, "mm"},
-                                {"screws", static_cast<double>(world->screw_bodies.size()), ""},
+  const bool has_track = !state->track_depths.empty();
+  std::vector<sim::Measure> all{{"tracks", static_cast<double>(state->track_entries.size()), ""},
+                                {"last track", has_track ? state->track_depths.back() : 0, "mm"},
+                                {"last track beyond bone", has_track ? state->track_outside.back() : 0, "mm"},
+                                {"screws", static_cast<double>(state->screw_bodies.size()), ""},
                                 {"screws judged", count, ""},
                                 {"worst screw breach", worst, "mm"},
                                 {"worst screw grade", worst_grade, ""},
-                                {"least screw score", count > 0 ? least_score : 0, ""}};
+                                {"least screw score", scored > 0 ? least_score : 0, ""}};
   all.insert(all.end(), each.begin(), each.end());
   return all;
 }
@@ -146,18 +147,18 @@ bool Pedicle::is_moving(const sim::OperationState& operation) const {
 sim::Overlays Pedicle::overlays(const sim::OperationState& operation) const {
   sim::Overlays result;
   constexpr double k_above = 6;  // mm from the entry to a label
-  const auto* world = operation.undoable_of<PedicleState>();
-  for (std::size_t i = 0; world && i < world->track_entries.size(); ++i) {
+  const auto* state = operation.undoable_of<PedicleState>();
+  for (std::size_t i = 0; state && i < state->track_entries.size(); ++i) {
     // A screw in the track hides its line.
-    if (std::find(world->screw_tracks.begin(), world->screw_tracks.end(), static_cast<double>(i + 1)) !=
-        world->screw_tracks.end())
+    if (std::find(state->screw_tracks.begin(), state->screw_tracks.end(), static_cast<double>(i + 1)) !=
+        state->screw_tracks.end())
       continue;
     sim::Overlay& track = result.emplace_back();
     track.name = "track " + std::to_string(i + 1);
-    const dvec3 entry = world->track_entries[i], end = world->track_ends[i];
+    const dvec3 entry = state->track_entries[i], end = state->track_ends[i];
     track.lines.push_back({entry, end});
     track.labels.push_back(
-        {entry + k_above * glm::normalize(entry - end), length_text(world->track_depths[i])});
+        {entry + k_above * glm::normalize(entry - end), length_text(state->track_depths[i])});
   }
   for (const sim::Instrument& hand : operation.settings.hands) {
     const auto* state = hand.state.as<ProbeState>();

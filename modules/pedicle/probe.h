@@ -22,15 +22,16 @@ struct ProbeState {
   bool has_entered = false;
   glm::dvec3 start{0.0}, ahead{0, 0, -1};  ///< mm, world: entry into bone; unit, direction of the track
   std::int64_t item = 0;                   ///< touched item, which lets the hand through
-  double begin = 0;                        ///< depth at which the hand entered: 0, or a ball's radius above
-  double depth = 0;                        ///< of the tip
-  double end = 0;                          ///< of the track
-  double carved = 0;                       ///< to which bone was removed
-  bool is_carving = false;                 ///< the removal continues at `carved`
-  bool is_reported = false;                ///< ProbeEntered was raised
-  bool is_out = false;                     ///< the end of the track is beyond the bone
-  double outside = 0;                      ///< mm of the track that are beyond the bone
-  double midline = 1;                      ///< side_of_midline()
+  double begin =
+      0;  ///< depth of the tip at entry: 0, or negative if the bone is farther ahead along the shaft
+  double depth = 0;          ///< of the tip
+  double end = 0;            ///< of the track
+  double carved = 0;         ///< to which bone was removed
+  bool is_carving = false;   ///< the removal continues at `carved`
+  bool is_reported = false;  ///< ProbeEntered was raised
+  bool is_out = false;       ///< the end of the track is beyond the bone
+  double outside = 0;        ///< mm of the track that are beyond the bone
+  double midline = 1;        ///< side_of_midline()
   static const sim::Schema& schema();
 };
 

@@ -137,7 +137,7 @@ void step(const Catheter& c, CatheterState& state, const sim::InstrumentInput& i
   state.deepest = std::max(state.deepest, depth);
   find_pops(state, work);
   if (depth >= -k_left) return;
-  work.raise_event(CatheterLeft{state.deepest}, state.start + state.deepest * state.ahead);
+  work.raise_event(CatheterWithdrawn{state.deepest}, state.start + state.deepest * state.ahead);
   CatheterState left;
   static_cast<Layers&>(left) = state;
   state = left;
@@ -256,10 +256,10 @@ const sim::Schema& CatheterPopped::schema() {
   static constexpr sim::Schema table{"catheter-popped", 1, fields};
   return table;
 }
-const sim::Schema& CatheterLeft::schema() {
-  static constexpr sim::Field fields[] = {field<&CatheterLeft::depth>(
+const sim::Schema& CatheterWithdrawn::schema() {
+  static constexpr sim::Field fields[] = {field<&CatheterWithdrawn::depth>(
       "depth", {.unit = "mm", .help = "greatest depth from the outermost layer"})};
-  static constexpr sim::Schema table{"catheter-left", 1, fields};
+  static constexpr sim::Schema table{"catheter-withdrawn", 1, fields};
   return table;
 }
 const sim::Schema& CatheterRefused::schema() {

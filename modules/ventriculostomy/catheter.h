@@ -10,7 +10,7 @@ namespace trephine::ventriculostomy {
 
 struct Catheter {
   double diameter = 3;     ///< mm
-  double length = 150;     ///< mm, from its tip to its hub, which stops at the head
+  double length = 150;     ///< mm, from its tip to its hub, which stops at the outermost layer on its path
   bool has_stylet = true;  ///< without it the catheter does not pass the dura
   static const sim::Schema& schema();
 };
@@ -58,7 +58,7 @@ struct CatheterPopped {
   static const sim::Schema& schema();
 };
 /// The catheter was drawn out. Emitted at its deepest position.
-struct CatheterLeft {
+struct CatheterWithdrawn {
   double depth = 0;  ///< mm, from the outermost layer
   static const sim::Schema& schema();
 };

@@ -32,14 +32,14 @@ const PlannedTrajectory* find_trajectory(const sim::OperationState& operation, c
     if (one.name == name) return &one;
   return nullptr;
 }
-/// Returns the trajectory for ventriculostomies whose target is nearest to the tip; null if there is no such
-/// trajectory.
-const PlannedTrajectory* nearest_trajectory(const sim::OperationState& operation, const dvec3& tip) {
+/// Returns the trajectory for ventriculostomies whose entry is nearest to that of the path: a tip beyond the
+/// midline may be nearer to the target of the other side. Null if there is no such trajectory.
+const PlannedTrajectory* nearest_trajectory(const sim::OperationState& operation, const dvec3& entry) {
   const PlannedTrajectory* best = nullptr;
   if (!operation.plan) return best;
   for (const PlannedTrajectory& one : operation.plan->trajectories)
     if (one.group == k_group &&
-        (!best || glm::distance(one.target_world, tip) < glm::distance(best->target_world, tip)))
+        (!best || glm::distance(one.entry_world, entry) < glm::distance(best->entry_world, entry)))
       best = &one;
   return best;
 }
@@ -183,7 +183,7 @@ CatheterJudgement judge(const JudgeCatheter& request, const sim::JobInput& input
   if (label > 0 && (label == layers.ventricle || label == layers.other_ventricle))
     judged.ventricle = name_of_label(scan, label);
   const PlannedTrajectory* planned = request.trajectory.empty()
-                                         ? nearest_trajectory(input.state, judged.tip)
+                                         ? nearest_trajectory(input.state, judged.entry)
                                          : find_trajectory(input.state, request.trajectory);
   if (planned != nullptr) {
     judged.has_plan = true, judged.trajectory = planned->name;
@@ -241,9 +241,10 @@ const sim::JobType& judge_job() {
 const sim::Schema& JudgeCatheter::schema() {
   static constexpr sim::Field fields[] = {
       field<&JudgeCatheter::trajectory>(
-          "trajectory", {.help = "trajectory of the plan; without it the nearest ventriculostomy",
-                         .names = sim::FieldInfo::Names::trajectory,
-                         .empty_choice = "Nearest ventriculostomy"}),
+          "trajectory",
+          {.help = "trajectory of the plan; without it the ventriculostomy with the nearest entry",
+           .names = sim::FieldInfo::Names::trajectory,
+           .empty_choice = "Nearest ventriculostomy"}),
       field<&JudgeCatheter::at>("at", {.unit = "mm",
                                        .low = -1e5,
                                        .high = 1e5,

@@ -17,21 +17,22 @@ struct JudgeCatheter {
 
 /// Judgement of a catheter, the result of this module. Emitted at its tip.
 struct CatheterJudged {
-  bool is_any = false;              ///< a catheter was judged
-  bool has_plan = false;            ///< it was compared with a trajectory of the plan
-  std::string trajectory;           ///< name of that trajectory
-  double entry_error = 0;           ///< mm, of the entry into the outer table
-  double target_error = 0;          ///< mm, of the tip
-  double direction_error = 0;       ///< degrees between the paths
-  bool has_table = false;           ///< the path meets the outer table
-  double depth_from_table = 0;      ///< mm, of the tip
-  double angle_to_surface = 0;      ///< degrees between the path and the outer table; 90: perpendicular
-  bool has_dura = false;            ///< the path meets the dura
-  double depth_from_dura = 0;       ///< mm, of the tip
-  std::string ventricle;            ///< label of the ventricle that contains the tip; empty: outside
-  double in_ventricle = 0;          ///< mm of the path in ventricles
-  std::string nearest;              ///< forbidden structure nearest to the path; empty: none in reach
-  double clearance = 0;             ///< mm from its surface; negative: depth of the path in it
+  bool is_any = false;          ///< a catheter was judged
+  bool has_plan = false;        ///< it was compared with a trajectory of the plan
+  std::string trajectory;       ///< name of that trajectory
+  double entry_error = 0;       ///< mm, of the entry into the outer table
+  double target_error = 0;      ///< mm, of the tip
+  double direction_error = 0;   ///< degrees between the paths
+  bool has_table = false;       ///< the path meets the outer table
+  double depth_from_table = 0;  ///< mm, of the tip
+  double angle_to_surface = 0;  ///< degrees between the path and the outer table; 90: perpendicular
+  bool has_dura = false;        ///< the path meets the dura
+  double depth_from_dura = 0;   ///< mm, of the tip
+  std::string ventricle;        ///< label of the ventricle that contains the tip; empty: outside
+  double in_ventricle = 0;      ///< mm of the path in ventricles
+  std::string nearest;          ///< forbidden structure nearest to the path; empty: none in reach
+  /// mm from the catheter's wall to that structure, at most 20; negative: depth of the wall in it
+  double clearance = 0;
   glm::dvec3 entry{0.0}, tip{0.0};  ///< mm, world; the entry is on the outer table, or the outermost layer
   static const sim::Schema& schema();
 };
@@ -91,7 +92,8 @@ struct CatheterJudgement {
 CatheterJudgement judge(const JudgeCatheter& request, const sim::JobInput& input);
 
 const sim::JobType& judge_job();
-/// Returns an error if there is no catheter, or no such trajectory.
+/// Returns an error if there is no catheter, if `at` is not two different points, or if the trajectory is
+/// unknown.
 Status check_judging(const JudgeCatheter& request, const sim::OperationState& operation);
 
 }  // namespace trephine::ventriculostomy

@@ -61,10 +61,10 @@ std::span<const sim::JobType* const> Ventriculostomy::jobs() const {
   return all;
 }
 std::span<const sim::ValueType* const> Ventriculostomy::events() const {
-  static const std::array all{&sim::value_type<CatheterEntered>(), &sim::value_type<CatheterPopped>(),
-                              &sim::value_type<CatheterLeft>(),    &sim::value_type<CatheterRefused>(),
-                              &sim::value_type<CatheterJudged>(),  &sim::value_type<CatheterCrossed>(),
-                              &sim::value_type<CatheterCleared>(), &sim::value_type<CatheterLeftInPlace>(),
+  static const std::array all{&sim::value_type<CatheterEntered>(),   &sim::value_type<CatheterPopped>(),
+                              &sim::value_type<CatheterWithdrawn>(), &sim::value_type<CatheterRefused>(),
+                              &sim::value_type<CatheterJudged>(),    &sim::value_type<CatheterCrossed>(),
+                              &sim::value_type<CatheterCleared>(),   &sim::value_type<CatheterLeftInPlace>(),
                               &sim::value_type<CatheterNotLeft>()};
   return all;
 }
@@ -98,7 +98,7 @@ void Ventriculostomy::react(const sim::Event& event, const sim::OperationState&,
     reaction.raise_event(CatheterLeftInPlace{added->body, glm::distance(left.starts.back(), tip)}, tip);
     return;
   }
-  if (!event.value.as<CatheterPopped>() && !event.value.as<CatheterLeft>()) return;
+  if (!event.value.as<CatheterPopped>() && !event.value.as<CatheterWithdrawn>()) return;
   auto& passages = reaction.change_settings<CatheterPassages>();
   if (const std::size_t i = newest_of(passages, event.hand); i < passages.tips.size())
     passages.tips[i] = event.position_world;

@@ -261,6 +261,7 @@ const Schema& ForbiddenWatch::schema() {
                                      field<&ForbiddenWatch::measured>("measured", {.unit = "mm"}),
                                      field<&ForbiddenWatch::measured_at>("measured_at", {.unit = "mm"}),
                                      field<&ForbiddenWatch::deepest_now>("deepest_now", {.unit = "mm"}),
+                                     field<&ForbiddenWatch::deepest_world>("deepest_at", {.unit = "mm"}),
                                      field<&ForbiddenWatch::has_worked>("has_worked"),
                                      field<&ForbiddenWatch::is_torn>("is_torn"),
                                      field<&ForbiddenWatch::entries>("entries"),

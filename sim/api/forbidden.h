@@ -101,13 +101,15 @@ struct ForbiddenLeft {
   static const Schema& schema();
 };
 
-/// A tool that did not work pushed a membrane, such as the dura, off the bone. Emitted when it leaves.
+/// A tool that did not work pushed a membrane, such as the dura, off the bone. Emitted when it leaves, with
+/// its deepest position.
 struct StructureStripped {
   std::string structure;
   double deepest = 0;  ///< mm
   static const Schema& schema();
 };
-/// A tool that worked, with its button pressed, touched the membrane. Emitted when it leaves.
+/// A tool that worked, with its button pressed, touched the membrane. Emitted when it leaves, with its
+/// deepest position.
 struct StructureTouched {
   std::string structure;
   double deepest = 0;  ///< mm
@@ -139,6 +141,7 @@ struct ForbiddenWatch {
   glm::dvec3 entry_world{0.0};               ///< mm, point of that side below which the tool is
   double depth = 0;                          ///< mm, current; 0 outside
   double deepest_now = 0;                    ///< mm, of the current visit
+  glm::dvec3 deepest_world{0.0};             ///< mm, centre of the ball there
   bool has_worked = false, is_torn = false;  ///< during the visit
   std::int64_t entries = 0, ticks_inside = 0, entered_tick = 0;
   /// Sets `clearance` to its lower bound, if the ball is then still beyond `nearest` and k_always_measured.

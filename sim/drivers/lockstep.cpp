@@ -112,7 +112,7 @@ Outcome Lockstep::finish_job_of(const Outcome& outcome) {
       std::none_of(pending.begin(), pending.end(),
                    [&](const PendingJob& job) { return job.id == outcome.job; }))
     return {};
-  return apply_alone(engine_.finish_job(outcome.job));
+  return apply_alone(engine_.run_job(outcome.job));
 }
 
 Outcome Lockstep::apply_alone(const Command& command) {

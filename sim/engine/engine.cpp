@@ -286,13 +286,13 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
     if (is_inside && !watch.is_inside) {
       ++watch.entries;
       watch.entered_tick = static_cast<std::int64_t>(tick.tick);
-      watch.deepest_now = 0;
+      watch.deepest_now = 0, watch.deepest_world = at;
       watch.has_worked = watch.is_torn = false;
       pending_events_.push_back({tick.tick, tick.hand, at, ForbiddenEntered{name, is_working}});
     }
     if (is_inside) {
       ++watch.ticks_inside;
-      watch.deepest_now = std::max(watch.deepest_now, watch.depth);
+      if (watch.depth > watch.deepest_now) watch.deepest_now = watch.depth, watch.deepest_world = at;
       watch.has_worked = watch.has_worked || is_working;
       if (!watch.is_torn && watch.depth > (is_working ? k_tear_depth : k_blunt_tear_depth)) {
         watch.is_torn = true;
@@ -300,12 +300,13 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
       }
     } else if (watch.is_inside) {
       const auto ticks = static_cast<double>(static_cast<std::int64_t>(tick.tick) - watch.entered_tick);
-      pending_events_.push_back(
-          {tick.tick, tick.hand, at, ForbiddenLeft{name, watch.deepest_now, ticks * now_.dt}});
+      pending_events_.push_back({tick.tick, tick.hand, watch.deepest_world,
+                                 ForbiddenLeft{name, watch.deepest_now, ticks * now_.dt}});
       if (!watch.is_torn)
-        pending_events_.push_back(
-            watch.has_worked ? Event{tick.tick, tick.hand, at, StructureTouched{name, watch.deepest_now}}
-                             : Event{tick.tick, tick.hand, at, StructureStripped{name, watch.deepest_now}});
+        pending_events_.push_back(watch.has_worked ? Event{tick.tick, tick.hand, watch.deepest_world,
+                                                           StructureTouched{name, watch.deepest_now}}
+                                                   : Event{tick.tick, tick.hand, watch.deepest_world,
+                                                           StructureStripped{name, watch.deepest_now}});
     }
     watch.is_inside = is_inside;
   }

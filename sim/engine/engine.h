@@ -159,7 +159,7 @@ class Engine {
   /// Returns the instrument of a request. Error if it is unknown or its parameters are invalid.
   Result<Instrument> named_instrument(const TakeInstrument& request) const;
   /// Runs a pending job on this thread; returns the command that adopts it.
-  AdoptJob finish_job(Id job);
+  AdoptJob run_job(Id job);
   /// Submits the result of a job before AdoptJob, which otherwise runs the job itself.
   void submit_result(Id job, std::shared_ptr<const JobResult> result);
   /// True while the offset fields of round tools do not include all cuts. Until its fields are adopted such a
@@ -236,7 +236,7 @@ class Engine {
   Status check_job(const JobType& job, const Command& command) const;
   void carry_out(const Command& command, const CoreCommand* core, Outcome& outcome);
   void begin_job(const Command& command, PendingJob job, Outcome& outcome);
-  void end_job(const AdoptJob& request, Outcome& outcome);
+  void adopt_or_discard(const AdoptJob& request, Outcome& outcome);
   void finish(const ModuleWork& work, Outcome& outcome);
   void go_to(const HistoryEntry& entry, const volume::VoxelBox& box, Outcome& outcome);
   void go_to(std::size_t position, Outcome& outcome);

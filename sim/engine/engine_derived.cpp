@@ -137,7 +137,7 @@ struct DerivedCommands {
                  .expected = "one that began and has not ended"};
   }
   static void adopt_job(Engine& engine, const AdoptJob& request, std::uint8_t, Outcome& outcome) {
-    engine.end_job(request, outcome);
+    engine.adopt_or_discard(request, outcome);
   }
   static void cancel_job(Engine& engine, const CancelJob& request, std::uint8_t, Outcome& outcome) {
     std::erase_if(engine.jobs_, [&](const PendingJob& job) { return job.id == request.job; });

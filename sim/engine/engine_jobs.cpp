@@ -64,7 +64,7 @@ void Engine::make_runnable(PendingJob& job) const {
     };
 }
 
-AdoptJob Engine::finish_job(Id id) {
+AdoptJob Engine::run_job(Id id) {
   const auto job =
       std::find_if(jobs_.begin(), jobs_.end(), [&](const PendingJob& one) { return one.id == id; });
   TREPHINE_ASSERT(job != jobs_.end());
@@ -74,7 +74,8 @@ AdoptJob Engine::finish_job(Id id) {
   return request;
 }
 
-void Engine::end_job(const AdoptJob& request, Outcome& outcome) {
+/// Adopts the result of a job, or discards it if the anatomy changed.
+void Engine::adopt_or_discard(const AdoptJob& request, Outcome& outcome) {
   const auto found =
       std::find_if(jobs_.begin(), jobs_.end(), [&](const PendingJob& job) { return job.id == request.job; });
   const PendingJob job = *found;

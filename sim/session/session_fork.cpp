@@ -87,7 +87,8 @@ Result<std::uint64_t> fork_session(const std::string& path, std::uint64_t tick,
     if (kind == BlockKind::end) continue;
     if (kind == BlockKind::log && log++ >= kept) continue;
     if (kind == BlockKind::checkpoint) {
-      std::uint64_t first_log = 0;  // at whose start it is the state
+      std::uint64_t first_log =
+          0;  // index of the block of the log at whose start the operation had this state
       in.seekg(static_cast<std::streamoff>(block.at));
       if (block.head.length < sizeof first_log ||
           !in.read(reinterpret_cast<char*>(&first_log), sizeof first_log) || first_log >= kept)

@@ -48,7 +48,7 @@ TEST(EventText, SentencesAndLevels) {
   const EventText none = describe_event({0, 0, {}, bone_flap::FlapFailed{"the outline crosses itself"}});
   EXPECT_EQ(none.text, "No bone flap: the outline crosses itself");
   EXPECT_EQ(none.level, EventLevel::refusal);
-  EXPECT_EQ(describe_event({0, 0, {}, sim::FaultEvent{"stale scene", true}}).level, EventLevel::outcome);
+  EXPECT_EQ(describe_event({0, 0, {}, sim::FaultEvent{"stale scene", true}}).level, EventLevel::record);
   // A depth beyond that of a tear is shown when the tool has left.
   EXPECT_EQ(describe_event({0, 0, {}, sim::ForbiddenLeft{"cord", 5.78, 2}}).level, EventLevel::danger);
   EXPECT_EQ(describe_event({0, 0, {}, sim::ForbiddenLeft{"cord", 0.4, 2}}).level, EventLevel::record);

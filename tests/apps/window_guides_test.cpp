@@ -261,6 +261,29 @@ TEST_F(ToolWindow, AnIdleBurrOverAHoleDoesNotEnterTheDura) {
   keep(*window_, "burr-over-hole");
 }
 
+/// A deep press does not move a craniotome whose foot has no place: it was drawn through structures.
+TEST_F(ToolWindow, ACraniotomeIsNotPressedWhereItsFootHasNoPlace) {
+  workbench::SourceChoice source("spine");
+  source.takes_plan = true;
+  open(source, drilling::craniotome({}));
+  QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
+  QTest::qWait(200);
+  hand().set_depth(12);
+  for (const dvec3 gap : {dvec3(0, 43, 14.5), dvec3(3, 43, 17.5)}) {
+    point_at(gap);
+    EXPECT_EQ(entries(), 0) << "at rest";
+    QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(gap));
+    for (int i = 0; i < 6; ++i) {
+      QTest::mouseMove(window_->canvas(), pixel_of(gap + dvec3(i, 0, 0)));
+      const std::uint64_t tick = hand().state().newest.tick;
+      ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 100; }));
+    }
+    EXPECT_FALSE(hand().guide().is_holding());
+    QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(gap));
+    EXPECT_EQ(entries(), 0) << gap.x;
+  }
+}
+
 TEST_F(ToolWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
   if (std::getenv("TREPHINE_WHOLE") == nullptr) GTEST_SKIP() << "50 s: set TREPHINE_WHOLE=1";
   open("head", drilling::craniotome({}));

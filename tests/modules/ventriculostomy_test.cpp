@@ -202,7 +202,7 @@ TEST(Catheter, PopsThroughDuraAndWallWithTheForcesAndDepthsOfAClosedForm) {
     // Drawn out and in again: a new passage pops again.
     move(run, rate, -37, 4, 100, k_ignore);
     EXPECT_FALSE(state_of(run).has_entered);
-    const auto left = events_of<CatheterLeft>(run.engine());
+    const auto left = events_of<CatheterWithdrawn>(run.engine());
     ASSERT_EQ(left.size(), 1u);
     EXPECT_NEAR(left[0].second.z, -38, 0.2);
     move(run, rate, 4, -20, 40, k_ignore);
@@ -568,6 +568,11 @@ TEST(Ventriculostomy, ThePlansOfTheHeadReachTheirVentricles) {
       EXPECT_GT(j.angle_to_surface, 60);
       EXPECT_NEAR(j.depth_from_table, 62, 10) << "as anatomists measure";
       EXPECT_GT(j.clearance, 3);
+      // Beyond the midline the target of the other side is nearer to the tip; the entry decides.
+      const dvec3 beyond = found->target_world + 20.0 * along;
+      ASSERT_FALSE(run.apply_whole({JudgeCatheter{"", {found->entry_world - 10.0 * along, beyond}}, 0})
+                       .refused.has_value());
+      EXPECT_EQ(run.engine().now().result_of<CatheterJudged>()->trajectory, name);
     }
     // A path through the midline crosses the sinus, and the judgement names it.
     const dvec3 vertex = landmarks.vertex;

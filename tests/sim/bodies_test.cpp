@@ -153,7 +153,7 @@ TEST(Bodies, InvalidCommandsAreRefusedWithAReasonAndChangeNothing) {
 
   // An event reports that nothing was detached.
   const Outcome begun = run.apply(FreePieces{});
-  run.apply(run.engine().finish_job(begun.job));
+  run.apply(run.engine().run_job(begun.job));
   const Chronicle& events = run.engine().now().chronicle;
   ASSERT_EQ(events.size(), 1u);
   EXPECT_EQ(events[0].value.as<JobDiscarded>()->reason, "no part is disconnected");
@@ -164,7 +164,7 @@ TEST(Bodies, InvalidCommandsAreRefusedWithAReasonAndChangeNothing) {
   {
     // A cut while the job ran.
     const Outcome early = run.apply(FreePieces{});
-    const AdoptJob adopt = run.engine().finish_job(early.job);
+    const AdoptJob adopt = run.engine().run_job(early.job);
     haptics::Pose cuts[2] = {first.at(k_sawn), second.at(k_sawn)};
     cuts[1].position_world = {8, 8, 1};
     cuts[1].buttons = 1;
@@ -254,9 +254,9 @@ TEST(Bodies, ToolsAndBodiesMayChangeTogether) {
   run.apply({RemoveInstrument{}, 1});
   // The tool is requested before the body is detached, and adopted after it.
   const Outcome begun = run.apply(ToolGeometry{1, {}});
-  const AdoptJob ball = run.engine().finish_job(begun.job);
+  const AdoptJob ball = run.engine().run_job(begun.job);
   const Outcome chain = run.apply(ToolGeometry{0.5, {{0, 0, 0}, {0, 0, 3}}});
-  const AdoptJob several = run.engine().finish_job(chain.job);
+  const AdoptJob several = run.engine().run_job(chain.job);
   free_now(run);
   ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
   // A chain touches the detached body too: it rests on it as a ball does.
@@ -290,7 +290,7 @@ TEST(Bodies, ToolsAndBodiesMayChangeTogether) {
 
   // Undo also restores a body while a hand has a chain.
   const Outcome now = run.apply(ToolGeometry{0.5, {{0, 0, 0}, {0, 0, 3}}});
-  EXPECT_TRUE(run.apply(run.engine().finish_job(now.job)).is_changed);
+  EXPECT_TRUE(run.apply(run.engine().run_job(now.job)).is_changed);
   EXPECT_FALSE(run.apply(Undo{}).refused);
   EXPECT_EQ(run.engine().now().undoable.bodies.size(), 1u);
 }
@@ -396,7 +396,7 @@ TEST(Bodies, AtMostEightAreKeptAndDebrisIsReported) {
   EXPECT_NE(discarded->reason.find("there is room for 8"), std::string::npos) << discarded->reason;
   // All of them are debris if larger bodies are requested.
   const Outcome begun = run.apply(FreePieces{0, 60});
-  run.apply(run.engine().finish_job(begun.job));
+  run.apply(run.engine().run_job(begun.job));
   const Event& last = events[events.size() - 1];
   const auto* debris = last.value.as<DebrisFreed>();
   ASSERT_NE(debris, nullptr) << last.value.words();

@@ -43,7 +43,7 @@ TEST(ChainSession, IsRecordedReplayedAndOpenedAnywhereWithItsTorques) {
   const auto give = [&](const ToolGeometry& geometry) {
     const Outcome begun = run.apply(geometry);
     ASSERT_FALSE(begun.refused) << begun.refused->message();
-    EXPECT_TRUE(run.apply(run.engine().finish_job(begun.job)).is_changed);
+    EXPECT_TRUE(run.apply(run.engine().run_job(begun.job)).is_changed);
   };
   for (int i = 0; i < 4500; ++i) {
     haptics::Pose poses[2] = {waving(i), request.at(1e-3 * i)};
@@ -91,7 +91,7 @@ TEST(ChainSession, BackToOneBallRestoresTheMethodOfTheStart) {
     for (int i = 0; i < 3000; ++i) {
       run.step(waving(i));
       const auto give = [&](const ToolGeometry& geometry) {
-        run.apply(run.engine().finish_job(run.apply(geometry).job));
+        run.apply(run.engine().run_job(run.apply(geometry).job));
       };
       if (i == 500) give({1, {{0, 0, 0}, {2, 0, -2}}});
       if (i == 1500) give({});

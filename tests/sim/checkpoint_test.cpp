@@ -210,7 +210,7 @@ TEST(Checkpoint, CommandsAreRepeatedInAValidOrder) {
   EXPECT_FALSE(engine.apply(larger).refused);
   const Outcome begun = engine.apply(ToolGeometry{2});
   ASSERT_FALSE(begun.refused);
-  EXPECT_TRUE(engine.apply(engine.finish_job(begun.job)).is_changed);
+  EXPECT_TRUE(engine.apply(engine.run_job(begun.job)).is_changed);
   const EngineImage image = engine.image();
   Engine again = start;
   const Status error = again.restore(image);

@@ -94,7 +94,7 @@ inline void record_crowd(const std::string& path, std::uint64_t* state,
       const Outcome begun = run.apply({ToolGeometry{0.6}, 1});
       ASSERT_FALSE(begun.refused);
       for (int k = 0; k < 5; ++k) run.step(poses);
-      EXPECT_TRUE(run.apply({run.engine().finish_job(begun.job), 1}).is_changed);
+      EXPECT_TRUE(run.apply({run.engine().run_job(begun.job), 1}).is_changed);
     }
     if (i == 1500 || i == 2100) run.undo();
     if (i == 1800) run.redo();

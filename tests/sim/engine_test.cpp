@@ -278,7 +278,7 @@ TEST(Engine, ATooLargeToolIsLedOutOfTheHoleOfASmallerOne) {
     // Until it is adopted the hand has the old tool.
     run.step({{0, 0, 0}, {1, 0, 0, 0}, false});
     EXPECT_FALSE(run.last_record().is_escaping);
-    ASSERT_TRUE(run.apply(run.engine().finish_job(begun.job)).is_changed);
+    ASSERT_TRUE(run.apply(run.engine().run_job(begun.job)).is_changed);
     EXPECT_EQ(run.engine().scene().tool->radius(), radius);
     int led = 0;
     for (int i = 0; i < 600; ++i) {
@@ -370,14 +370,14 @@ TEST(Engine, AToolThatDoesNotFitIsRefusedAndNotAdopted) {
   drilling::Burr round{2, 60, 40};
   round.is_round = true;
   EXPECT_TRUE(engine.apply(round).refused);  // only a point to touch with
-  engine.apply(engine.finish_job(engine.apply(ToolGeometry{0.4}).job));
+  engine.apply(engine.run_job(engine.apply(ToolGeometry{0.4}).job));
   EXPECT_FALSE(engine.apply(round).refused);
   EXPECT_TRUE(engine.apply(ToolGeometry{1.5}).refused);  // larger than its cut
   const Outcome begun = engine.apply(ToolGeometry{0.9});
   ASSERT_FALSE(begun.refused);
   round.diameter = 1;  // another instrument in the meantime
   EXPECT_FALSE(engine.apply(round).refused);
-  EXPECT_FALSE(engine.apply(engine.finish_job(begun.job)).is_changed);
+  EXPECT_FALSE(engine.apply(engine.run_job(begun.job)).is_changed);
   EXPECT_EQ(engine.scene().tool->radius(), 0.4);
   EXPECT_EQ(engine.now().chronicle[0].value.as<JobDiscarded>()->job.value, begun.job.value);
 }
@@ -388,7 +388,7 @@ TEST(Engine, AGeometryIsDistinguishedByItsHash) {
   Engine engine = bench.engine();
   const auto hash_of = [&](double radius) {
     const Outcome begun = engine.apply(ToolGeometry{radius});
-    return engine.finish_job(begun.job).hash;
+    return engine.run_job(begun.job).hash;
   };
   const std::int64_t one = hash_of(1), again = hash_of(1), larger = hash_of(1.25);
   engine.apply(ToyCarve{{0, 0, 1}});

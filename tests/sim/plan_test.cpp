@@ -130,7 +130,7 @@ TEST(ModuleResult, OfAJobDescribesTheAnatomyInWhichItBegan) {
   const Outcome begun = engine.apply(Command(ToyFlood{dvec3(0, 0, 90)}, 0));
   ASSERT_FALSE(begun.refused);
   ASSERT_FALSE(engine.apply(Command(ToyCarve{dvec3(0)}, 0)).refused);
-  ASSERT_FALSE(engine.apply(Command(engine.finish_job(begun.job), 0)).refused);
+  ASSERT_FALSE(engine.apply(Command(engine.run_job(begun.job), 0)).refused);
   EXPECT_TRUE(found(engine).is_stale);
 }
 

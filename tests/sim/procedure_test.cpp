@@ -195,7 +195,7 @@ TEST(Procedure, GivesNoInstrumentThatAnotherStepForbids) {
   engine.apply(ToyMark{dvec3(1)});
   engine.apply(ToyMark{dvec3(2)});
   EXPECT_EQ(step_of(engine), "drill");
-  engine.apply(engine.finish_job(begun.job));
+  engine.apply(engine.run_job(begun.job));
   EXPECT_EQ(engine.now().settings.hands[0].type, nullptr);
   const Chronicle& chronicle = engine.now().chronicle;
   const auto* discarded = chronicle[chronicle.size() - 1].value.as<JobDiscarded>();
@@ -217,7 +217,7 @@ TEST(Procedure, StatesReasonsAndRemedies) {
     EXPECT_NE(carve.find(part), std::string::npos) << part << "\n" << carve;
   engine.apply(ToyMark{dvec3(1)});
   engine.apply(ToyMark{dvec3(2)});
-  engine.apply(engine.finish_job(engine.apply(TakeInstrument{"burr", "diameter=3"}).job));
+  engine.apply(engine.run_job(engine.apply(TakeInstrument{"burr", "diameter=3"}).job));
   const std::string request = reason(GoToStep{"inspect"});
   for (const char* part : {"removed_mm3 0", "removed_mm3 at least 0.5", "hand 1", "burr"})
     EXPECT_NE(request.find(part), std::string::npos) << part << "\n" << request;
@@ -281,7 +281,7 @@ TEST(Measurements, AreOfAHandOrOfAll) {
   std::vector<HandStart> cutting = bench.hands(1);
   Engine other(cutting, 1e-3, toys());
   other.apply(ToyFlood{dvec3(0, 0, 90)});
-  other.apply(other.finish_job(other.jobs()[0].id));
+  other.apply(other.run_job(other.jobs()[0].id));
   EXPECT_TRUE(Measurements(other, {.accepts_stale = false}).value_of("found"));
   other.apply(ToyCarve{dvec3(0)});
   EXPECT_GT(other.removed_mm3(), 0);

@@ -67,7 +67,7 @@ inline void saw(Lockstep& run) {
 inline Outcome free_now(Lockstep& run) {
   const Outcome begun = run.apply(FreePieces{});
   EXPECT_FALSE(begun.refused) << begun.refused->message();
-  return run.apply(run.engine().finish_job(begun.job));
+  return run.apply(run.engine().run_job(begun.job));
 }
 
 }  // namespace trephine::sim

@@ -50,7 +50,7 @@ TEST(TakeInstrument, BringsItsBallAndReplaysToTheBit) {
     ASSERT_FALSE(begun.refused) << begun.refused->message();
     EXPECT_EQ(tool_of(run.engine()), "burr");
     run.step({{0, 0, 12}, {1, 0, 0, 0}, false});
-    run.apply(Command(run.engine().finish_job(begun.job), 0));
+    run.apply(Command(run.engine().run_job(begun.job), 0));
     EXPECT_EQ(tool_of(run.engine()), "perforator");
     EXPECT_EQ(run.engine().now().settings.hands[0].parameters.as<drilling::Perforator>()->diameter, 13);
     EXPECT_DOUBLE_EQ(radius_of(run.engine()), radius);
@@ -102,9 +102,9 @@ TEST(TakeInstrument, IsRefusedWithItsReason) {
   const Outcome first = engine.apply(Command(TakeInstrument{"perforator", ""}, 0)),
                 second = engine.apply(Command(TakeInstrument{"burr", "diameter=4 removal_rate=30"}, 0));
   ASSERT_FALSE(first.refused || second.refused);
-  engine.apply(Command(engine.finish_job(first.job), 0));
+  engine.apply(Command(engine.run_job(first.job), 0));
   EXPECT_EQ(tool_of(engine), "perforator");
-  engine.apply(Command(engine.finish_job(second.job), 0));
+  engine.apply(Command(engine.run_job(second.job), 0));
   EXPECT_EQ(tool_of(engine), "burr");
   EXPECT_EQ(radius_of(engine), 0);
 }

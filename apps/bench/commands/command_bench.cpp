@@ -1,4 +1,4 @@
-// Commands of trephine-bench: the command line of each benchmark, and the tables of most of them.
+// Most commands of trephine-bench: their command lines and tables.
 // One file: the commands share the printing of their tables.
 #include <algorithm>
 #include <map>
@@ -67,7 +67,7 @@ void bench_drill(const BenchArguments& arguments, Outcome& outcome) {
                       "late p99 = {late_us/p99:.1f} | late max = {late_us/max:.1f}");
 }
 
-/// Times of occupancy bits, connected components and a flood fill, each from the voxels on.
+/// Times of connected components and of a flood fill; both include the thresholding of the voxels.
 void bench_flood(int size, Outcome& outcome) {
   Json& rows = outcome.json["rows"] = Json::array();
   Json table = Json::array();
@@ -90,14 +90,15 @@ void bench_flood(int size, Outcome& outcome) {
     if (!row.is_same) outcome.exit_code = exit_check_failed;
   }
   outcome.print(
-      "floods and components of {size}^3 int16, threshold included, ms, and times as long by ITK and SciPy",
+      "components and floods of {size}^3 int16, including the threshold, ms; ratio: time of the other library "
+      "divided by ours",
       {{"size", size}});
   outcome.print_table(table,
                       "volume = {volume} | neighbours = {touch} | threads = {threads} | parts = {parts} | "
                       "components = {components_ms:.1f} | flood = {flood_ms:.1f} | "
-                      "ITK flood = {itk_flood_ms:.0f} | times = {itk_flood_ratio:.0f} | "
-                      "ITK components = {itk_components_ms:.0f} | times = {itk_components_ratio:.0f} | "
-                      "SciPy label = {scipy_ms:.0f} | times = {scipy_ratio:.0f} | same = {is_same}");
+                      "ITK flood = {itk_flood_ms:.0f} | ratio = {itk_flood_ratio:.0f} | "
+                      "ITK components = {itk_components_ms:.0f} | ratio = {itk_components_ratio:.0f} | "
+                      "SciPy label = {scipy_ms:.0f} | ratio = {scipy_ratio:.0f} | same = {is_same}");
 }
 
 /// X-ray images compared with those of plastimatch.
@@ -125,7 +126,7 @@ void bench_xray(int size, bool is_quick, Outcome& outcome) {
       outcome.exit_code = exit_check_failed;
   }
   outcome.print(
-      "X-rays of {size}^3 int16 in 512^2 pixels, ms per image of 12 views, compared with plastimatch's exact "
+      "X-rays of {size}^3 int16 in 512^2 pixels, ms per image (mean of 12 views), compared with plastimatch's exact "
       "drr",
       {{"size", size}});
   outcome.print_table(table,
@@ -224,7 +225,7 @@ void bench_separation(Outcome& outcome) {
       "detection of pieces that a stroke detaches: a saw around a flap of the built-in head, ms per stroke");
   outcome.print_table(rows,
                       "voxel = {voxel_mm:.2f} | burr = {burr_mm:.1f} | samples = {samples_a_voxel} | "
-                      "held = {held} | parted = {parted} | pending = {pending} | p50 = {p50_ms:.2f} | "
+                      "connected = {held} | detached = {parted} | pending = {pending} | p50 = {p50_ms:.2f} | "
                       "p99 = {p99_ms:.2f} | whole volume = {whole_volume_ms:.1f} | wrong = {wrong}");
 }
 
@@ -290,11 +291,11 @@ void bench_step(int size, Outcome& outcome) {
                       "size = {size}^3 | p50, us = {step_us/p50:.2f} | p99.9, us = {step_us/p999:.2f} | "
                       "voxels per step = {voxels_a_step:.3f} | cells per step = {cells_a_step:.3f}");
   outcome.print(
-      "chain, 16 balls of 3 mm in a corner of a mesh: p50 {p50:.0f} us, p99 {p99:.0f} us, p99.9 {p999:.0f} us, "
+      "chain, 16 balls of 6 mm in a corner of a mesh: p50 {p50:.0f} us, p99 {p99:.0f} us, p99.9 {p999:.0f} us, "
       "max {max:.0f} us",
       json["chain_corner_us"]);
   outcome.print(
-      "removal tick, ball of 12 voxels at 50 mm/s, version published: p50 {p50:.1f} us, p99 {p99:.1f} us, "
+      "removal tick, ball of 24 voxels in diameter at 50 mm/s, version published: p50 {p50:.1f} us, p99 {p99:.1f} us, "
       "p99.9 {p999:.1f} us",
       json["removal_tick_us"]);
   if (has_peer)
@@ -305,11 +306,12 @@ void bench_step(int size, Outcome& outcome) {
   else
     outcome.print("  built without OpenVDB: no ratio");
   outcome.print(
-      "  over scratches of a ball of one voxel: p50 {p50:.1f} us, p99 {p99:.1f} us, p99.9 {p999:.1f} us",
+      "  over scratches of a ball of 2 voxels in diameter: p50 {p50:.1f} us, p99 {p99:.1f} us, p99.9 {p999:.1f} us",
       json["removal_tick_over_scratches_us"]);
   outcome.print(
-      "a round tip of 2 mm behind its burr, voxels of 0.5 mm: field update p50 {field_update_ms/p50:.1f} ms, "
-      "p99 {field_update_ms/p99:.1f} ms; hover p50 {hover_ms/p50:.1f} ms, p99 {hover_ms/p99:.1f} ms");
+      "a burr of 4 mm at 10 mm/s, voxels of 0.5 mm: update of the offset field p50 {field_update_ms/p50:.1f} "
+      "ms, p99 {field_update_ms/p99:.1f} ms; from a cut until a field contains it (hover) p50 "
+      "{hover_ms/p50:.1f} ms, p99 {hover_ms/p99:.1f} ms");
 }
 
 /// Rays through voxels, compared with NanoVDB, and judged.
@@ -410,7 +412,8 @@ Run build_render(Options& options) {
 Run build_xray(Options& options) {
   auto a = std::make_shared<BenchArguments>();
   options.add("--size", a->size, "Voxels along each axis").shows_default();
-  options.add("--quick", a->is_quick, "Fewer rays are judged");
+  options.add("--quick", a->is_quick,
+              "Shorter measurement next to the servo: 2 s per image size instead of 5 s");
   return run_of(a, "bench-xray", [](const BenchArguments& one, Outcome& outcome) -> Status {
     bench_xray(one.size, one.is_quick, outcome);
     return std::nullopt;
@@ -427,7 +430,7 @@ Run build_separation(Options&) {
 
 Run build_drill(Options& options) {
   auto a = std::make_shared<BenchArguments>();
-  options.add("--quick", a->is_quick, "Fewer voxels and rates");
+  options.add("--quick", a->is_quick, "Fewer voxel sizes and rates, and a shorter servo test");
   return run_of(a, "bench-drill", [](const BenchArguments& one, Outcome& outcome) -> Status {
     bench_drill(one, outcome);
     return std::nullopt;
@@ -496,10 +499,11 @@ const Command k_flood{"flood", "Floods and components, compared with ITK and Sci
                       build_flood};
 const Command k_separation{"separation", "Detection of parts that a cut disconnects",
                            "  trephine-bench separation", build_separation};
-const Command k_step{"step", "Time of a step of each contact method", "  trephine-bench step --json",
-                     build_step};
-const Command k_rays{"rays", "Rays through voxels, compared with Embree and NanoVDB", "  trephine-bench rays",
-                     build_rays};
+const Command k_step{
+    "step", "Times of an implicit step, a chain's step, a tick of removal, and an update of offset fields",
+    "  trephine-bench step --json", build_step};
+const Command k_rays{"rays", "First hits of rays through voxels, compared with NanoVDB",
+                     "  trephine-bench rays", build_rays};
 const Command k_xray{"xray", "X-ray images, compared with plastimatch", "  trephine-bench xray", build_xray};
 const Command k_reslice{"reslice", "Slices, compared with VTK", "  trephine-bench reslice", build_reslice};
 const Command k_render{"render", "Direct volume rendering, compared with VTK", "  trephine-bench render",

@@ -163,11 +163,11 @@ Result<bench::FeelScene> recorded_hand(const std::string& file, const std::strin
     return play(session.source.written_name(), scene, hand_of(*session.reader, where));
   }
   if (source.empty())
-    return Error{.what = "the path belongs to no scan of the benchmark",
+    return Error{.what = "a recorded path requires a scan",
                  .where = "--hand",
                  .found = where,
-                 .expected = "SRC too",
-                 .remedy = "for example: trephine-bench feel head --hand path.csv -o out/"};
+                 .expected = "SRC, the scan over which the path was recorded",
+                 .remedy = "pass it, for example: trephine-bench feel head --hand path.csv -o out/"};
   const auto path = workbench::open_path(file);
   if (!path) return path.error();
   auto opened = workbench::open_touch(source, {}, terminal_listener());
@@ -177,7 +177,8 @@ Result<bench::FeelScene> recorded_hand(const std::string& file, const std::strin
 
 }  // namespace
 
-/// The built-in scenes, and a scan if given, with every method.
+/// Plays the built-in scenes, a given scan or recorded hand, and the scans of TREPHINE_DATA, with every
+/// method.
 Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   if (arguments.output.empty())
     return Error{.what = "the folder for the charts is missing",

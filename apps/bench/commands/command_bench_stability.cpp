@@ -162,8 +162,8 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
                                          {"rule", row.rule}});
   }
   outcome.print(
-      "largest stiffness, 250 Hz to 10 kHz: within {worst:.1%} of theory; with an encoder and friction at "
-      "least {least:.3f} of the stiffness that suffices by theory",
+      "largest stiffness, 250 Hz to 10 kHz: within {worst:.1%} of theory; with an encoder and friction, at "
+      "least {least:.3f} times the stiffness that theory guarantees",
       {{"worst", worst}, {"least", least}});
   table = Json::array();
   for (const bench::EnergyRow& row : energies) {

@@ -78,8 +78,10 @@ std::string models_html(const ReportPage& page, bool has_models) {
             "</script>\n<script type=\"application/octet-stream\" id=\"glb-after\">" +
             base64(page.models.after) + "</script>\n";
   else
-    html += has_models ? "<p class=\"note\">This program was built without the 3-D viewer.</p>\n"
-                       : "<p class=\"note\">The 3-D models are too large for this page.</p>\n";
+    html +=
+        has_models
+            ? "<p class=\"note\">This program was built without the interactive viewer; pictures show the anatomy instead.</p>\n"
+            : "<p class=\"note\">The 3-D models are too large for this page.</p>\n";
   if (!page.pictures.states.empty())
     html +=
         "<figure class=\"states\">" +

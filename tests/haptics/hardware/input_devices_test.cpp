@@ -89,7 +89,7 @@ TEST(SpaceMouseDevice, MovesTheToolRestsWhenSilentAndReportsItsLoss) {
   };
   send({3, 1});
   ASSERT_TRUE(eventually([&] { return device.read(0, pose) && pose.buttons == 1; }));
-  // Full deflection to the right, which an old device stops reporting at rest.
+  // Full deflection to the right, then silence: older devices send nothing at rest.
   send({1, 0x5e, 1, 0, 0, 0, 0});
   double t = 0;
   ASSERT_TRUE(eventually([&] { return device.read(t += 0.001, pose) && pose.position_world.x > 0; }));

@@ -106,7 +106,7 @@ TEST_P(SceneOfScale, APointOnABoxRestsAtTheNearestPointOfItsSurface) {
     if (!s.has_contact) continue;
     for (int k = 0; k < 4; ++k) player.step(hip);
     ProxyStep rest = player.step(hip);
-    // A step passes some voxels of facets at most: over metres it needs more steps.
+    // A step moves the proxy over facets by a few voxels at most: on a box of metres it needs more steps.
     for (int k = 0; k < 40000 && scale > 1; ++k) {
       const ProxyStep next = player.step(hip);
       if (glm::length(next.proxy_world - rest.proxy_world) < close) break;
@@ -145,7 +145,7 @@ TEST(SceneProxy, ABallRollsAroundFacesEdgesAndCornersAtItsRadius) {
         least = std::min(least, distance);
         contacts += s.has_contact;
         if (s.has_contact) farthest = std::max(farthest, distance);
-        // A wall's normal is that at the ball's contact.
+        // With the HIP within reach of the box, the proxy is at the radius from the nearest point of the box.
         if (s.has_contact && name[0] == 's' && glm::length(outside_box(hip, low, high)) < 0.99 * radius) {
           const dvec3 ideal =
               hip + outside_box(hip, low, high) * (radius / glm::length(outside_box(hip, low, high)) - 1);
@@ -308,7 +308,7 @@ TEST(SceneProxy, AMeshPushesTheToolAlongBlockingWalls) {
         }
         double pushed = 0;
         for (int i = 0; i < 900; ++i) {
-          // From downhill, 6 mm past the tool's old position.
+          // From downhill, until the tool is pushed 5.5 mm from its old position.
           const double face = direction * (-8 - radius + 0.015 * i);
           at.position_world = {direction > 0 ? face - 5 : face, 0, 0};
           s = player.step(hip, std::span(&at, 1));
@@ -472,7 +472,7 @@ TEST(SceneProxy, AMeshTouchedFromItsBackIsARoom) {
     for (int k = 0; k < 3; ++k) player.step(sample.pose.position_world);
     const ProxyStep s = player.step(sample.pose.position_world);
     ASSERT_TRUE(is_in_box(s.proxy_world, low, high));
-    // At rest in the corner nearest to the hand.
+    // At rest at the position of the box nearest to the hand.
     ASSERT_LT(glm::length(s.proxy_world - glm::clamp(sample.pose.position_world, low, high)), 1e-4);
     contacts += s.has_contact;
   }
