@@ -73,13 +73,14 @@ std::optional<LineGuide::Pose> LineGuide::follow(std::span<const Line> planned, 
     ahead_ = line ? glm::normalize(line->target_world - line->entry_world) : -input.shaft;
     marked_ = line ? glm::length(line->target_world - line->entry_world) : length_;
     depth_ = line ? -k_standing : -1.0;
-    pushed_ = 0;
+    is_planned_ = line != nullptr;
+    pushed_ = tip_ = 0;
     const bool is_jump = !std::exchange(was_standing_, true);
     if (!is_click) return pose(false, is_jump);
     state_ = State::held;
     return pose(false, is_jump);
   }
-  const double tip = glm::dot(input.tip - begin_, ahead_);
+  const double tip = tip_ = glm::dot(input.tip - begin_, ahead_);
   // An inserted tool stays while the cursor is used elsewhere, such as for an X-ray, until a click there.
   constexpr double k_inserted = 1;  // mm
   const bool has_left = cursor_distance(begin_, input) > k_cursor_left;

@@ -2,6 +2,7 @@
 // through a burr hole, a perforator.
 #pragma once
 
+#include <algorithm>
 #include <glm/vec3.hpp>
 #include <optional>
 #include <span>
@@ -41,6 +42,10 @@ class LineGuide {
   bool is_holding() const noexcept { return state_ != State::free; }
   /// Depth (mm) of the requested tip below the begin of the line; negative: above.
   double depth() const noexcept { return depth_; }
+  /// Depth (mm) of the tip below the begin of the line while a tool is held; 0 above, and without one.
+  double inserted() const noexcept { return state_ == State::free ? 0 : std::max(0.0, tip_); }
+  /// Length (mm) of the planned trajectory on which the tool is; 0 on a line without a plan.
+  double planned() const noexcept { return is_planned_ ? marked_ : 0; }
   /// The line on which the tool stands or is held, to be drawn; empty without one.
   std::vector<glm::dvec3> line() const;
 
@@ -53,6 +58,8 @@ class LineGuide {
   glm::dvec3 begin_{0.0}, ahead_{0, 0, -1};     ///< of the line; unit
   double depth_ = 0, length_ = 0, marked_ = 0;  ///< mm; `marked_`: drawn length of the line, 0: none
   double pushed_ = 0;                           ///< mm, by advance() since the last frame
+  double tip_ = 0;                              ///< mm, of the tip below the begin
+  bool is_planned_ = false;                     ///< the line is a planned trajectory
   bool is_drill_ = false;                       ///< length_ and is_drill_ are those of the last tool
   bool was_pressed_ = false, was_standing_ = false;
 };

@@ -141,10 +141,19 @@ std::string OperationController::danger_text() const {
   return has_fault && !options_.device ? std::string() : fault_text();
 }
 
+/// Returns the depth of a probe or a catheter while it is pushed; else an empty text.
+std::string OperationController::depth_text() const {
+  constexpr double k_least = 0.5;  // mm
+  if (!is_pressed_ || line_.inserted() < k_least || appearance_of(state_.tool).is_drill) return "";
+  std::string text = workbench::format_text("Depth %.0f mm", line_.inserted());
+  if (line_.planned() > 0) text += workbench::format_text(" of %.0f mm planned", line_.planned());
+  return text;
+}
+
 std::string OperationController::notice_text() const {
   const std::string fault = danger_text(), shown = notices_.shown(seconds());
   std::string text = fault;
-  for (const std::string& line : {job_text(), shown})
+  for (const std::string& line : {job_text(), depth_text(), shown})
     text += (text.empty() || line.empty() ? "" : "\n") + line;
   return text;
 }

@@ -165,6 +165,7 @@ class OperationController {
  private:
   void collect_notices();
   std::string danger_text() const;
+  std::string depth_text() const;
   void restore_force();
   /// Shows a message at the tool.
   void add_notice(const char* text, workbench::EventLevel level = workbench::EventLevel::outcome);

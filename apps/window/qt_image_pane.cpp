@@ -80,16 +80,28 @@ ImagePane::ImagePane(imaging::Panes& panes, std::size_t index, QWidget* parent)
   for (const std::string_view name : fluoroscopy::k_presets)
     preset_->addItem(name == "ap" ? QString("AP") : words_of(name));
   connect(preset_, QOverload<int>::of(&QComboBox::activated), this, [this](int i) { on_preset(i); });
-  live_ = button("xray_live", tr("Live"),
-                 tr("Take X-rays until switched off. Each X-ray adds dose. The last image is held."));
+  live_ = button("xray_live", tr("Live"), {});
   live_->setCheckable(true);
   live_->setStyleSheet("QToolButton:checked { background: #c8862a; color: black; font-weight: bold }");
   connect(live_, &QToolButton::toggled, this, [this](bool is_down) { on_live(is_down); });
-  shoot_ = button("xray_shoot", tr("Shoot"), tr("Take one X-ray"));
+  shoot_ = button("xray_shoot", tr("Shoot"), {});
   connect(shoot_, &QToolButton::clicked, this, [this] { on_shoot(); });
   maximise_ = button("maximise", "\u25a1", tr("Maximise or restore this pane  (double click)"));
   connect(maximise_, &QToolButton::clicked, this, [this] { on_maximise(); });
+  allow_xrays({});
   lay_out();
+}
+
+void ImagePane::allow_xrays(const QString& reason) {
+  for (QToolButton* button : {live_, shoot_}) {
+    button->setEnabled(reason.isEmpty());
+    button->setToolTip(
+        !reason.isEmpty() ? reason
+        : button == live_
+            ? tr("Take X-rays until switched off. Each X-ray adds dose. The last image is held.")
+            : tr("Take one X-ray"));
+  }
+  if (!reason.isEmpty()) live_->setChecked(false);
 }
 
 void ImagePane::set_kind(PaneKind kind) { kind_->setCurrentIndex(static_cast<int>(kind)); }

@@ -43,6 +43,8 @@ class ImagePane : public QWidget {
   QSize minimumSizeHint() const override { return {140, 120}; }
 
   std::function<void()> on_maximise = [] {};
+  /// Enables the buttons of the C-arm, or disables them for a reason, which is shown as their tool tip.
+  void allow_xrays(const QString& reason);
   std::function<void()> on_shoot = [] {};
   std::function<void(bool)> on_live = [](bool) {};
   std::function<void(int)> on_preset = [](int) {};

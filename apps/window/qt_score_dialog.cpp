@@ -9,6 +9,7 @@
 #include <QProgressBar>
 #include <QPushButton>
 #include <QTableWidget>
+#include <QUrl>
 #include <QVBoxLayout>
 
 #include "apps/window/qt_text.h"
@@ -98,6 +99,7 @@ ScoreDialog::ScoreDialog(const WindowHost& host, std::function<Status(const std:
   large.setBold(true);
   points_->setFont(large);
   status_->setObjectName("score_status");
+  status_->setOpenExternalLinks(true);
   status_->setWordWrap(true);
   report_->setObjectName("write_report");
   report_->setEnabled(false);
@@ -173,7 +175,7 @@ void ScoreDialog::write_report(const QString& page) {
     status_->setText(text_of(error->message()));
     return;
   }
-  is_report_ = true;
+  is_report_ = true, page_ = page;
   const std::string file = folder_.filePath("operation.session").toStdString();
   start(tr("Writing the report ..."),
         [report = host_.report, file, scan = scan_,
@@ -206,7 +208,8 @@ void ScoreDialog::poll() {
   if (!done) {
     status_->setText(text_of(done.error().message()));
   } else if (is_report_) {
-    status_->setText(tr("The report was written. Open it in a browser."));
+    status_->setText(tr("The report was written. Open it in a browser: <a href=\"%1\">%2</a>")
+                         .arg(QUrl::fromLocalFile(page_).toString(), page_.toHtmlEscaped()));
   } else {
     score_ = std::move(done).value();
     show_findings();

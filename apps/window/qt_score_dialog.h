@@ -57,6 +57,7 @@ class ScoreDialog : public QDialog {
   std::shared_ptr<std::atomic<bool>> is_cancelled_;
   std::future<Result<sim::Score>> work_;
   bool is_report_ = false;  ///< the work writes a report
+  QString page_;            ///< path of that report
   std::optional<sim::Score> score_;
   QTimer timer_;
   QLabel *points_, *status_;

@@ -122,6 +122,7 @@ class MainWindow : public QMainWindow {
   void begin_steps();
   void show_steps();
   void allow_everything();
+  void allow_xrays(const QString& reason);
   void go_to_next_step();
   void show_score();
   void fit_panel();

@@ -6,6 +6,7 @@
 #include "apps/window/qt_score_dialog.h"
 #include "apps/window/qt_steps_panel.h"
 #include "apps/window/qt_window.h"
+#include "modules/fluoroscopy/fluoroscopy.h"
 
 namespace trephine::view {
 
@@ -37,6 +38,7 @@ void MainWindow::show_steps() {
   tool_->permit(
       [&guide](const sim::InstrumentType& instrument) { return guide.allowed_parameters(instrument); });
   tool_->show(operation_->tool());
+  allow_xrays(QString::fromStdString(guide.reason_against(sim::value_type<fluoroscopy::Shoot>())));
   for (const CommandAction& one : command_actions_) {
     const QString reason = QString::fromStdString(guide.reason_against(*one.type));
     one.action->setEnabled(reason.isEmpty());
@@ -45,7 +47,13 @@ void MainWindow::show_steps() {
   }
 }
 
+/// Enables the C-arms of all panes, or disables them for a reason.
+void MainWindow::allow_xrays(const QString& reason) {
+  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->allow_xrays(reason);
+}
+
 void MainWindow::allow_everything() {
+  allow_xrays({});
   tool_->permit(nullptr);
   for (const CommandAction& one : command_actions_) {
     one.action->setEnabled(true);

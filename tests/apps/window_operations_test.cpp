@@ -56,6 +56,7 @@ TEST_F(WholeOperation, AProbeMakesATrackAlongThePlanForAScrewThatIsJudged) {
   QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(entry));
   ASSERT_TRUE(
       reaches([&] { return glm::dot(hand().state().newest.proxy_world - entry, ahead) > 35; }, 60000));
+  EXPECT_NE(hand().notice_text().find("mm planned"), std::string::npos) << hand().notice_text();
   QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(entry));
   keep(*window_, "probe-in-pedicle");
   EXPECT_NE(logged("The probe entered bone."), "");
@@ -70,7 +71,7 @@ TEST_F(WholeOperation, AProbeMakesATrackAlongThePlanForAScrewThatIsJudged) {
   submit("command_place-screw", {{"seconds", 1}});
   EXPECT_NE(logged("Screw of 6.0 mm, 40 mm long"), "");
   submit("command_judge-screw");
-  EXPECT_TRUE(logged("Screw in L4 left: grade ").starts_with("Screw in L4 left: grade A"));
+  EXPECT_TRUE(logged("Left screw in L4: grade ").starts_with("Left screw in L4: grade A"));
   QTest::qWait(1500);
   keep(*window_, "screw-judged");
 }

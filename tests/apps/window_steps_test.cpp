@@ -147,6 +147,13 @@ TEST_F(WindowSteps, ButtonsGoThroughTheStepsAndUndoGoesBack) {
   child<QToolButton>(window, "step_note_button")->click();
   EXPECT_FALSE(child<QLabel>(window, "step_note")->isHidden());
 
+  // The first step allows no X-ray: the button is disabled, and states why.
+  const auto shoot_buttons = window.findChildren<QToolButton*>(QRegularExpression("^xray_shoot"));
+  EXPECT_GT(shoot_buttons.size(), 0);
+  for (const auto* button : shoot_buttons) {
+    EXPECT_FALSE(button->isEnabled());
+    EXPECT_TRUE(button->toolTip().startsWith("The step ")) << button->toolTip().toStdString();
+  }
   // At rest no reasons are requested; a change of the state requests them.
   auto* drill_button = child<WrappingButton>(window, "next_drill");
   EXPECT_EQ(drill_button->words(), "Next: Drill the burr hole & widen its inner end with the burr");
