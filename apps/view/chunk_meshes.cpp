@@ -360,6 +360,10 @@ void ChunkWorker::request(std::shared_ptr<const volume::Version> version, const 
                           const glm::ivec3& high) {
   const volume::VoxelBox box{low, high};
   const volume::ChunkRange range = volume::chunks_touching(low, high, scene_->base->size);
+  // A cut or an undo is seen at once, also while the whole surface is computed.
+  constexpr int k_urgent = 64;  // chunks
+  const glm::ivec3 count = range.last - range.first + 1;
+  const bool is_urgent = count.x * count.y * count.z <= k_urgent;
   {
     const std::lock_guard guard(lock_);
     version_ = std::move(version);
@@ -374,6 +378,7 @@ void ChunkWorker::request(std::shared_ptr<const volume::Version> version, const 
             if (scene_->items[s].bits->empty_distance(middle) <= volume::k_chunk / 8 + 2) {
               volume::VoxelBox& known = waiting_.try_emplace({z, y, x, s}, box).first->second;
               known = sim::united(known, box);
+              if (is_urgent) urgent_.insert({z, y, x, s});
             }
         }
   }
@@ -415,6 +420,9 @@ void ChunkWorker::run() {
   for (;;) {
     // Skip chunks in progress on another thread, so that their results arrive in order.
     const auto next = [this] {
+      for (const Key& key : urgent_)
+        if (const auto urgent = waiting_.find(key); urgent != waiting_.end() && !busy_.contains(key))
+          return urgent;
       return std::find_if(waiting_.begin(), waiting_.end(),
                           [this](const auto& w) { return !busy_.contains(w.first); });
     };
@@ -434,6 +442,7 @@ void ChunkWorker::run() {
     }
     const auto [chosen, box] = *next();
     waiting_.erase(chosen);
+    urgent_.erase(chosen);
     busy_.insert(chosen);
     const std::shared_ptr<const volume::Version> version = version_;
     guard.unlock();

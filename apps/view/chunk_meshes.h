@@ -111,7 +111,7 @@ class ChunkWorker {
   std::shared_ptr<const volume::Version> version_;
   using Key = std::tuple<int, int, int, std::size_t>;  // z, y, x, shape
   std::map<Key, volume::VoxelBox> waiting_;            // changed voxels by requested chunk
-  std::set<Key> busy_;
+  std::set<Key> busy_, urgent_;                        // in progress; of requests of few chunks
   std::vector<ChunkMesh> done_;
   std::set<std::size_t> waiting_reduced_;  ///< shapes
   int busy_reduced_ = 0;

@@ -115,6 +115,33 @@ TEST(ChunkWorker, ChunksMeetWithoutGaps) {
   EXPECT_GT(open_edges(scene, *version, false, {1, 1, 1}), 100u) << "a missing chunk is found";
 }
 
+/// The chunks of a cut or an undo are computed before those of the whole surface, which are still waiting.
+TEST(ChunkWorker, ChunksOfASmallRequestComeFirst) {
+  const haptics::TouchScene scene = shell(224);
+  const auto untouched = std::make_shared<const volume::Version>(scene.base);
+  ChunkWorker worker(scene, 1);
+  worker.request_all(untouched);
+  const int all = worker.remaining();
+  ASSERT_GT(all, 100);
+  // At the end of the order of chunks.
+  const glm::ivec3 at = scene.base->size * glm::ivec3(1, 1, 2) / glm::ivec3(2, 2, 3);
+  glm::ivec3 surface = at;
+  while (surface.z + 1 < scene.base->size.z &&
+         scene.items[0].bits->is_solid(surface) ==
+             scene.items[0].bits->is_solid(surface + glm::ivec3(0, 0, 1)))
+    ++surface.z;
+  worker.request(untouched, surface, surface);
+  const auto chunk_of = [](const glm::ivec3& v) { return v / volume::k_chunk; };
+  const auto is_cut = [&](const ChunkMesh& mesh) { return mesh.chunk == chunk_of(surface); };
+  for (;;) {
+    const std::vector<ChunkMesh> done = worker.take();
+    if (std::any_of(done.begin(), done.end(), is_cut)) break;
+    ASSERT_GT(worker.remaining(), 0) << "it was never computed";
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_GT(worker.remaining(), all / 2) << "others were computed first";
+}
+
 /// A detached piece has the colour of intact bone on the scanned surface, and of cut bone inside.
 TEST(ChunkWorker, ColoursDetachedBoneAsCutInsideTheScan) {
   const haptics::TouchScene scene = shell(48);
