@@ -135,12 +135,6 @@ std::string OperationController::fault_text() const {
          (options_.device ? ". Press F to turn it on again." : ". It returns automatically.");
 }
 
-/// Returns fault_text() for the tool. A mouse has no force that a fault could switch off.
-std::string OperationController::danger_text() const {
-  const bool has_fault = (state_.newest.faults & haptics::k_latched_faults) != 0;
-  return has_fault && !options_.device ? std::string() : fault_text();
-}
-
 /// Returns the depth of a probe or a catheter while it is pushed; else an empty text.
 std::string OperationController::depth_text() const {
   constexpr double k_least = 0.5;  // mm
@@ -151,7 +145,7 @@ std::string OperationController::depth_text() const {
 }
 
 std::string OperationController::notice_text() const {
-  const std::string fault = danger_text(), shown = notices_.shown(seconds());
+  const std::string fault = fault_text(), shown = notices_.shown(seconds());
   std::string text = fault;
   for (const std::string& line : {job_text(), depth_text(), shown})
     text += (text.empty() || line.empty() ? "" : "\n") + line;
@@ -168,7 +162,7 @@ std::string OperationController::job_text() const {
 }
 
 EventLevel OperationController::notice_level() const {
-  return danger_text().empty() ? notices_.shown_level(seconds()) : EventLevel::danger;
+  return fault_text().empty() ? notices_.shown_level(seconds()) : EventLevel::danger;
 }
 
 void OperationController::collect_notices() {

@@ -164,7 +164,6 @@ class OperationController {
 
  private:
   void collect_notices();
-  std::string danger_text() const;
   std::string depth_text() const;
   void restore_force();
   /// Shows a message at the tool.

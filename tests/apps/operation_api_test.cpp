@@ -364,7 +364,7 @@ TEST(OperationApi, ErrorsOfOpeningStateProblemAndRemedy) {
   options = with_burr();
   options.iso = 300, options.window = "100:200";
   EXPECT_EQ(Operation::open("head", options).error().what, "more than one shape was chosen");
-  EXPECT_EQ(Operation::open(std::shared_ptr<const Volume>(), {}).error().what, "there is no volume");
+  EXPECT_EQ(Operation::open(std::shared_ptr<const Volume>(), {}).error().what, "a volume is missing");
   EXPECT_FALSE(Operation::reopen("missing.session").is_ok());
   // Without units there is no bone, unless the caller chooses values.
   auto plain = volume::copy_of(*cube());

@@ -165,7 +165,7 @@ TEST(DepthSource, RefusesInvalidModelsAndViews) {
   EXPECT_NE(error_of(keys).find("key 2"), std::string::npos);
   keys.keys.pop_back();
   keys.keys[0][3].y = std::nan("");
-  EXPECT_NE(error_of(keys).find("corner 3"), std::string::npos);
+  EXPECT_NE(error_of(keys).find("vertex 3"), std::string::npos);
   keys.keys[0] = m.vertices;
   keys.beat = 0;
   EXPECT_NE(error_of(keys), "");
