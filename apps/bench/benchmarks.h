@@ -38,8 +38,8 @@ struct StepResult {
   StepTimes removal_tick;  ///< us, ball of 24 voxels in diameter at 50 mm/s, new version published
   StepTimes csg_tick;      ///< us, with OpenVDB's csgDifference; count 0: not built in
   StepTimes csg_tick_with_capsule;  ///< us, including the level set of the swept ball
-  StepTimes
-      removal_tick_over_scratches;  ///< us, in bone covered with scratches of a ball of 2 voxels in diameter
+  /// us, in bone covered with scratches of a ball of 2 voxels in diameter
+  StepTimes removal_tick_over_scratches;
   /// A 4 mm burr with its round tip in voxels of 0.5 mm at 10 mm/s, ms: duration of an update of the offset
   /// field, and time from a cut until a field contains it, with updates one after another.
   StepTimes field_update_ms, hover_ms;

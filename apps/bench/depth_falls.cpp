@@ -102,10 +102,8 @@ std::vector<FallRow> run_depth_falls(bool is_quick) {
           while (std::abs(depth::winding(object.model, hip)) > 0.5);
         }
         const bool was_fresh = !state.has_proxy;
-        const double mm = was_fresh ? 0
-                          : i % 3 == 0
-                              ? 1
-                              : 0.1;  // mm per tick along each axis: up to 1.7 m/s, and a tenth of it
+        // Per tick along each axis: up to 1.7 m/s, and a tenth of it.
+        const double mm = was_fresh ? 0 : i % 3 == 0 ? 1 : 0.1;
         const dvec3 direction = 2.0 * dvec3(random(), random(), random()) - 1.0;
         hip = glm::clamp(hip + mm * direction, dvec3(-10), dvec3(10));
         const ProxyStep s = method->step(scene, *version, state, {hip});

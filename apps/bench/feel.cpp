@@ -337,8 +337,8 @@ FeelReport run_feel(const FeelOptions& options) {
       }
       PlayedScene played{&contender, contender.make(), {}};
       played.row = measure(s, judges, contender, *played.method, options.on_answers);
-      if (played.row.steps > 0)
-        playing.push_back(std::move(played));  // no steps: the contender does not support the scene
+      // Without steps the contender does not support the scene.
+      if (played.row.steps > 0) playing.push_back(std::move(played));
     }
     time_in_turns(s, playing);
     for (PlayedScene& played : playing) {

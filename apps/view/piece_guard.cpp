@@ -50,12 +50,15 @@ dvec3 PieceGuard::normal(const Placement& hand, const Obstacle& is_obstacle) con
 Placement PieceGuard::move(const Placement& from, const Placement& to, const Obstacle& is_obstacle) {
   constexpr double k_step = 1, k_longest = 30, k_least = 0.02;  // mm
   constexpr int k_slides = 4, k_halvings = 5;
+  contacts_ = 0;
+  dvec3 rest = to.position_world - from.position_world;
+  const bool is_turned = to.rotation != from.rotation;
+  if (!is_turned && glm::length(rest) <= k_least) return from;
   for (std::size_t i = 0; i < samples_.size(); ++i)
     is_free_[i] = !is_obstacle(from.world_from_local(samples_[i]));
-  contacts_ = 0;
   Placement pose = from;
-  if (const Placement turned{from.position_world, to.rotation}; fits(turned, is_obstacle)) pose = turned;
-  dvec3 rest = to.position_world - from.position_world;
+  if (const Placement turned{from.position_world, to.rotation}; is_turned && fits(turned, is_obstacle))
+    pose = turned;
   if (const double length = glm::length(rest); length > k_longest) rest *= k_longest / length;
   for (int slide = 0; slide <= k_slides && glm::length(rest) > k_least; ++slide) {
     const int steps = std::max(1, static_cast<int>(std::ceil(glm::length(rest) / k_step)));

@@ -161,12 +161,12 @@ sim::Overlays Pedicle::overlays(const sim::OperationState& operation) const {
         {entry + k_above * glm::normalize(entry - end), length_text(state->track_depths[i])});
   }
   for (const sim::Instrument& hand : operation.settings.hands) {
-    const auto* state = hand.state.as<ProbeState>();
-    if (state == nullptr || !state->has_entered) continue;
+    const auto* probe = hand.state.as<ProbeState>();
+    if (probe == nullptr || !probe->has_entered) continue;
     sim::Overlay& ruler = result.emplace_back();
-    ruler.kind = state->is_out ? sim::Overlay::Kind::warning : sim::Overlay::Kind::plan;
+    ruler.kind = probe->is_out ? sim::Overlay::Kind::warning : sim::Overlay::Kind::plan;
     ruler.name = "probe";
-    ruler.labels.push_back({state->start - k_above * state->ahead, length_text(state->end)});
+    ruler.labels.push_back({probe->start - k_above * probe->ahead, length_text(probe->end)});
   }
   return result;
 }

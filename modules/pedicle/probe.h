@@ -22,8 +22,8 @@ struct ProbeState {
   bool has_entered = false;
   glm::dvec3 start{0.0}, ahead{0, 0, -1};  ///< mm, world: entry into bone; unit, direction of the track
   std::int64_t item = 0;                   ///< touched item, which lets the hand through
-  double begin =
-      0;  ///< depth of the tip at entry: 0, or negative if the bone is farther ahead along the shaft
+  /// Depth of the tip at entry: 0, or negative if the bone is farther ahead along the shaft.
+  double begin = 0;
   double depth = 0;          ///< of the tip
   double end = 0;            ///< of the track
   double carved = 0;         ///< to which bone was removed

@@ -147,6 +147,20 @@ TEST(MotionStats, AGapIsNotAMotion) {
   EXPECT_TRUE(std::isfinite(motion.jerk));
 }
 
+/// A mouse's tool that is lifted over is not a hand at 300 m/s.
+TEST(MotionStats, AJumpIsNotAMotion) {
+  Feed feed(1000);
+  feed.play(1, [](double t) { return dvec3(10 * t, 0, 0); });
+  feed.play(1, [](double t) { return dvec3(300 + 10 * t, 0, 0); });
+  HandMotion motion = feed.stats.hand(0);
+  EXPECT_NEAR(motion.path, 20, 0.05);
+  EXPECT_LT(motion.peak_speed, 10.001);
+  // A fast hand is not a jump.
+  feed.play(0.2, [](double t) { return dvec3(310 + 2000 * t, 0, 0); });
+  motion = feed.stats.hand(0);
+  EXPECT_NEAR(motion.peak_speed, 2000, 20);
+}
+
 TEST(MotionStats, TheTotalIsThatOfAllHands) {
   Feed feed(1000, 2);
   for (int i = 0; i < 1000; ++i) {

@@ -28,6 +28,11 @@ TEST(Notices, AreShownForSomeSecondsAndLoggedPermanently) {
   EXPECT_EQ(notices.log().size(), 4u);
   for (int i = 0; i < 5; ++i) notices.add({20, 20, EventLevel::refusal, "No bite: " + std::to_string(i)});
   EXPECT_EQ(notices.shown(20), "No bite: 2\nNo bite: 3\nNo bite: 4");
+  // A later success ends the refusals; a refusal after it is shown as well.
+  notices.add({21, 21, EventLevel::outcome, "Bite of 12 mm³."});
+  EXPECT_EQ(notices.shown(21), "Bite of 12 mm³.");
+  notices.add({22, 22, EventLevel::refusal, "No bite: thick"});
+  EXPECT_EQ(notices.shown(22), "Bite of 12 mm³.\nNo bite: thick");
 }
 
 /// Stops the edit thread for longer than a servo waits for it, once.

@@ -117,6 +117,9 @@ TEST(Forbidden, EntriesAreReportedWithDepthTimeAndPosition) {
   EXPECT_NEAR(static_cast<double>(events[0]->tick), first, 30);  // a quarter of a mm
   EXPECT_NEAR(events[0]->position_world.z, Guarded::k_bottom + 1.5, 0.26);
   EXPECT_NEAR(left->deepest, -nearest, 0.25);
+  EXPECT_NEAR(events[2]->position_world.z, -4, 0.1) << "where it was deepest, not where it left";
+  EXPECT_TRUE(guarded.forbidden->contains({0.3, -0.2, Guarded::k_bottom - 0.5}));
+  EXPECT_FALSE(guarded.forbidden->contains({0.3, -0.2, Guarded::k_bottom + 0.5}));
   EXPECT_NEAR(left->seconds, 1e-3 * (last - first), 0.06);
   // Events are not undoable.
   run.undo();
