@@ -317,17 +317,6 @@ void OperationController::touch_scenery() {
   viewport_.request_depth(proxy, k_edge);
 }
 
-bool OperationController::grasp_or_release() {
-  if (state_.overlays)
-    for (const sim::Overlay& overlay : *state_.overlays)
-      if (overlay.holder == 0) return apply(sim::ReleaseBody()), add_notice("Released."), true;
-  const int body = state_.newest.shape - haptics::item_count(*scene_);  // bodies follow the scene's items
-  if (!state_.newest.has_contact || body < 0 || body >= static_cast<int>(state_.bodies.size())) return false;
-  apply(sim::HoldBody{state_.bodies[static_cast<std::size_t>(body)]});
-  add_notice("The piece is grasped. Press T to release it.");
-  return true;
-}
-
 void OperationController::take_instrument(sim::Value instrument) {
   const sim::InstrumentType* type =
       options_.catalogue ? options_.catalogue->find_instrument(instrument.name()) : nullptr;
@@ -481,6 +470,7 @@ void OperationController::follow_cursor() {
   }
   mouse_.set(request, turn_along(shaft()), is_pressed && hit >= 0, jump);
   request_ = request;
+  watch_sight(ray, is_pressed);
 }
 
 }  // namespace trephine::view

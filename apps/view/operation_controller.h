@@ -98,6 +98,8 @@ class OperationController {
   void free_pieces() { apply(sim::FreePieces()); }
   /// Releases the held piece, or grasps the piece that the hand touches. Returns false if there is no piece.
   bool grasp_or_release();
+  /// Puts the held or touched piece back to where it was detached. Returns false if there is no piece.
+  bool put_piece_back();
   /// Point that the tool touches, or that is under the cursor while the tool hovers; nullopt over nothing.
   std::optional<glm::dvec3> touched() const;
   /// Returns the visible position of bone or a body under the cursor; with a device, touched().
@@ -172,10 +174,12 @@ class OperationController {
   void change_history(HistoryStep step);
   bool is_release_processed() const;
   void send_history_steps();
+  int body_at_hand() const;
   bool carry_piece(const Ray& ray);
   std::function<bool(const glm::dvec3&)> bone_in(const volume::Version& version) const;
   glm::dvec3 pressing_normal(const Ray& ray, double hit) const;
   void follow_cursor();
+  void watch_sight(const Ray& ray, bool is_pressed);
   bool wait_outside_clip(const Ray& ray, double hit);
   double clearance_at(const glm::dvec3& tip, double expected) const;
   bool passes_forbidden(const glm::dvec3& from, const glm::dvec3& to) const;
@@ -229,6 +233,7 @@ class OperationController {
   std::chrono::steady_clock::time_point guided_at_;
   bool is_over_bone_ = false;       ///< the cursor is over bone
   bool has_drill_stopped_ = false;  ///< the clutch of a perforator released during this press
+  double visible_at_ = 0;           ///< s, time of the state in which a pressed tool was last visible
   bool has_click_ = false;          ///< a press since the last frame, however short
   bool is_tip_held_ = false, is_pressed_ = false, is_finished_ = false, is_started_ = false;
   bool shows_clip_volumes_ = false;

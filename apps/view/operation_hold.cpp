@@ -1,4 +1,4 @@
-// Orientation of the mouse's tool in OperationController: shaft, tilt, tip moved by keys, guide.
+// Hand of a mouse in OperationController: shaft, tilt, tip moved by keys, guide, held pieces.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -46,6 +46,35 @@ void OperationController::follow_surface(const Ray& ray, bool is_over_bone, bool
   constexpr double k_max = 0.01;  // radians per frame
   const double angle = std::acos(std::clamp(glm::dot(shaft_, target), -1.0, 1.0));
   if (angle > 1e-6) shaft_ = glm::normalize(shaft_ + std::min(1.0, k_max / angle) * (target - shaft_));
+}
+
+/// Returns the index of the body that the hand holds, or touches; -1 for none.
+int OperationController::body_at_hand() const {
+  const int count = state_.overlays ? static_cast<int>(state_.bodies.size()) : 0;  // the first overlays
+  for (int i = 0; i < count; ++i)
+    if ((*state_.overlays)[static_cast<std::size_t>(i)].holder == 0) return i;
+  const int touched = state_.newest.shape - haptics::item_count(*scene_);  // bodies follow the scene's items
+  return state_.newest.has_contact && touched >= 0 && touched < count ? touched : -1;
+}
+
+bool OperationController::grasp_or_release() {
+  const int body = body_at_hand();
+  if (body < 0) return false;
+  const auto index = static_cast<std::size_t>(body);
+  if ((*state_.overlays)[index].holder == 0) return apply(sim::ReleaseBody()), add_notice("Released."), true;
+  apply(sim::HoldBody{state_.bodies[index]});
+  add_notice("The piece is grasped. Press T to release it, Shift+T to put it back.");
+  return true;
+}
+
+bool OperationController::put_piece_back() {
+  const int body = body_at_hand();
+  if (body < 0 || !(*state_.overlays)[static_cast<std::size_t>(body)].is_detached) return false;
+  if ((*state_.overlays)[static_cast<std::size_t>(body)].holder == 0) apply(sim::ReleaseBody());
+  // The surface of a piece is in the frame in which it was detached.
+  apply(sim::PlaceBody{state_.bodies[static_cast<std::size_t>(body)], dvec3(0), {1, 0, 0, 0}});
+  add_notice("The piece is back in its place.");
+  return true;
 }
 
 /// Moves a held piece parallel to the picture in its orientation. It is lifted toward the viewer as far as it
@@ -246,6 +275,20 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   mouse_.set(pose->at_world, pose->turn, pose->is_pressed,
              pose->is_jump ? std::optional(pose->at_world) : std::nullopt);
   return true;
+}
+
+/// Shows a message if a pressed tool works behind bone, where the user cannot see it.
+void OperationController::watch_sight(const Ray& ray, bool is_pressed) {
+  constexpr double k_seconds = 1, k_cover = 1;  // mm of bone or more in front of the tool
+  const dvec3 way = state_.newest.proxy_world - ray.origin;
+  const double distance = glm::length(way);
+  const double bone =
+      is_pressed && distance > 0 ? viewport_.distance_to_solid(*version_, {ray.origin, way / distance}) : -1;
+  const bool is_visible = bone < 0 || bone > distance - state_.tool_radius - k_cover;
+  if (is_visible) visible_at_ = state_.newest.t;
+  if (state_.newest.t - visible_at_ < k_seconds) return;
+  visible_at_ = 1e9;  // once, until it is visible again
+  show_refusal("The tool works behind bone, out of sight. Release the button, or turn the picture.");
 }
 
 }  // namespace trephine::view

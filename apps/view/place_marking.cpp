@@ -88,7 +88,10 @@ sim::Overlays PlaceMarking::overlays(const std::optional<dvec3>& next) const {
     }
   } else if (line.size() > 1) {
     const dvec3 end = is_outline ? line[line.size() - 2] : line.back();
-    overlay.labels.push_back({end, text_of(is_outline ? "outline %.1f mm" : "%.1f mm", length_of(line))});
+    const char* format = is_outline                                   ? "outline %.1f mm"
+                         : request_.shows == Request::Shows::straight ? "straight %.1f mm"
+                                                                      : "%.1f mm";
+    overlay.labels.push_back({end, text_of(format, length_of(line))});
   }
   return {overlay};
 }

@@ -19,9 +19,9 @@ class PlaceMarking {
   struct Request {
     std::string title;  ///< "Ruler"
     std::size_t least = 1, most = std::numeric_limits<std::size_t>::max();
-    /// Quantity shown while the positions are marked: length of the line, of the closed line, or the angle
-    /// at the second position.
-    enum class Shows { length, outline, angle } shows = Shows::length;
+    /// Quantity shown while the positions are marked: length of the line, the same named as straight (the
+    /// result is measured along a surface), length of the closed line, or angle at the second position.
+    enum class Shows { length, straight, outline, angle } shows = Shows::length;
   };
   using Places = std::vector<glm::dvec3>;  ///< world, mm
 

@@ -198,6 +198,7 @@ void ScoreDialog::ask_for_report() {
 
 /// Takes the result when it is ready.
 void ScoreDialog::poll() {
+  bar_->setRange(0, *share_ > 0 ? 100 : 0);  // 0 to 0: busy, without a known share
   bar_->setValue(static_cast<int>(100 * *share_));
   if (work_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
   timer_.stop();

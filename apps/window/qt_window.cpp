@@ -28,6 +28,7 @@
 #include "apps/view/render_window.h"
 #include "apps/view/stylus_style.h"
 #include "apps/window/qt_application.h"
+#include "apps/window/qt_elided_label.h"
 #include "apps/window/qt_score_dialog.h"
 #include "apps/window/qt_structure_panel.h"
 #include "apps/workbench/clock.h"
@@ -56,7 +57,7 @@ MainWindow::MainWindow(std::shared_ptr<const haptics::TouchScene> scene, const W
   servo_->setObjectName("servo");
   fault_ = new QLabel;
   fault_->setObjectName("fault");
-  notice_ = new QLabel;
+  notice_ = new ElidedLabel;
   notice_->setObjectName("notice");
   statusBar()->addWidget(servo_);
   statusBar()->addWidget(notice_, 1);
@@ -391,7 +392,7 @@ void MainWindow::show_state() {
     if (seconds_since(servo_shown_at_) > k_servo_seconds || servo_->text().isEmpty()) {
       servo_shown_at_ = Clock::now();
       const haptics::ServoReport servo = operation_->servo();
-      servo_->setText(QString("servo %1 Hz   step %2 \u00b5s   late %3 \u00b5s")
+      servo_->setText(tr("Forces: %1 Hz, %2 \u00b5s each, %3 \u00b5s late")
                           .arg(options_.rate_hz, 0, 'f', 0)
                           .arg(servo.step_p50_us, 0, 'f', 1)
                           .arg(servo.late_p50_us, 0, 'f', 0));
@@ -417,7 +418,7 @@ void MainWindow::show_state() {
       session_slider_->setValue(static_cast<int>(1000 * replay_->seconds()));
     session_time_->setText(
         QString("%1 / %2 s").arg(replay_->seconds(), 0, 'f', 1).arg(replay_->length(), 0, 'f', 1));
-    servo_->setText(QString("replay at %1 Hz").arg(options_.rate_hz, 0, 'f', 0));
+    servo_->setText(tr("Replay at %1 Hz").arg(options_.rate_hz, 0, 'f', 0));
     const double share = viewport()->drawn_share();
     fault_->setText(record.faults & haptics::k_latched_faults ? tr("\u26a0 the force was off at this time")
                     : share < 1 ? QString("drawing, %1 %").arg(static_cast<int>(100 * share))

@@ -160,6 +160,9 @@ class MainWindow : public QMainWindow {
   /// True if the canvas can be drawn into.
   bool is_drawable() const;
   void set_from_back(bool is_from_back);
+  /// Turns the picture to a side. Shows a message if the panes then show the patient's sides the other way
+  /// round.
+  void look_from(char side);
 
   WindowOptions options_;
   std::shared_ptr<const haptics::TouchScene> scene_;

@@ -78,7 +78,7 @@ bool MainWindow::move_by_key(const QKeyEvent* event) {
   if (is_turn) return false;
   if (is_fine && event->key() < 128 &&
       std::string("APLRSI").find(static_cast<char>(event->key())) != std::string::npos) {
-    viewport()->look_from(static_cast<char>(event->key()));
+    look_from(static_cast<char>(event->key()));
     return true;
   }
   constexpr double k_tilt = 2;  // degrees
@@ -137,7 +137,13 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
       if (operation_) operation_->reset_faults();
       return;
     case Qt::Key_T:
-      if (operation_ && !operation_->grasp_or_release()) show_refusal(tr("Touch a piece to grasp it."));
+      if (!operation_) return;
+      if (event->modifiers() & Qt::ShiftModifier) {
+        if (!operation_->put_piece_back())
+          show_refusal(tr("Grasp or touch a detached piece to put it back."));
+      } else if (!operation_->grasp_or_release()) {
+        show_refusal(tr("Touch a piece to grasp it."));
+      }
       return;
     case Qt::Key_E:
       log_->setVisible(log_->isHidden());

@@ -112,7 +112,7 @@ void MainWindow::build_measure_menu() {
   const Row rows[] = {
       {"ruler", tr("&Ruler\tM"), {"Ruler", 2, 2}},
       {"angle", tr("&Angle"), {"Angle", 3, 3, Shows::angle}, QKeySequence("Ctrl+Shift+A")},
-      {"tape", tr("&Tape along the bone"), {"Tape", 2, k_any}, QKeySequence("Ctrl+Shift+T")},
+      {"tape", tr("&Tape along the bone"), {"Tape", 2, k_any, Shows::straight}, QKeySequence("Ctrl+Shift+T")},
       {"patch", tr("Area of an &outline"), {"Area", 3, k_any, Shows::outline}},
       {"region", tr("&Values in a ball of 5 mm"), {"Values in a ball", 1, 1}},
   };

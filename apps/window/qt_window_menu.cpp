@@ -167,6 +167,10 @@ void MainWindow::build_pieces_menu() {
   add("take_piece", tr("&Grasp or release the touched piece\tT"), {}, [this](OperationController& operation) {
     if (!operation.grasp_or_release()) show_refusal(tr("Touch a piece to grasp it."));
   });
+  add("put_piece_back", tr("&Put the piece back in its place\tShift+T"), {},
+      [this](OperationController& operation) {
+        if (!operation.put_piece_back()) show_refusal(tr("Grasp or touch a detached piece to put it back."));
+      });
 }
 
 namespace {

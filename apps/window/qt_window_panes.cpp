@@ -128,6 +128,14 @@ void MainWindow::set_from_back(bool is_from_back) {
   panes_.panes().set_from_back(is_from_back);
 }
 
+void MainWindow::look_from(char side) {
+  viewport()->look_from(side);
+  if (side == 'P' && !panes_.panes().is_from_back())
+    show_message(tr("Panes show the patient's left on the right. Panes, View from the back, mirrors them."));
+  if (side == 'A' && panes_.panes().is_from_back())
+    show_message(tr("Panes show the patient's left on the left. Panes, View from the back, mirrors them."));
+}
+
 /// Builds the menu of the scan's labels, each shown, translucent or hidden in the ray-cast image.
 void MainWindow::fill_structures(QMenu* menu) {
   menu->clear();

@@ -106,7 +106,7 @@ void MainWindow::build_panel() {
     const char side = sides[i].first;
     auto* button = make_button(QString("view_%1").arg(side).toLatin1(), sides[i].second,
                                QString("Shift+%1").arg(side).toLatin1());
-    connect(button, &QPushButton::clicked, this, [this, side] { viewport()->look_from(side); });
+    connect(button, &QPushButton::clicked, this, [this, side] { look_from(side); });
     views->addWidget(button, i / 2, i % 2);
   }
   clip_ = new QComboBox;

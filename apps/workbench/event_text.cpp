@@ -194,9 +194,13 @@ EventText text_of(const pedicle::TrackMade& e) {
   if (e.outside > 0) text += format_text(", %.1f mm of it beyond the bone", e.outside);
   return {text + ".", Level::outcome};
 }
+constexpr double k_other_length = 2;  // mm between a screw and its track that are reported
 EventText text_of(const pedicle::ScrewPlaced& e) {
-  return {format_text("Screw of %.1f mm, %.0f mm long: body %u.", e.diameter, e.length, e.body.value),
-          Level::outcome};
+  std::string text =
+      format_text("Screw of %.1f mm, %.0f mm long: body %u.", e.diameter, e.length, e.body.value);
+  if (e.beyond_track > k_other_length)
+    text += format_text(" It is %.0f mm longer than its track.", e.beyond_track);
+  return {text, Level::outcome};
 }
 EventText text_of(const pedicle::ScrewFailed& e) {
   return {"The screw was not placed: " + e.reason + ".", Level::refusal};
@@ -215,7 +219,6 @@ EventText text_of(const pedicle::ScrewJudged& e) {
   if (e.has_score)
     text += format_text(". Entry %.1f mm, tip %.1f mm from the plan; %.0f of 100 points", e.entry_error,
                         e.target_error, e.score);
-  constexpr double k_other_length = 2;  // mm
   if (e.has_track && std::abs(e.depth_error) > k_other_length)
     text += format_text(". The screw is %.0f mm %s than its track", std::abs(e.depth_error),
                         e.depth_error > 0 ? "longer" : "shorter");

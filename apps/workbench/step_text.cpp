@@ -108,7 +108,10 @@ std::string describe_unmet(const StepCondition& condition, const std::optional<d
   if (name == "bodies") return count_sentence(condition, "detached pieces", "detached piece", value);
   if (const auto structure = rest_after(name, "nearest_mm "))
     return quantity_sentence(condition, "The distance from " + *structure, " mm", value);
-  if (const auto event = rest_after(name, "events "))
+  const auto event = rest_after(name, "events ");
+  if (event && value == 0.0 && condition.minimum == 1.0)
+    return "\"" + capitalized(*event) + "\" is still missing in this step.";
+  if (event)
     return quantity_sentence(condition, "The number of events \"" + *event + "\" in this step", "", value);
   if (const auto step = rest_after(name, "visits "))
     return quantity_sentence(condition, "The number of visits of the step \"" + *step + "\"", "", value);

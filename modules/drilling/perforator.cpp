@@ -17,6 +17,9 @@ using volume::ToolBody;
 namespace {
 
 constexpr double k_min_depth = 1;              // mm of bone before the clutch may release
+constexpr double k_hole_step = 0.25;           // mm between the points at which a hole is measured
+constexpr double k_hole_gap = 1;               // mm of air inside the bone that a hole may cross
+constexpr double k_max_hole = 40;              // mm
 constexpr double k_ahead[] = {0.3, 0.8, 1.3};  // mm ahead of the end at which bone holds the inner drill
 // Directions around the axis, and the share of the inner drill's radius at which its end is examined.
 constexpr double k_diagonal = 0.7071067811865476, k_share = 0.5;
@@ -56,6 +59,20 @@ bool is_held(const Perforator& p, const PerforatorState& state, const sim::Work&
   return 2 * static_cast<std::size_t>(count) > std::size(k_around);
 }
 
+/// Returns the length of the hole behind the tip, in mm: bone that was removed along the shaft. A hole is
+/// continued after a pause, and the state of the drill ends with each stroke.
+double hole_behind(const dvec3& tip, const dvec3& shaft, const sim::Work& work) {
+  double length = 0;
+  for (double back = 0; back < k_max_hole && back <= length + k_hole_gap; back += k_hole_step)
+    if (work.is_removed_matter(tip + back * shaft)) length = back;
+  return length;
+}
+
+void stop(PerforatorState& state, double depth, const dvec3& tip, sim::Work& work) {
+  state.has_stopped = true;
+  work.raise_event(PerforatorStopped{depth}, tip);
+}
+
 void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInput& input, sim::Work& work) {
   if (input.is_fresh || !input.tick.pose.is_pressed()) state = PerforatorState{};
   if (!input.tick.pose.is_pressed() || state.has_stopped) return;
@@ -67,6 +84,14 @@ void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInpu
   if (!state.has_centre && glm::length(input.tick.proxy_world - state.centre) > 0.5 * p.inner)
     state.has_begun = false;
   if (press < p.engage_force || !input.tick.has_contact) return;
+  if (!state.has_begun) {
+    // In a hole that is already through, the clutch does not engage.
+    PerforatorState start = state;
+    if (!start.has_centre)
+      start.centre = input.tick.proxy_world, start.shaft = shaft_of(input.tick.pose.orientation);
+    const double depth = hole_behind(tip_of(p, start), start.shaft, work);
+    if (depth >= k_min_depth && !is_held(p, start, work)) return stop(state, depth, tip_of(p, start), work);
+  }
   inner.removal_rate = p.feed * press * std::numbers::pi * outer.radius * outer.radius;
   const double outer_offset = p.lead - 0.5 * p.inner;  // from the ball's centre to the outer drill's end
   const volume::ToolPose previous{state.centre, state.shaft};
@@ -82,12 +107,12 @@ void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInpu
         work.remove(volume::ToolSweep{outer, outer_pose(continues ? previous : current), outer_pose(current),
                                       continues})
             .removed_units);
+  const dvec3 tip = tip_of(p, state);
   if (!state.has_begun && work.removed().removed_units > 0)
-    state.has_begun = true, state.begun_tip = tip_of(p, state);
-  const double depth = glm::dot(state.begun_tip - tip_of(p, state), state.shaft);
+    state.has_begun = true, state.begun_tip = tip + hole_behind(tip, state.shaft, work) * state.shaft;
+  const double depth = glm::dot(state.begun_tip - tip, state.shaft);
   if (!state.has_begun || depth < k_min_depth || is_held(p, state, work)) return;
-  state.has_stopped = true;
-  work.raise_event(PerforatorStopped{depth}, tip_of(p, state));
+  stop(state, depth, tip, work);
 }
 
 sim::ToolBall body(const Perforator& p, const PerforatorState& state, const sim::InstrumentInput& input) {

@@ -19,7 +19,7 @@ struct Perforator {
 struct PerforatorState : BurrState {
   bool has_begun = false;     ///< bone was cut since the button was pressed
   bool has_stopped = false;   ///< the clutch released; true until the button is released
-  glm::dvec3 begun_tip{0.0};  ///< mm, position of the tip when the first bone was cut
+  glm::dvec3 begun_tip{0.0};  ///< mm, position of the tip at the outer end of its hole
   static const sim::Schema& schema();
 };
 

@@ -87,8 +87,10 @@ void Pedicle::react(const sim::Event& event, const sim::OperationState&,
     reaction.change_undoable<PedicleState>().screw_bodies.back() = added->body;
     const PedicleState& now = reaction.undoable<PedicleState>();
     const Screw screw = now.screw(now.screw_bodies.size() - 1);
+    const auto track = static_cast<std::size_t>(now.screw_tracks.back());
     reaction.raise_event(ScrewPlaced{added->body, screw.diameter, screw.length(), screw.tip_world,
-                                     static_cast<std::int64_t>(now.screw_tracks.back())},
+                                     static_cast<std::int64_t>(track),
+                                     track > 0 ? screw.length() - now.track_depths[track - 1] : 0},
                          screw.entry_world);
   }
 }

@@ -11,7 +11,7 @@ namespace trephine::pedicle {
 class Pedicle final : public sim::Module {
  public:
   std::string_view name() const noexcept override { return "pedicle"; }
-  std::uint32_t version() const noexcept override { return 3; }  // 3: judge-screw finds the vertebra
+  std::uint32_t version() const noexcept override { return 4; }  // 4: screw-placed has beyond_track
   std::span<const sim::InstrumentType* const> instruments() const override;
   std::span<const sim::ValueType* const> commands() const override;
   std::span<const sim::JobType* const> jobs() const override;

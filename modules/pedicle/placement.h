@@ -47,6 +47,7 @@ struct ScrewPlaced {
   double diameter = 0, length = 0;  ///< mm
   glm::dvec3 tip{0.0};              ///< mm, world
   std::int64_t track = 0;           ///< 0: without a track
+  double beyond_track = 0;          ///< mm by which it is longer than its track; 0 without a track
   static const sim::Schema& schema();
 };
 /// A screw could not be placed. Emitted at the location of the problem.

@@ -62,9 +62,13 @@ const sim::Schema& RemoveScrew::schema() {
 
 const sim::Schema& ScrewPlaced::schema() {
   static constexpr sim::Field fields[] = {
-      field<&ScrewPlaced::body>("body"), field<&ScrewPlaced::diameter>("diameter", {.unit = "mm"}),
-      field<&ScrewPlaced::length>("length", {.unit = "mm"}), field<&ScrewPlaced::tip>("tip", {.unit = "mm"}),
-      field<&ScrewPlaced::track>("track", {.help = "number of its track; 0: none"})};
+      field<&ScrewPlaced::body>("body"),
+      field<&ScrewPlaced::diameter>("diameter", {.unit = "mm"}),
+      field<&ScrewPlaced::length>("length", {.unit = "mm"}),
+      field<&ScrewPlaced::tip>("tip", {.unit = "mm"}),
+      field<&ScrewPlaced::track>("track", {.help = "number of its track; 0: none"}),
+      field<&ScrewPlaced::beyond_track>(
+          "beyond_track", {.unit = "mm", .help = "length beyond its track; negative: shorter"})};
   static constexpr sim::Schema table{"screw-placed", 1, fields};
   return table;
 }

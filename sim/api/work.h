@@ -20,6 +20,10 @@ class Work {
   /// Remaining matter, including all removals so far.
   const volume::Version& remaining() const noexcept { return editor_->working(); }
   bool is_matter(const glm::dvec3& p_world) const noexcept { return editor_->is_matter(p_world); }
+  /// Returns true if a point is solid in the scan, and was removed.
+  bool is_removed_matter(const glm::dvec3& p_world) const noexcept {
+    return editor_->is_removed_matter(p_world);
+  }
   void raise_event(Value value, const glm::dvec3& position_world);
 
   /// Sum of all reports of remove().

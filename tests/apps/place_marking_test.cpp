@@ -56,6 +56,15 @@ TEST(PlaceMarking, ALineOfAnyLengthIsFinishedByTheUser) {
   EXPECT_EQ(marked.places.size(), 3u);
 }
 
+/// A tape is measured along the bone when it is finished; until then its label names the straight length.
+TEST(PlaceMarking, ATapeShowsAStraightLength) {
+  PlaceMarking marking;
+  Marked marked;
+  marking.begin({"Tape", 2, 9, Request::Shows::straight}, into(marked));
+  for (const dvec3& at : {dvec3(0), dvec3(3, 0, 0)}) marking.add(at);
+  EXPECT_EQ(label(marking, dvec3(3, 4, 0)), "straight 7.0 mm");
+}
+
 TEST(PlaceMarking, AnAngleIsThatAtItsSecondPosition) {
   PlaceMarking marking;
   Marked marked;

@@ -263,6 +263,9 @@ TEST_F(WindowPanes, SeenFromTheBackThePatientsLeftIsOnTheLeftInEveryPane) {
     from_back->setChecked(!is_from_back);
     from_back->trigger();
     ASSERT_EQ(panes.is_from_back(), is_from_back);
+    child<QLabel>(window, "notice")->clear();
+    child<QPushButton>(window, "view_P")->click();
+    EXPECT_EQ(child<QLabel>(window, "notice")->text().isEmpty(), is_from_back);
     ASSERT_TRUE(settle(window));
     ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(1) != nullptr; }, 20000));
     EXPECT_EQ(goes_left(1), is_from_back);

@@ -59,9 +59,15 @@ TEST_F(Window, PiecesAreDetachedShownGraspedReleasedAndRestored) {
   ASSERT_TRUE(QTest::qWaitFor(held, 3000));
   ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.t > 7.3; }, 12000));
   keep(window, "piece-lifted");
-  QTest::keyClick(&window, Qt::Key_T);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return !held(); }, 3000));
-  EXPECT_GT(height(), 8);
+  // Put back while it is held, and then again only released.
+  QTest::keyClick(&window, Qt::Key_T, Qt::ShiftModifier);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return !held() && height() < 1; }, 3000)) << height();
+  keep(window, "piece-put-back");
+  QTest::keyClick(&window, Qt::Key_T, Qt::ShiftModifier);
+  EXPECT_NE(operation.notice_text().find("to put it back"), std::string::npos) << "in the air";
+  operation.undo();
+  ASSERT_TRUE(QTest::qWaitFor([&] { return height() > 8; }, 3000)) << height();
+  EXPECT_FALSE(held());
   EXPECT_EQ(operation.viewport().overlay_count(), 1u);
   // Back at its old position, and then attached again.
   operation.undo();
@@ -146,6 +152,46 @@ TEST_F(Window, APressedToolStaysAtTheStructureInAnOpening) {
   EXPECT_LT(z, -4);
   EXPECT_GT(z, -9.5) << "pressed 2 mm into the dura at -7 mm; the bone behind is at -14 mm";
   QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
+  window.close();
+}
+
+/// A tool that slides behind bone while it is pressed is reported once, and not in sight.
+TEST_F(Window, AToolThatWorksBehindBoneIsReported) {
+  const Opened opened(false, -9);
+  options_.start = WindowStart{*opened.engine};
+  options_.recorder = nullptr;
+  options_.session_file.clear();
+  options_.side = 'S';
+  MainWindow window(nullptr, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  OperationController& operation = *window.operation();
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 100; }, 20000));
+  const auto point_at = [&](const dvec3& p, double seconds) {
+    const glm::dvec2 share = operation.viewport().project(p);
+    QTest::mouseMove(window.canvas(), {static_cast<int>(share.x * window.canvas()->width()),
+                                       static_cast<int>((1 - share.y) * window.canvas()->height())});
+    const double t = operation.state().newest.t;
+    ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.t > t + seconds; }, 30000));
+  };
+  const auto count = [&] {
+    int result = 0;
+    for (const Notices::Entry& notice : operation.notices().log())
+      result += notice.text.find("behind bone") != std::string::npos;
+    return result;
+  };
+  point_at({3, 0, -9}, 0.3);
+  operation.set_depth(2);
+  operation.press(true);
+  point_at({3, 0, -9}, 2);
+  EXPECT_EQ(count(), 0) << "in sight";
+  operation.set_depth(10);  // from the upper side of the plate, under the plate
+  for (double x = 5.6; x < 8; x += 0.4) point_at({x, 0, 0}, 0.2);
+  point_at({8, 0, 0}, 2.5);
+  keep(window, "tool-behind-bone");
+  EXPECT_LT(operation.state().newest.proxy_world.z, -4);
+  EXPECT_EQ(count(), 1) << operation.state().newest.proxy_world.x;
+  operation.press(false);
   window.close();
 }
 

@@ -110,6 +110,37 @@ TEST(Perforator, StopsByItselfAtTheEndOfTheBone) {
   }
 }
 
+/// A drill that is released and pressed again continues its hole: it stops once, at the same depth, and does
+/// not engage again in a hole that is through.
+TEST(Perforator, PausesDoNotChangeWhereItStops) {
+  ToolBench bench(perforator({.diameter = 8, .inner = 6, .lead = 2, .feed = 3}), vault_at, dvec3(0.6),
+                  {-8, -8, -9}, {8, 8, 15});
+  sim::Lockstep& run = *bench.run;
+  int presses = 0;
+  for (int i = 0; i < 6000 && bench.events<PerforatorStopped>().empty(); ++i) {
+    const bool is_pressed = i % 60 < 50;
+    presses += i % 60 == 0;
+    run.step(haptics::Pose{{0.1, 0.2, std::max(14.0 - 16e-3 * i, run.last_record().proxy_world.z - 8)},
+                           {1, 0, 0, 0},
+                           is_pressed ? 1u : 0u});
+  }
+  EXPECT_GT(presses, 5);
+  const auto stops = bench.events<PerforatorStopped>();
+  ASSERT_EQ(stops.size(), 1u);
+  EXPECT_NEAR(stops[0].first.depth, 7, 0.8);
+  EXPECT_NEAR(stops[0].second.z, 0, 0.8);
+  const double removed = run.engine().removed_mm3();
+  for (int press = 0; press < 4; ++press)
+    for (int i = 0; i < 60; ++i)
+      run.step(
+          haptics::Pose{{0.1, 0.2, run.last_record().proxy_world.z - 8}, {1, 0, 0, 0}, i < 50 ? 1u : 0u});
+  EXPECT_EQ(run.engine().removed_mm3(), removed);
+  for (const auto& [stop, at] : bench.events<PerforatorStopped>()) {
+    EXPECT_NEAR(stop.depth, 7, 0.8);
+    EXPECT_NEAR(at.z, 0, 0.8);
+  }
+}
+
 /// A spur on the inner table, below the tip, does not hold a drill whose end is through around it.
 TEST(Perforator, ASpurUnderTheTipDoesNotHoldIt) {
   const auto spurred = [](const dvec3& p) {

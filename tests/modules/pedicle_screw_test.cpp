@@ -71,6 +71,8 @@ TEST(PedicleScrew, IsTurnedIntoItsTrackByTheClock) {
   EXPECT_EQ(placed[0].first.track, 1);
   EXPECT_EQ(placed[0].first.diameter, 4.5);
   EXPECT_NEAR(placed[0].first.tip.z, 9 - 20, 0.2);
+  EXPECT_NEAR(placed[0].first.beyond_track, 20 - bench.world().track_depths[0], 1e-9);
+  EXPECT_NEAR(placed[0].first.beyond_track, 20 - 12, 1);
   const sim::Body& body = bench.run->engine().now().undoable.bodies[0];
   EXPECT_EQ(body.matter, volume::Matter::titanium);
   EXPECT_TRUE(body.is_fixed && body.is_implant);

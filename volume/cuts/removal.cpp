@@ -340,10 +340,9 @@ RemovalReport RemovalEditor::remove(const SweptShape& shape, std::span<const glm
   return report;
 }
 
-bool RemovalEditor::is_matter(const glm::dvec3& p_world) const noexcept {
+bool RemovalEditor::is_solid_in_scan(const glm::dvec3& p_world) const noexcept {
   const glm::dvec3 p = next_->base().frame.volume_from_world(p_world);
-  return next_->distance(p) > 0 &&
-         std::any_of(solids_.begin(), solids_.end(), [&](const Field& field) { return field.value(p) >= 0; });
+  return std::any_of(solids_.begin(), solids_.end(), [&](const Field& field) { return field.value(p) >= 0; });
 }
 
 void RemovalEditor::remove_in_brick(const SweptShape& shape, const glm::ivec3& low, RemovalReport& report) {

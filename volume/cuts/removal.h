@@ -113,9 +113,19 @@ class RemovalEditor {
 
   const Version& working() const noexcept { return *next_; }
   /// Returns true if a point (world frame) is solid in the scan and not removed.
-  bool is_matter(const glm::dvec3& p_world) const noexcept;
+  bool is_matter(const glm::dvec3& p_world) const noexcept {
+    return !is_removed(p_world) && is_solid_in_scan(p_world);
+  }
+  /// Returns true if a point (world frame) is solid in the scan, and was removed.
+  bool is_removed_matter(const glm::dvec3& p_world) const noexcept {
+    return is_removed(p_world) && is_solid_in_scan(p_world);
+  }
 
  private:
+  bool is_solid_in_scan(const glm::dvec3& p_world) const noexcept;
+  bool is_removed(const glm::dvec3& p_world) const noexcept {
+    return !(next_->distance(next_->base().frame.volume_from_world(p_world)) > 0);
+  }
   /// Returns the writable slot of the brick at sample `s`; copies regions and pages of older versions.
   Ref<Brick>& editable_slot(const glm::ivec3& s);
   /// Returns the writable brick of sample `s` with the distances of the sweep.

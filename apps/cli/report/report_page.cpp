@@ -177,7 +177,9 @@ std::string injuries_html(const ReportData& data) {
 std::string removal_html(const ReportData& data) {
   std::string html =
       "<p>" +
-      escaped(format_text("Removed: %.1f mm\u00b3. The bars also count detached pieces.", data.removed_mm3)) +
+      escaped(format_text("Removed: %.1f mm\u00b3. The bars and the table also count detached pieces, "
+                          "whose edge voxels can lie inside a structure that no tool entered.",
+                          data.removed_mm3)) +
       "</p>\n";
   if (data.removal.empty()) return html + "<p>No structure is forbidden in this session.</p>\n";
   HtmlTable table({{"structure"},
