@@ -91,6 +91,9 @@ function(trephine_compile_in_batches target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ${TREPHINE_BATCHES} UNITY_BUILD_BATCH_SIZE 8)
 endfunction()
 
+# Time after which a test counts as hanging, s. A test that passes takes less on a loaded machine, too.
+set(trephine_test_patience 1500)
+
 # trephine_test(NAME SOURCES ... [LINKS targets] [REALTIME filter]): one GoogleTest program; each case is a test
 # of ctest. Cases that match REALTIME depend on the clock and run one at a time.
 function(trephine_test name)
@@ -100,12 +103,11 @@ function(trephine_test name)
   target_link_libraries(${name} PRIVATE ${arg_LINKS} trephine_flags GTest::gtest_main)
   trephine_compile_fast(${name})
   trephine_compile_in_batches(${name})
-  set(patience 1500)  # s; ends a test that hangs, also on a loaded machine
   if(arg_REALTIME)
     gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_FILTER "${arg_REALTIME}" TEST_LIST ${name}_realtime
-      PROPERTIES TIMEOUT ${patience} RESOURCE_LOCK clock)
-    gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_FILTER "-${arg_REALTIME}" PROPERTIES TIMEOUT ${patience})
+      PROPERTIES TIMEOUT ${trephine_test_patience} RESOURCE_LOCK clock)
+    gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_FILTER "-${arg_REALTIME}" PROPERTIES TIMEOUT ${trephine_test_patience})
   else()
-    gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT ${patience})
+    gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT ${trephine_test_patience})
   endif()
 endfunction()

@@ -10,9 +10,9 @@ namespace trephine {
 workbench::OperationChoice choice_of(const OperationOptions& options);
 workbench::RecordChoice record_of(const Recording& recording);
 
-/// Checks what the workbench requires of its callers.
+/// Error if the number of hands is out of range.
 Status check(const OperationOptions& options);
-/// Checks a model of open_scene(), by its number from 0.
+/// Checks a model of open_scene(). `number`: its index, from 0, for messages.
 Status check(const Surface& surface, std::size_t number);
 bool has_volumes(std::span<const std::shared_ptr<const Volume>> volumes);
 Error missing_volume();

@@ -55,7 +55,8 @@ StepTimes time_steps(const haptics::TouchScene& scene, const haptics::PosePath& 
   return minima.result();
 }
 
-/// The corner of a room: three walls with edges of `edge` mm, `size` mm wide, at the origin.
+/// Corner of a room at the origin: three square walls of `size` mm, of right triangles with legs of `edge`
+/// mm.
 haptics::TouchItem mesh_corner(double size, double edge) {
   std::vector<dvec3> vertices;
   std::vector<std::uint32_t> triangles;
@@ -96,10 +97,10 @@ StepTimes time_chain_in_corner() {
     haptics::ProxyState state;
     for (int i = 0; i < k_steps; ++i) {
       const double t = 1e-3 * i;
-      const dvec3 aside(std::sin(3 * t), std::sin(4.1 * t + 1), std::sin(2.3 * t + 2)),
-          about(0.3 * std::sin(2 * t), 0.5 + 0.4 * std::sin(1.7 * t), 0.6 + 0.4 * std::sin(1.3 * t));
-      const dvec3 hip = dvec3(8 - 9 * std::min(1.0, t)) + 2.0 * aside;
-      const glm::dquat turn = glm::normalize(glm::dquat(1, 0.5 * about));
+      const dvec3 sway(std::sin(3 * t), std::sin(4.1 * t + 1), std::sin(2.3 * t + 2)),
+          rotation(0.3 * std::sin(2 * t), 0.5 + 0.4 * std::sin(1.7 * t), 0.6 + 0.4 * std::sin(1.3 * t));
+      const dvec3 hip = dvec3(8 - 9 * std::min(1.0, t)) + 2.0 * sway;
+      const glm::dquat turn = glm::normalize(glm::dquat(1, 0.5 * rotation));
       const auto start = Clock::now();
       const haptics::ProxyStep step =
           method->step(scene, untouched, state, {.hip_world = hip, .orientation = turn});
@@ -222,7 +223,7 @@ void time_hover(StepResult& result) {
   volume::RemovalEditor editor(std::make_shared<volume::Version>(bone.base), {shape.field});
   std::vector<double> updates, hovers;
   const auto at = [](double t_ms) {
-    // Down by 3 mm, then along a wave, 10 mm/s.
+    // Down by 5 mm, then along x at 10 mm/s, with a wave across.
     const double path = 0.01 * t_ms;
     return dvec3(-20 + std::max(0.0, path - 5), 3 * std::sin(0.3 * path), std::max(-3.0, 2 - path));
   };
@@ -283,10 +284,10 @@ StepResult run_step_benchmark(int size) {
   result.removal_tick_over_scratches = time_removal(bone, true);
   time_hover(result);
   if (peers().csg_ticks != nullptr) {
-    const dvec3 way = 0.05 * glm::normalize(dvec3(1, 0.3, -0.2));
+    const dvec3 step = 0.05 * glm::normalize(dvec3(1, 0.3, -0.2));
     MinimumOfRuns difference, with_capsule;
     for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
-      const CsgTicks ticks = peers().csg_ticks(0.25, 3, &way.x, 4, 400);
+      const CsgTicks ticks = peers().csg_ticks(0.25, 3, &step.x, 4, 400);
       for (std::size_t i = 0; i < ticks.difference_us.size(); ++i) {
         if (i % 400 < 20) continue;
         difference.add(i, ticks.difference_us[i]);

@@ -13,7 +13,7 @@ namespace trephine::bench {
 /// stored (abstract).
 struct LomiRow {
   double resolution = 0;  ///< mm
-  int voxels = 0;         ///< along the map's edge, by the rule
+  int voxels = 0;         ///< along the map's edge, by the rule of Kim et al. 2009
   int published_voxels = 0;
   double physical_us = 0, abstract_us = 0;
   double published_physical_us = 0, published_abstract_us = 0;
@@ -30,7 +30,7 @@ struct LevelRow {
 };
 std::vector<LevelRow> run_level_benchmark();
 
-/// A model touched 1 mm deep: balls all around, other models at positions all over them.
+/// A model touched 1 mm deep: spherical models along a path around them, other models at 150 positions.
 struct ModelRow {
   std::string name;
   int triangles = 0;
@@ -69,7 +69,7 @@ struct DeformRow {
   double set_p50_ms = 0, set_p99_ms = 0;  ///< from a new shape to the force: drawing, adoption, one step
   double step_p50_us = 0, step_p999_us = 0;
   double error = 0, worst = 0;  ///< mm from the analytic surface, rms, in all steps; and worst
-  long passed = 0;              ///< steps with the proxy more than 1 mm inside
+  long passed = 0;              ///< steps with the proxy more than 0.9 mm inside
 };
 std::vector<DeformRow> run_depth_deforming(bool is_quick);
 

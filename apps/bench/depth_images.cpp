@@ -130,17 +130,17 @@ std::vector<ImagesRow> run_depth_images(bool is_quick, MakeWindow draw_on) {
         row.embree_build_ms = peers().embree_images(
             floats.vertices.data(), static_cast<long>(m.vertices.size()), m.triangles.data(),
             static_cast<long>(m.triangles.size() / 3), at, k_edge, pixels, row.embree_ms, images.mm.data());
-        row.embree_apart = count_differing_pixels(ours_at(touched), images, k_edge);
+        row.embree_different = count_differing_pixels(ours_at(touched), images, k_edge);
       }
       if (const DrawOn on = draw_on(pixels); on.window && draw_peer()) {
         DrawPeerAnswer answer;
         if (draw_peer()(request_of(floats, m, touched, k_edge, 3, images), on.window, answer)) {
           row.gl_first_ms = answer.first_ms, row.gl_ms = answer.draw_ms + answer.read_ms;
-          row.gl_apart = count_differing_pixels(ours_at(touched), images, k_edge);
+          row.gl_different = count_differing_pixels(ours_at(touched), images, k_edge);
         }
       }
-      if (row.embree_apart >= 0 || row.gl_apart >= 0)
-        row.moved_apart = count_differing_pixels(ours_at(touched + dvec3(step, 0, 0)), images, k_edge);
+      if (row.embree_different >= 0 || row.gl_different >= 0)
+        row.moved_different = count_differing_pixels(ours_at(touched + dvec3(step, 0, 0)), images, k_edge);
       rows.push_back(row);
     }
   }

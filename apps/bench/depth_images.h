@@ -45,7 +45,7 @@ struct ImagesRow {
   double gl_first_ms = -1, gl_ms = -1;
   // Pixels of the six images in which the depths of a peer and ours differ by more than 2 um, or which only
   // one of the two hits; -1: not built in. And the number if ours are shifted by a pixel.
-  long embree_apart = -1, gl_apart = -1, moved_apart = 0;
+  long embree_different = -1, gl_different = -1, moved_different = 0;
 };
 /// A window of `pixels`^2 to draw into; null without OpenGL.
 struct DrawOn {

@@ -154,10 +154,10 @@ std::vector<DrillingRow> run_drilling_benchmark(bool is_quick) {
           editor.remove(volume::ToolSweep{body, {from + lift, k_shaft}, {to + lift, k_shaft}, !is_first});
           editor.publish();
         });
-    const volume::Version& left = editor.working();
+    const volume::Version& remaining = editor.working();
     add(
-        method, shape.name, grid.name, rate, stroke, body, left.mm3_of(left.ledger().total()),
-        [&](const dvec3& p) { return left.distance(base->frame.volume_from_world(p)) <= 0; }, times);
+        method, shape.name, grid.name, rate, stroke, body, remaining.mm3_of(remaining.ledger().total()),
+        [&](const dvec3& p) { return remaining.distance(base->frame.volume_from_world(p)) <= 0; }, times);
   };
   const Stroke usual;
   for (const auto& grid : grids)
@@ -170,14 +170,14 @@ std::vector<DrillingRow> run_drilling_benchmark(bool is_quick) {
       const StepTimes slow = run_stroke(
           usual, rate,
           [&](const dvec3&, const dvec3& to, double seconds, bool) { intensity.stay(to, seconds); });
-      const IsGone lowered = removed_in(intensity.left());
+      const IsGone lowered = removed_in(intensity.remaining());
       add("intensity lowered near the tip", "ball", grid.name, rate, usual, ball, volume_of(lowered), lowered,
           slow);
       FixedCountDrill voxels(block(grid.spacing), 2, 6);
       const StepTimes fast = run_stroke(
           usual, rate, [&](const dvec3&, const dvec3& to, double, bool) { voxels.tick(to, k_threshold); });
-      const IsGone removed = removed_in(voxels.left());
-      add("6 voxels a tick", "ball", grid.name, rate, usual, ball, volume_of(removed), removed, fast);
+      const IsGone removed = removed_in(voxels.remaining());
+      add("6 voxels per tick", "ball", grid.name, rate, usual, ball, volume_of(removed), removed, fast);
     }
   // Short strokes, and slow ones, in which the burr moves far less than the spacing of the lattice per tick.
   for (const auto& [name, stroke] :

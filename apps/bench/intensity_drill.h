@@ -16,7 +16,7 @@ class IntensityDrill {
   IntensityDrill(volume::Volume scan, double radius, double rate);
   /// Applies `seconds` of the tip at a position. Cost: proportional to the voxels of the ball.
   void stay(const glm::dvec3& tip_world, double seconds) noexcept;
-  const volume::Volume& left() const noexcept { return scan_; }
+  const volume::Volume& remaining() const noexcept { return scan_; }
 
  private:
   volume::Volume scan_;
@@ -31,7 +31,7 @@ class FixedCountDrill {
   FixedCountDrill(volume::Volume scan, double radius, int max_voxels);
   /// `threshold`: lowest intensity of bone.
   void tick(const glm::dvec3& tip_world, double threshold) noexcept;
-  const volume::Volume& left() const noexcept { return scan_; }
+  const volume::Volume& remaining() const noexcept { return scan_; }
 
  private:
   volume::Volume scan_;

@@ -43,7 +43,7 @@ Grid::Ptr capsule(const openvdb::Vec3d& from, const openvdb::Vec3d& to, double r
 
 }  // namespace
 
-CsgTicks csg_ticks(double spacing, double radius, const double* way, int lanes, int ticks) {
+CsgTicks csg_ticks(double spacing, double radius, const double* step, int lanes, int ticks) {
   openvdb::initialize();
   CsgTicks result;
   const auto clock = [] { return std::chrono::steady_clock::now(); };
@@ -52,15 +52,15 @@ CsgTicks csg_ticks(double spacing, double radius, const double* way, int lanes, 
       openvdb::math::BBox<openvdb::Vec3d>({-32, -32, -32}, {32, 32, 0}),
       *openvdb::math::Transform::createLinearTransform(spacing), 3);
   for (int lane = 0; lane < lanes; ++lane) {
-    const openvdb::Vec3d start(-20, -10 + 6.5 * lane, -5), step(way[0], way[1], way[2]);
+    const openvdb::Vec3d start(-20, -10 + 6.5 * lane, -5), motion(step[0], step[1], step[2]);
     for (int k = 0; k < ticks; ++k) {
       const auto begin = clock();
-      Grid::Ptr swept = capsule(start + step * k, start + step * (k + 1), radius, spacing);
+      Grid::Ptr swept = capsule(start + motion * k, start + motion * (k + 1), radius, spacing);
       openvdb::tools::pruneLevelSet(swept->tree());  // its inside in tiles
-      const auto output = clock();
+      const auto capsule_done = clock();
       openvdb::tools::csgDifference(*bone, *swept);
       const auto done = clock();
-      result.difference_us.push_back(us(done - output));
+      result.difference_us.push_back(us(done - capsule_done));
       result.with_capsule_us.push_back(us(done - begin));
     }
   }

@@ -28,7 +28,7 @@ class EmbreeProxy final : public haptics::ProxyMethod {
 
   static constexpr haptics::MethodInfo k_info{
       .name = "Embree",
-      .meaning = "a god-object on the whole surface, ways cast by Embree",
+      .meaning = "a god-object on the whole surface, path segments cast by Embree",
       .source = "Wald et al. 2014",
       .solid = haptics::MethodInfo::Solid::net,
       .takes_cuts = false,
@@ -95,7 +95,8 @@ class EmbreeProxy final : public haptics::ProxyMethod {
       return true;
     };
     const glm::dvec3& spacing = frame.spacing();
-    const double gap = 1e-3 * std::min({spacing.x, spacing.y, spacing.z});  // above single precision
+    const double gap = 1e-3 * std::min({spacing.x, spacing.y,
+                                        spacing.z});  // mm, larger than the rounding of single precision
     haptics::PathFacets facets;
     const int landing =
         haptics::move_god_object(frame, input.hip_world, state.proxy_volume, gap, cast, facets, result);
@@ -192,16 +193,16 @@ double embree_images(const float* vertices, long vertex_count, const unsigned* t
     parallel_for(6 * pixels, 0, [&](int line) {
       const int camera = line / pixels, row = line % pixels, axis = camera / 2, u = (axis + 1) % 3,
                 v = (axis + 2) % 3;
-      const double way = camera % 2 == 0 ? 1 : -1;
+      const double sign = camera % 2 == 0 ? 1 : -1;
       for (int column = 0; column < pixels; ++column) {
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
         RTCRayHit ray{};
         double from[3], along[3] = {0, 0, 0};
-        from[axis] = middle[axis] - 0.5 * way * edge;
+        from[axis] = middle[axis] - 0.5 * sign * edge;
         from[u] = middle[u] + edge * ((column + 0.5) / pixels - 0.5);
         from[v] = middle[v] + edge * ((row + 0.5) / pixels - 0.5);
-        along[axis] = way;
+        along[axis] = sign;
         ray.ray.org_x = static_cast<float>(from[0]), ray.ray.org_y = static_cast<float>(from[1]),
         ray.ray.org_z = static_cast<float>(from[2]);
         ray.ray.dir_x = static_cast<float>(along[0]), ray.ray.dir_y = static_cast<float>(along[1]),

@@ -89,7 +89,7 @@ const WindowReport& OperationController::finish() {
   report_.offset_updates = offsets.count;
   report_.longest_offset_update_seconds = offsets.longest_seconds;
   report_.edits = live_.edit_report();
-  if (options_.recorder) report_.recording = options_.recorder->finish(live_.engine());
+  if (options_.recorder) report_.recording_error = options_.recorder->finish(live_.engine());
   report_.removed_mm3 = state_.removed_mm3;
   report_.strokes = state_.strokes;
   report_.triangles = viewport_.triangle_count();

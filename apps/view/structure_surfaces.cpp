@@ -23,14 +23,15 @@ namespace {
 
 constexpr double k_max_samples = 2.4e7;  // of the grid on which a structure is meshed
 constexpr int k_border = 4;              // samples of air around the structure
-constexpr double k_normal_sigma = 1.8;   // samples; blur of the field of the normals
+constexpr double k_normal_sigma = 1.8;   // samples; blur of the field from which normals are computed
 constexpr double k_full = 1000;          // value of a sample inside
 // Least share of solid voxels in a solid sample; small, so that thin parts remain.
 constexpr double k_solid_share = 0.3;
-// Cosine to the normal of the net below which the normal of the blurred field is not used: on thin layers.
-constexpr double k_turned = 0.2;
+// Least cosine between the normals of the net and of the blurred field; below it, as on thin layers, that of
+// the net is used.
+constexpr double k_least_cosine = 0.2;
 
-/// Shares of kept voxels with a label, on a grid with `stride` voxels for each sample.
+/// Shares of kept voxels with a label, on a grid with a spacing of `stride` voxels.
 struct LabelGrid {
   ivec3 low;  ///< voxel of the first sample
   int stride;
@@ -125,7 +126,7 @@ DrawMesh structure_surface(const volume::Volume& scan, const volume::Version& ve
                  [](float share) {
                    return static_cast<std::int16_t>(std::lround(k_full * static_cast<double>(share)));
                  });
-  // The net of the smoothed solid, which contains the same samples.
+  // Meshes the smoothed solid; smoothing moves no sample across the surface.
   const auto bits =
       volume::Occupancy::build(samples.value(), volume::Shape{.low = k_full * k_solid_share}, 1);
   const auto soft = volume::SoftField::build(bits, 1);
@@ -143,13 +144,14 @@ DrawMesh structure_surface(const volume::Volume& scan, const volume::Version& ve
   for (std::size_t i = 0; i < count; ++i) {
     const dvec3 p(net.vertices[i]), smooth = outward_at(grid, scan.frame, p),
                                     steep = scan.frame.gradient_world_from_volume(dvec3(of_net[i]));
-    const bool is_smooth = glm::dot(smooth, steep) > k_turned * glm::length(smooth) * glm::length(steep);
+    const bool is_smooth =
+        glm::dot(smooth, steep) > k_least_cosine * glm::length(smooth) * glm::length(steep);
     mesh.vertices.emplace_back(scan.frame.world_from_volume(grid.voxel_of(p)));
     mesh.normals.emplace_back(glm::normalize(is_smooth ? smooth : steep));
   }
   mesh.freshness.assign(count, 0), mesh.openness.assign(count, 1), mesh.density.assign(count, 1);
   mesh.triangles = outward_triangles(net, scan.frame);
-  // Surface nets have about two triangles for each cell: the cell grows with the root of their number.
+  // The number of triangles falls with the square of the clustering cell.
   const double excess =
       static_cast<double>(mesh.triangles.size() / 3) / static_cast<double>(k_structure_triangles);
   if (excess <= 1) return mesh;

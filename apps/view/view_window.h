@@ -132,7 +132,7 @@ struct WindowReport {
   std::uint64_t offset_updates = 0;          ///< number of updates of a round tool's fields
   double longest_offset_update_seconds = 0;  ///< longest of these updates
   sim::LiveSession::EditReport edits;
-  Status recording;  ///< error of the recording, if it failed
+  Status recording_error;  ///< error of the recording, if it failed
 };
 
 /// Returns a non-owning pointer to a scene that outlives the window.

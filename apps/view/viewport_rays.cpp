@@ -34,17 +34,17 @@ void Viewport::follow(const volume::Version& version, const Ray& ray, const Visi
   if (clip_normal_ != dvec3(0) && clipping == Clipping::applied)
     if (const double along = glm::dot(ray.direction, clip_normal_); along > 1e-9)
       from = std::clamp(glm::dot(clip_origin_ - ray.origin, clip_normal_) / along, 0.0, k_far);
-  // Matter that contains the clip plane is no surface.
+  // A solid that the clip plane cuts is no hit: the ray must leave it first.
   bool is_inside = from > 0;
   volume::traverse(frame.volume_from_world(ray.origin + from * ray.direction),
                    frame.volume_from_world(ray.origin + (from + k_far) * ray.direction),
                    {glm::ivec3(0), scene_->base->size - 1}, [&](const volume::VoxelVisit& v) {
-                     bool is_scanned = false;
+                     bool was_solid = false;
                      for (const haptics::TouchItem& shape : base_shapes(*scene_))
-                       is_scanned = is_scanned || shape.bits->is_solid(v.voxel);
-                     const bool is_solid = is_scanned && version.is_kept(v.voxel);
+                       was_solid = was_solid || shape.bits->is_solid(v.voxel);
+                     const bool is_solid = was_solid && version.is_kept(v.voxel);
                      is_inside = is_solid && is_inside;
-                     return visit(from + k_far * v.t_enter, v.voxel, is_scanned, is_solid && !is_inside);
+                     return visit(from + k_far * v.t_enter, v.voxel, was_solid, is_solid && !is_inside);
                    });
 }
 
@@ -96,15 +96,15 @@ Viewport::RestingPosition Viewport::resting_position(const volume::Version& vers
   RestingPosition place;
   double opening = -1;  // distance at which the ray left removed matter
   bool is_in_opening = false;
-  follow(version, ray, [&](double distance, const glm::ivec3& voxel, bool is_scanned, bool is_solid) {
+  follow(version, ray, [&](double distance, const glm::ivec3& voxel, bool was_solid, bool is_solid) {
     if (opening >= 0 && distance > opening + k_behind) return false;
     if (is_solid) {
       place = {distance, false};
       return false;
     }
-    if (is_in_opening && !is_scanned) opening = distance;
-    is_in_opening = is_scanned;
-    if (opening < 0 || is_scanned || base.labels.is_empty() ||
+    if (is_in_opening && !was_solid) opening = distance;
+    is_in_opening = was_solid;
+    if (opening < 0 || was_solid || base.labels.is_empty() ||
         base.labels[base.index(voxel.x, voxel.y, voxel.z)] == 0)
       return true;
     place = {distance, true};

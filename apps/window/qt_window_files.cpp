@@ -149,7 +149,7 @@ void MainWindow::adopt_opened() {
   OpenedScene& o = opened.value();
   const QString session = saved_session();
   if (operation_)
-    if (const Status& ended = operation_->finish().recording) show_error(*ended);
+    if (const Status& ended = operation_->finish().recording_error) show_error(*ended);
   operation_.reset();
   recorder_ = std::move(o.recorder);
   // Keep the data that the previous operation borrowed until the end of this function.

@@ -27,7 +27,7 @@ namespace {
 
 using Level = EventLevel;
 
-/// Returns the direction in which bone was left: "toward the canal".
+/// Returns the direction in which a tool or a screw exits the bone: "toward the canal".
 std::string wall_text(pedicle::Wall wall) {
   switch (wall) {
     case pedicle::Wall::medial:
@@ -63,7 +63,7 @@ EventText text_of(const sim::ForbiddenEntered& e) {
   return {"The tool entered the " + words_of(e.structure) + (e.is_working ? " while it was running." : "."),
           Level::record};
 }
-/// A structure is torn at a lesser depth than the tool may reach.
+/// StructureTorn states the depth at which a structure tore; this event states the greatest depth.
 EventText text_of(const sim::ForbiddenLeft& e) {
   return {format_text("The tool left the %s after %.1f s, at most %.2f mm deep.",
                       words_of(e.structure).c_str(), e.seconds, e.deepest),
@@ -127,7 +127,9 @@ EventText text_of(const bone_flap::FlapJudged& e) {
   if (e.has_target)
     text += format_text("; %.0f %% of %s exposed, margin %.1f mm", e.exposed, words_of(e.target).c_str(),
                         e.margin);
-  if (e.has_plan) text += format_text("; %.1f mm from the plan, at most %.1f mm", e.plan_mean, e.plan_worst);
+  if (e.has_plan)
+    text += format_text("; distance from the plan %.1f mm on average, %.1f mm at most", e.plan_mean,
+                        e.plan_worst);
   return {text + ".", Level::outcome};
 }
 EventText text_of(const bone_flap::FlapClearance& e) {
@@ -194,11 +196,11 @@ EventText text_of(const pedicle::TrackMade& e) {
   if (e.outside > 0) text += format_text(", %.1f mm of it beyond the bone", e.outside);
   return {text + ".", Level::outcome};
 }
-constexpr double k_other_length = 2;  // mm between a screw and its track that are reported
+constexpr double k_length_difference = 2;  // mm, least reported difference of a screw and its track
 EventText text_of(const pedicle::ScrewPlaced& e) {
   std::string text =
       format_text("Screw of %.1f mm, %.0f mm long: body %u.", e.diameter, e.length, e.body.value);
-  if (e.beyond_track > k_other_length)
+  if (e.beyond_track > k_length_difference)
     text += format_text(" It is %.0f mm longer than its track.", e.beyond_track);
   return {text, Level::outcome};
 }
@@ -215,11 +217,12 @@ EventText text_of(const pedicle::ScrewJudged& e) {
                        : ", no breach";
   if (e.front > 0) text += format_text(", %.1f mm in front of the bone", e.front);
   if (e.is_uncertain)
-    text += ". The voxels allow grades " + grade(e.grade_of_larger) + " to " + grade(e.grade_of_smaller);
+    text += ". At this voxel size, grades " + grade(e.grade_of_larger) + " to " + grade(e.grade_of_smaller) +
+            " are possible";
   if (e.has_score)
     text += format_text(". Entry %.1f mm, tip %.1f mm from the plan; %.0f of 100 points", e.entry_error,
                         e.target_error, e.score);
-  if (e.has_track && std::abs(e.depth_error) > k_other_length)
+  if (e.has_track && std::abs(e.depth_error) > k_length_difference)
     text += format_text(". The screw is %.0f mm %s than its track", std::abs(e.depth_error),
                         e.depth_error > 0 ? "longer" : "shorter");
   return {text + ".", e.grade >= pedicle::Grade::c ? Level::danger : Level::outcome};
@@ -231,13 +234,13 @@ EventText text_of(const ventriculostomy::CatheterEntered&) {
   return {"The catheter entered the head.", Level::record};
 }
 EventText text_of(const ventriculostomy::CatheterPopped& e) {
-  return {format_text("The catheter popped into %s, %.0f mm below the outermost layer.",
+  return {format_text("The catheter popped into %s, %.0f mm below the outermost tissue.",
                       words_of(e.structure).c_str(), e.depth),
           Level::outcome};
 }
 EventText text_of(const ventriculostomy::CatheterWithdrawn& e) {
   return {
-      format_text("The catheter was drawn out of the head. Its tip was %.0f mm below the outermost layer.",
+      format_text("The catheter was drawn out of the head. Its tip was %.0f mm below the outermost tissue.",
                   e.depth),
       Level::record};
 }
@@ -264,7 +267,7 @@ EventText text_of(const ventriculostomy::CatheterCleared& e) {
   return {format_text("The catheter is %.1f mm away from %s.", e.distance, name.c_str()), Level::record};
 }
 EventText text_of(const ventriculostomy::CatheterLeftInPlace& e) {
-  return {format_text("The catheter was left in place, %.0f mm below the outermost layer.", e.depth),
+  return {format_text("The catheter was left in place, %.0f mm below the outermost tissue.", e.depth),
           Level::record};
 }
 EventText text_of(const ventriculostomy::CatheterNotLeft& e) {
@@ -382,7 +385,7 @@ std::string fault_reasons(std::uint32_t faults) {
   std::string reasons;
   for (const auto& [bit, reason] :
        {std::pair(haptics::fault_lost_device, "the haptic device does not respond"),
-        std::pair(haptics::fault_not_finite, "the haptic device sent an invalid position"),
+        std::pair(haptics::fault_not_finite, "a pose or a force was invalid"),
         std::pair(haptics::fault_full_ring, "the computation of cuts is too slow"),
         std::pair(haptics::fault_stale_scene, "the computer is too busy")})
     if (faults & bit) reasons += (reasons.empty() ? "" : ", ") + std::string(reason);

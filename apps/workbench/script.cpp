@@ -332,7 +332,7 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, PictureTaker 
   command_until(duration_, duration_);
   Result<ScriptReport> report = watch.finish(run.engine());
   if (!report) return finish_with_error(report.error());
-  if (recorder) report.value().recording = recorder->finish(run.engine());
+  if (recorder) report.value().recording_error = recorder->finish(run.engine());
   return report;
 }
 

@@ -25,7 +25,7 @@ struct ScriptReport {
   double strongest_force_n = 0;
   std::vector<double> strongest_of;                  ///< N, strongest force of each hand
   std::vector<std::uint64_t> contact_ticks;          ///< per hand
-  Status recording;                                  ///< failure of the recording, if any
+  Status recording_error;                            ///< failure of the recording, if any
   std::shared_ptr<const sim::OperationState> state;  ///< at the end
   std::vector<sim::Measure> measures;
   std::vector<double> removed_mm3_by_label;

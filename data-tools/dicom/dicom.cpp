@@ -91,15 +91,15 @@ Status check_strays(const DicomFolder& folder, std::size_t s, std::size_t k, con
   return Error{
       .what = "slices of the series differ in plane or grid",
       .where = where,
-      .found = list_of(names) + " next to " + counted(stacks[k].slices.size(), "other"),
+      .found = list_of(names) + ", unlike " + counted(stacks[k].slices.size(), "other"),
       .expected = "parallel slices of one size",
       .remedy =
-          "remove the listed files if they are not slices of the scan, or read the others alone: --volume " +
-          std::to_string(k + 1) + " (info --list shows all)"};
+          "remove the listed files if they are not slices of the scan, or read the others alone, as volume " +
+          std::to_string(k + 1) + " of the series (option --volume of the commands)"};
 }
 
 std::string summary(const SeriesFacts& f) {
-  std::string text = f.modality;  // descriptions are free text: only in the list of info
+  std::string text = f.modality;  // the description is free text that may identify the patient
   if (!f.mark.empty()) text += ", " + f.mark;
   return text + ", " + std::to_string(f.size.x) + " x " + std::to_string(f.size.y) + " x " +
          std::to_string(f.size.z);

@@ -1,10 +1,12 @@
 #include "data-tools/dicom/dicom_repeats.h"
 
 #include <algorithm>
+#include <charconv>
 #include <glm/geometric.hpp>
 #include <iterator>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <set>
 
 #include "data-tools/files/words.h"
@@ -103,13 +105,15 @@ bool are_of_one_grid(const DicomSlice& a, const DicomSlice& b) {
          close(a.place.column_spacing, b.place.column_spacing);
 }
 
-bool has_doubles(const std::vector<DicomSlice>& slices) { return count_positions(slices) < slices.size(); }
+bool has_repeated_positions(const std::vector<DicomSlice>& slices) {
+  return count_positions(slices) < slices.size();
+}
 
 std::vector<std::string> drop_copies(const DicomFolder& folder, std::vector<DicomSlice>& slices) {
   std::vector<std::string> removed;
-  if (!has_doubles(slices)) return removed;
+  if (!has_repeated_positions(slices)) return removed;
   const std::vector<std::size_t> order = sort_by_height(slices);
-  // Hash once each file that its marks do not distinguish from its neighbours.
+  // Hash once each file whose marks equal those of another slice at its position.
   std::vector<char> needs_hash(slices.size(), 0), is_copy(slices.size(), 0);
   for (std::size_t i = 0; i < order.size(); ++i)
     for (std::size_t k = i + 1; k < order.size() && have_same_position(slices[order[i]], slices[order[k]]);
@@ -138,8 +142,27 @@ std::vector<std::string> drop_copies(const DicomFolder& folder, std::vector<Dico
   return removed;
 }
 
-void split_doubles(DicomStack stack, std::size_t mark, std::vector<DicomStack>& stacks) {
-  if (!has_doubles(stack.slices)) return stacks.push_back(std::move(stack));
+namespace {
+
+/// Returns the number that a mark is; nullopt for other texts.
+std::optional<double> number_in(const std::string& text) {
+  double number = 0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, number);
+  return error == std::errc() && stop == end ? std::optional(number) : std::nullopt;
+}
+
+/// Order of marks: numbers first, by value; then texts.
+bool is_before(const std::string& a, const std::string& b) {
+  const std::optional<double> x = number_in(a), y = number_in(b);
+  if (x && y && *x != *y) return *x < *y;
+  return x.has_value() != y.has_value() ? x.has_value() : a < b;
+}
+
+}  // namespace
+
+void split_repeats(DicomStack stack, std::size_t mark, std::vector<DicomStack>& stacks) {
+  if (!has_repeated_positions(stack.slices)) return stacks.push_back(std::move(stack));
   const std::size_t marks = stack.slices[0].marks.size(), position_count = count_positions(stack.slices),
                     largest_pile = max_per_position(stack.slices);
   for (; mark < marks; ++mark) {
@@ -161,15 +184,13 @@ void split_doubles(DicomStack stack, std::size_t mark, std::vector<DicomStack>& 
     const bool has_whole = std::any_of(parts.begin(), parts.end(), [&](const auto& part) {
       return count_positions(part.second.slices) == position_count;
     });
-    const bool are_piles = parts.size() <= largest_pile &&
-                           std::none_of(parts.begin(), parts.end(),
-                                        [](const auto& part) { return has_doubles(part.second.slices); });
-    if (parts.size() < 2 || (!has_whole && !are_piles)) continue;
-    // Numeric order: shorter values first.
-    std::stable_sort(values.begin(), values.end(), [](const std::string& a, const std::string& b) {
-      return a.size() != b.size() ? a.size() < b.size() : a < b;
-    });
-    for (const std::string& value : values) split_doubles(std::move(parts[value]), mark + 1, stacks);
+    const bool are_without_repeats =
+        parts.size() <= largest_pile && std::none_of(parts.begin(), parts.end(), [](const auto& part) {
+          return has_repeated_positions(part.second.slices);
+        });
+    if (parts.size() < 2 || (!has_whole && !are_without_repeats)) continue;
+    std::stable_sort(values.begin(), values.end(), is_before);
+    for (const std::string& value : values) split_repeats(std::move(parts[value]), mark + 1, stacks);
     return;
   }
   // With equally many slices at each position, instance numbers give the volumes.

@@ -9,7 +9,7 @@ namespace trephine::data_tools {
 bool are_of_one_grid(const DicomSlice& a, const DicomSlice& b);
 
 /// Returns true if two slices have the same position.
-bool has_doubles(const std::vector<DicomSlice>& slices);
+bool has_repeated_positions(const std::vector<DicomSlice>& slices);
 
 /// Keeps one of the slices with equal position, marks and pixels, and removes the others. Returns the names
 /// of the removed slices. Reads each file at most once to hash it, and files with equal hashes to compare
@@ -19,7 +19,7 @@ std::vector<std::string> drop_copies(const DicomFolder& folder, std::vector<Dico
 /// Splits a stack into stacks without slices at the same position, by the marks from index `mark` on or by
 /// the order of instance numbers, and appends them to `stacks`. A stack that neither distinguishes stays
 /// unsplit.
-void split_doubles(DicomStack stack, std::size_t mark, std::vector<DicomStack>& stacks);
+void split_repeats(DicomStack stack, std::size_t mark, std::vector<DicomStack>& stacks);
 
 /// Joins series of one slice each that agree in modality, number, description and kernel and form one regular
 /// stack: some anonymizers assign each slice its own series UID. Adds a notice.

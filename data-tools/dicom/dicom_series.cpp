@@ -325,14 +325,14 @@ Result<DicomFolder> scan_dicom(const std::string& path, const Progress& progress
   for (DicomSeries& series : folder.series) {
     std::vector<DicomStack> split;
     for (DicomStack& stack : series.stacks) {
-      if (has_doubles(stack.slices)) {
+      if (has_repeated_positions(stack.slices)) {
         const std::vector<std::string> copies = drop_copies(folder, stack.slices);
         if (!copies.empty())
           folder.notices.push_back(std::to_string(copies.size()) +
                                    (copies.size() == 1 ? " slice is" : " slices are") +
                                    " duplicated and used once: " + list_of(copies));
       }
-      split_doubles(std::move(stack), 0, split);
+      split_repeats(std::move(stack), 0, split);
     }
     series.stacks = std::move(split);
   }

@@ -117,7 +117,7 @@ Result<Volume> orthogonalized(const Volume& volume) {
     low = glm::min(low, q);
     high = glm::max(high, q);
   }
-  const glm::ivec3 size = glm::ivec3(glm::floor((high - low) / spacing + 1e-6)) + 1;
+  const glm::ivec3 size = glm::ivec3(glm::ceil((high - low) / spacing - 1e-6)) + 1;
   Result<volume::Frame> frame =
       volume::Frame::from_axes(unit * low, glm::dmat3(spacing.x * x, spacing.y * y, spacing.z * z));
   if (!frame) return frame.error();
@@ -133,7 +133,7 @@ Result<Volume> orthogonalized(const Volume& volume) {
       for (int i = 0; i < size.x; ++i) {
         const glm::dvec3 p = volume.frame.volume_from_world(result.frame.world_from_volume({i, j, k}));
         const glm::ivec3 base(glm::floor(p));
-        // Most volumes are sheared along one axis: the others have a single nonzero weight.
+        // Most sheared volumes are sheared along one axis; along the other axes only one weight is not zero.
         std::array<std::array<double, 4>, 3> weights{};
         for (int a = 0; a < 3; ++a) weights[static_cast<std::size_t>(a)] = cubic_weights(p[a] - base[a]);
         double sum = 0, low = 1e9, high = -1e9;

@@ -48,7 +48,7 @@ Result<ScrewPosition> parse_screw(std::string_view text) {
 
 namespace {
 constexpr int k_facets = 32;
-constexpr double k_head_length = 6, k_head_width = 1.5;  // mm; diameters
+constexpr double k_head_length = 6, k_head_width = 1.5;  // mm; in diameters of the shaft
 }  // namespace
 
 ScrewModel screw_model(const ScrewPosition& screw) {

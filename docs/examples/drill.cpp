@@ -9,7 +9,7 @@ int main() {
   if (!opened) return std::puts(opened.error().message().c_str()), 1;
   trephine::Operation& operation = opened.value();
   for (int tick = 0; tick <= 4000; ++tick) {
-    trephine::Pose pose;  // its button is pressed
+    trephine::Pose pose;  // by default, its button is pressed
     pose.position_world = {0, -20, 70 - 0.002 * tick};
     const trephine::Touch touch = operation.step(pose).value();
     if (tick % 500 == 0)

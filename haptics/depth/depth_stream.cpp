@@ -86,7 +86,7 @@ DepthStream::DepthStream(DepthPictures stream) : pictures_(std::move(stream)) {
       }
 }
 
-DepthStream::Between DepthStream::between(double time) const noexcept {
+DepthStream::PicturePair DepthStream::pictures_at(double time) const noexcept {
   const std::vector<double>& times = pictures_.times;
   if (pictures_.is_repeating) time -= pictures_.repeats_after * std::floor(time / pictures_.repeats_after);
   const std::size_t last = times.size() - 1;
@@ -100,7 +100,7 @@ DepthStream::Between DepthStream::between(double time) const noexcept {
   return {after - 1, after, (time - times[after - 1]) / (times[after] - times[after - 1])};
 }
 
-double DepthStream::depth_of(std::size_t pixel, const Between& at) const noexcept {
+double DepthStream::depth_of(std::size_t pixel, const PicturePair& at) const noexcept {
   const double before = pictures_.mm_per_step * pictures_.pictures[at.before][pixel],
                after = pictures_.mm_per_step * pictures_.pictures[at.after][pixel];
   if (before > 0 && after > 0 && std::abs(after - before) <= k_same)
@@ -111,11 +111,11 @@ double DepthStream::depth_of(std::size_t pixel, const Between& at) const noexcep
 double DepthStream::depth_at(int column, int row, double time) const noexcept {
   const DepthCamera& c = pictures_.camera;
   if (column < 0 || row < 0 || column >= c.width || row >= c.height) return 0;
-  return depth_of(number_of(column, row), between(time));
+  return depth_of(pixel_index(column, row), pictures_at(time));
 }
 
 std::shared_ptr<const MeshTree> DepthStream::surface_at(double time) const {
-  const Between at = between(time);
+  const PicturePair at = pictures_at(time);
   const std::size_t picture = at.share < 0.5 ? at.before : at.after;
   const std::lock_guard guard(surface_cache_.lock);
   if (surface_cache_.picture == picture) return surface_cache_.tree;
@@ -131,7 +131,7 @@ std::shared_ptr<const MeshTree> DepthStream::surface_at(double time) const {
     std::swap(above, here);
     here.assign(static_cast<std::size_t>(columns), k_none);
     for (int i = 0; i < c.width; i += step) {
-      const double depth = pictures_.mm_per_step * pictures_.pictures[picture][number_of(i, j)];
+      const double depth = pictures_.mm_per_step * pictures_.pictures[picture][pixel_index(i, j)];
       if (depth <= 0) continue;
       here[static_cast<std::size_t>(i / step)] = static_cast<std::uint32_t>(vertices.size());
       vertices.push_back(c.place(i, j, depth));
@@ -169,22 +169,22 @@ Result<DepthSet> DepthStream::draw(const DepthView& view, int) const {
   glm::ivec3 unused(0);
   if (const auto frame = view.lattice(unused); !frame) return frame.error();
   const DepthCamera& c = pictures_.camera;
-  const Between current = between(view.time), next = between(view.time + view.interval);
+  const PicturePair current = pictures_at(view.time), next = pictures_at(view.time + view.interval);
   DepthSet set;
   set.view = view;
   set.low = view.middle - 0.5 * view.edge, set.high = view.middle + 0.5 * view.edge;
   set.has_successor = is_moving(view.time);
   PixelSurface surface = pixel_surface(c, set.low, set.high, view.edge, [&](int column, int row) {
-    return depth_of(number_of(column, row), current);
+    return depth_of(pixel_index(column, row), current);
   });
   std::vector<MovingPlacement> places;
   for (int j = surface.first.y; set.has_successor && j <= surface.last.y; ++j)
     for (int i = surface.first.x; i <= surface.last.x; ++i) {
-      const double depth = depth_of(number_of(i, j), current);
+      const double depth = depth_of(pixel_index(i, j), current);
       if (depth <= 0) continue;
       const dvec3 p = c.place(i, j, depth);
       if (glm::length(p - view.touch) > k_around) continue;
-      const double then = depth_of(number_of(i, j), next);
+      const double then = depth_of(pixel_index(i, j), next);
       if (then > 0 && std::abs(then - depth) <= k_same)
         places.push_back({p, c.place(i, j, then), weight_of(p - view.touch)});
     }

@@ -19,12 +19,13 @@ struct DepthPictures {
   double repeats_after = 0;  ///< s, length of one repetition
 };
 
-/// Surface of the pixels, joined to their neighbours; anything behind it counts as matter, so that outlines
-/// are walls. Pixels without a measurement count as far away. Between two pictures a pixel's depth is
-/// interpolated linearly if both show the same object.
+/// Surface of the pixels, joined to their neighbours. Matter is assumed behind each pixel, so the surface has
+/// walls at the silhouettes of objects. Pixels without a measurement count as far away. Between two pictures
+/// a pixel's depth is interpolated linearly if both show the same object.
 class DepthStream final : public DepthSource {
  public:
-  static constexpr double k_same = 40;  ///< mm from picture to picture; a larger change is another object
+  /// mm between two pictures of a pixel, or two pixels; a larger change is another object.
+  static constexpr double k_same = 40;
   /// Error: no camera, no pictures, pictures of different sizes, or times that do not increase.
   static Result<std::shared_ptr<const DepthStream>> of(DepthPictures pictures);
 
@@ -42,16 +43,16 @@ class DepthStream final : public DepthSource {
 
  private:
   explicit DepthStream(DepthPictures pictures);
-  struct Between {
+  struct PicturePair {
     std::size_t before, after;
     double share;
   };
-  Between between(double time) const noexcept;
-  std::size_t number_of(int column, int row) const noexcept {
+  PicturePair pictures_at(double time) const noexcept;
+  std::size_t pixel_index(int column, int row) const noexcept {
     return static_cast<std::size_t>(column) +
            static_cast<std::size_t>(pictures_.camera.width) * static_cast<std::size_t>(row);
   }
-  double depth_of(std::size_t pixel, const Between& at) const noexcept;
+  double depth_of(std::size_t pixel, const PicturePair& at) const noexcept;
 
   DepthPictures pictures_;
   glm::dvec3 low_{1}, high_{-1};

@@ -11,9 +11,9 @@ namespace trephine::haptics {
 using glm::dvec3;
 
 namespace {
-constexpr double k_softest = 0.02;  // least factor of the force
-constexpr double k_softer = 0.8;    // factor of the softness per tick that creates energy
-constexpr double k_firmer = 0.002;  // share of the missing softness that returns per tick without contact
+constexpr double k_least_scale = 0.02;  // least factor of the force
+constexpr double k_softening = 0.8;     // factor of the scale per tick that creates energy
+constexpr double k_recovery = 0.002;    // share of the missing scale that returns per tick without contact
 constexpr double k_noticed = 0.25;  // share of the largest recent step energy: less is rounding and sampling
 constexpr double k_forget = 0.999;  // factor of that energy per tick
 }  // namespace
@@ -36,7 +36,7 @@ dvec3 turn_from(const glm::dquat& last, const glm::dquat& now) noexcept {
 Wrench PassivityController::step(const Wrench& requested, const dvec3& x, const dvec3& p,
                                  const glm::dquat& hand, const glm::dquat& tool) noexcept {
   const auto softened = [&] {
-    return Wrench(softness_ * requested.force_world, softness_ * requested.torque_world);
+    return Wrench(force_scale_ * requested.force_world, force_scale_ * requested.torque_world);
   };
   Wrench wrench = softened();
   if (has_last_) {
@@ -47,7 +47,7 @@ Wrench PassivityController::step(const Wrench& requested, const dvec3& x, const 
     energy_ += gained;
     largest_ = std::max(std::abs(gained), k_forget * largest_);
     if (motion != dvec3(0) || turn != dvec3(0)) move_ = motion, turn_ = turn;
-    // Energy of the next hold if the hand continues its motion.
+    // Energy that may still be returned.
     double store = allowance_ - energy_;
     // Delayed forces act on a hand that may be faster by then.
     const double speed_margin = delay_ > 0 ? 2 : 1;
@@ -57,10 +57,11 @@ Wrench PassivityController::step(const Wrench& requested, const dvec3& x, const 
     // Forces under way cannot be changed: a surface that creates energy late is softened until it creates no
     // more. Stiffening it while it is pressed would create energy as well.
     if (delay_ > 0 && gained > 0 && energy_ > allowance_ + k_noticed * largest_)
-      softness_ = std::max(k_softest, k_softer * softness_);
+      force_scale_ = std::max(k_least_scale, k_softening * force_scale_);
     else if (p == x && tool == hand)
-      softness_ += k_firmer * (1 - softness_);
+      force_scale_ += k_recovery * (1 - force_scale_);
     wrench = softened();
+    // Energy of the next hold if the hand continues its motion.
     const double returned = work(wrench, move_, turn_);
     if (returned > store) {
       const double share =

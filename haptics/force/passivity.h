@@ -41,7 +41,7 @@ class PassivityController {
   /// Returns the work done on the hand minus the energy dissipated, N mm; positive: created energy.
   double energy() const noexcept { return energy_; }
   /// Returns the factor of the requested forces before they are limited; below 1 only with delayed forces.
-  double softness() const noexcept { return softness_; }
+  double softness() const noexcept { return force_scale_; }
   /// Returns the number of ticks in which the force was limited.
   long cuts() const noexcept { return cuts_; }
   /// Clears the energy balance: contact was lost, or the scene changed.
@@ -50,7 +50,7 @@ class PassivityController {
   template <class Fields>
   void each_field(Fields& fields) {
     for (Wrench& wrench : under_way_) fields(wrench.force_world, wrench.torque_world);
-    fields(last_x_, last_p_, move_, last_hand_, last_tool_, turn_, energy_, softness_, largest_, cuts_,
+    fields(last_x_, last_p_, move_, last_hand_, last_tool_, turn_, energy_, force_scale_, largest_, cuts_,
            has_last_);
   }
 
@@ -63,8 +63,8 @@ class PassivityController {
   std::array<Wrench, k_max_delay + 1> under_way_;     ///< oldest first; [0] was held since the last call
   glm::dvec3 last_x_{0.0}, last_p_{0.0}, move_{0.0};  ///< move_: the newest motion above 0
   glm::dquat last_hand_{1, 0, 0, 0}, last_tool_{1, 0, 0, 0};
-  glm::dvec3 turn_{0.0};                            ///< rotation that belongs to move_, rad
-  double energy_ = 0, softness_ = 1, largest_ = 0;  ///< largest_: energy of the largest recent step
+  glm::dvec3 turn_{0.0};                               ///< rotation that belongs to move_, rad
+  double energy_ = 0, force_scale_ = 1, largest_ = 0;  ///< largest_: energy of the largest recent step
   long cuts_ = 0;
   bool has_last_ = false;
 };

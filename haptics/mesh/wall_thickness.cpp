@@ -13,7 +13,7 @@ namespace {
 
 constexpr double k_left_out = 0.001;  // share of the surface
 
-/// Sets of triangles that share corners (Tarjan 1975: union by path halving).
+/// Sets of triangles that share corners (disjoint sets with path halving, Tarjan and van Leeuwen 1984).
 class Parts {
  public:
   explicit Parts(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0u); }

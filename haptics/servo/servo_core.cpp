@@ -1,4 +1,4 @@
-// ServoCore: one tick of a hand. One file: its steps share the state of a tick.
+// ServoCore: one tick of a hand. Kept in one file because all parts of a tick share its state.
 #include "haptics/servo/servo_core.h"
 
 #include <algorithm>
@@ -33,7 +33,7 @@ bool is_finite(const Pose& pose) noexcept {
   return is_good;
 }
 
-/// Returns true if voxels can be counted at p, for voxels of any size.
+/// Returns true if the voxel index at p is within the range of the voxel traversal.
 bool is_in_reach(const volume::Frame& frame, const dvec3& p) noexcept {
   const dvec3 v = frame.volume_from_world(p);
   for (int a = 0; a < 3; ++a)
@@ -162,14 +162,14 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
   const dvec3& hip = input.pose.position_world;
   if (is_valid_position(hip) && is_finite(input.pose) && is_in_reach(scene, hip) &&
       (faults & fault_not_finite) == 0) {
-    // Growth before the first tick buries no proxy.
+    // Matter restored before the first tick cannot bury the proxy, because no proxy exists yet.
     if (is_fresh_ && hand.escape_path) escape_path_.serial = hand.escape_path->serial;
     is_fresh_ = false;
-    const bool has_grown = hand.escape_path && hand.escape_path->serial > escape_path_.serial;
-    if (has_grown) {
+    const bool is_restored = hand.escape_path && hand.escape_path->serial > escape_path_.serial;
+    if (is_restored) {
       escape_path_ = *hand.escape_path;
       if (is_escaping_ && escape_path_.count > 0)
-        begin_lead(hand, hip);
+        begin_escape(hand, hip);
       else if (is_escaping_)
         release_proxy();
     }
@@ -186,7 +186,7 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
                                       {hip, std::span(hand.placements.data(), hand.placement_count),
                                        input.pose.orientation, time()});
       if (step_.has_contact) touched_item_ = step_.shape;
-      if (step_.is_buried && has_grown && escape_path_.count > 0) begin_lead(hand, hip);
+      if (step_.is_buried && is_restored && escape_path_.count > 0) begin_escape(hand, hip);
     }
     if (is_escaping_) escape(hand, hip);
     force_cap_ = is_escaping_ ? k_escape_force : std::min(force_limit_, force_cap_ + k_escape_recovery * dt_);
@@ -198,7 +198,7 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
     active_force_ = dvec3(0);
     std::optional<dvec3> held_tip;
     if (hand.laws) {
-      // As in the record, so that a replay has the same input.
+      // As in the record below, whose buttons are cleared alike, so that a replay has the same input.
       const bool is_working =
           input.pose.is_pressed() && !is_escaping_ && ((guard_.faults() | faults) & k_latched_faults) == 0;
       const LawForces forces =
@@ -238,16 +238,16 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
     passivity_.set_rendered(passive_part(rendered));
     if (faults & fault_not_finite) passivity_.on_lost_ticks();
   }
-  // A tool with a latched fault, or one being led out, cuts nothing.
+  // A tool cuts nothing while a fault is latched or its proxy follows an escape path.
   if ((record.faults & k_latched_faults) || is_escaping_) record.pose.buttons = 0, record.pose.axes = {};
   emit_events(record);
   account(record);
   record.energy = energy_;
   if (servo_scene.has_held || has_recent_poses_) remember_pose(servo_scene, record);
-  if (is_escaping_ && next_place_ == escape_path_.count) {
+  if (is_escaping_ && next_position_ == escape_path_.count) {
     is_escaping_ = false;  // arrived: from here on the method controls the proxy
     state_.begin_at(anchor_volume_);
-    state_.around.has_placements = false;  // meshes that moved in the meantime passed over it
+    state_.around.has_placements = false;  // meshes that moved during the escape must not push the proxy
   }
   return record;
 }
@@ -314,13 +314,13 @@ ServoRecord ServoCore::step_without_hand(const ServoScene& servo_scene, const Se
   return record;
 }
 
-/// Returns the part of a guarded wrench that active laws did not make: the guard scales all parts of a force
-/// alike, and active laws make no torque.
+/// Estimates the part of a guarded wrench that active laws did not make, as if the guard had only scaled the
+/// force. Active laws make no torque.
 Wrench ServoCore::passive_part(const Wrench& rendered) const noexcept {
   const dvec3 &force = rendered.force_world, &requested = requested_.force_world;
-  const double wanted = glm::dot(requested, requested);
-  if (active_force_ == dvec3(0) || !(wanted > 0)) return rendered;
-  return {force - active_force_ * std::min(1.0, std::sqrt(glm::dot(force, force) / wanted)),
+  const double requested_square = glm::dot(requested, requested);
+  if (active_force_ == dvec3(0) || !(requested_square > 0)) return rendered;
+  return {force - active_force_ * std::min(1.0, std::sqrt(glm::dot(force, force) / requested_square)),
           rendered.torque_world};
 }
 
@@ -335,35 +335,36 @@ Wrench ServoCore::skip(std::uint32_t faults, std::uint64_t count) noexcept {
   return last_;
 }
 
-/// Releases a proxy in grown matter without an escape path: it is set to the hand, without force.
+/// Releases a proxy that restored matter buries if no escape path is known: the proxy restarts at the hand,
+/// without force.
 void ServoCore::release_proxy() noexcept {
   is_escaping_ = false;
   state_.forget();
   force_.reset();
 }
 
-void ServoCore::begin_lead(const ServoHand& hand, const dvec3& hip_world) noexcept {
+void ServoCore::begin_escape(const ServoHand& hand, const dvec3& hip_world) noexcept {
   const volume::Frame& frame = hand.scene->base->frame;
-  const dvec3 out = frame.world_from_volume(escape_path_.places_volume[escape_path_.count - 1]);
+  const dvec3 out = frame.world_from_volume(escape_path_.positions_volume[escape_path_.count - 1]);
   if (!is_escaping_) {
-    // The spring starts unstretched at the hand, at any distance.
+    // The spring starts unstretched at the hand, however far the end of the path is.
     anchor_volume_ = frame.volume_from_world(hip_world);
     force_.forget_stretch();
     const double reach = glm::length(out - hip_world);
     energy_.discarded += 0.5 * material_of(*hand.scene, touched_item_, Side::front).stiffness * reach * reach;
   }
-  next_place_ = 0;
+  next_position_ = 0;
   is_escaping_ = true;
 }
 
 void ServoCore::escape(const ServoHand& hand, const dvec3& hip_world) noexcept {
   const volume::Frame& frame = hand.scene->base->frame;
   double remaining = k_escape_speed * dt_;
-  while (next_place_ < escape_path_.count && remaining > 0) {
-    const dvec3 leg = escape_path_.places_volume[next_place_] - anchor_volume_;
+  while (next_position_ < escape_path_.count && remaining > 0) {
+    const dvec3 leg = escape_path_.positions_volume[next_position_] - anchor_volume_;
     const double length = glm::length(frame.vector_world_from_volume(leg));
     if (length <= remaining) {
-      anchor_volume_ = escape_path_.places_volume[next_place_++];
+      anchor_volume_ = escape_path_.positions_volume[next_position_++];
       remaining -= length;
     } else {
       anchor_volume_ += (remaining / length) * leg;
@@ -394,7 +395,7 @@ void ServoCore::account(const ServoRecord& record) noexcept {
     is_turning_ = !(record.torque_world == dvec3(0) && requested_.torque_world == dvec3(0));
   }
   had_position_ = has_position;
-  was_led_ = record.is_escaping;
+  was_escaping_ = record.is_escaping;
   last_ = record.wrench();
   last_active_ = active_force_ == dvec3(0) ? dvec3(0) : last_.force_world - passive_part(last_).force_world;
   last_normal_ = record.normal_world;
@@ -403,7 +404,7 @@ void ServoCore::account(const ServoRecord& record) noexcept {
 
 void ServoCore::account_motion(const dvec3& motion) noexcept {
   const double work = glm::dot(last_.force_world, motion);
-  if (was_led_) {
+  if (was_escaping_) {
     energy_.growth += work;
     return;
   }

@@ -62,10 +62,10 @@ class ServoCore {
   template <class Fields>
   void each_field(Fields& fields) {
     fields(layout_, force_, guard_, state_, step_, tick_, touched_item_, requested_.force_world,
-           active_force_, requested_.torque_world, escape_path_, is_escaping_, is_fresh_, next_place_,
+           active_force_, requested_.torque_world, escape_path_, is_escaping_, is_fresh_, next_position_,
            anchor_volume_, force_cap_, laws_, passivity_, not_ready_, reported_not_ready_, last_shape_,
            popped_shape_, popped_side_, popped_at_world_, energy_, last_.force_world, last_.torque_world,
-           last_turn_, last_active_, last_normal_, last_position_, had_position_, was_led_, is_turning_,
+           last_turn_, last_active_, last_normal_, last_position_, had_position_, was_escaping_, is_turning_,
            has_recent_poses_, recent_poses_);
   }
   void limit_energy(const glm::dvec3& hip, const glm::dquat& orientation, bool is_six_dof) noexcept;
@@ -74,7 +74,7 @@ class ServoCore {
   ServoRecord step_without_hand(const ServoScene& servo_scene, const ServoInput& input) noexcept;
   void adopt(const ServoHand& hand) noexcept;
   void release_proxy() noexcept;
-  void begin_lead(const ServoHand& hand, const glm::dvec3& hip_world) noexcept;
+  void begin_escape(const ServoHand& hand, const glm::dvec3& hip_world) noexcept;
   void escape(const ServoHand& hand, const glm::dvec3& hip_world) noexcept;
   Wrench passive_part(const Wrench& rendered) const noexcept;
   void account(const ServoRecord& record) noexcept;
@@ -98,9 +98,9 @@ class ServoCore {
 
   EscapePath escape_path_;  ///< the newest one adopted
   bool is_escaping_ = false, is_fresh_ = true;
-  std::uint32_t next_place_ = 0;   ///< index of the next position on escape_path_
-  glm::dvec3 anchor_volume_{0.0};  ///< proxy during an escape
-  double force_cap_;               ///< N, limit of the force during and after an escape
+  std::uint32_t next_position_ = 0;  ///< index of the next position on escape_path_
+  glm::dvec3 anchor_volume_{0.0};    ///< proxy during an escape
+  double force_cap_;                 ///< N, limit of the force during and after an escape
 
   LawMemory laws_;
   PassivityController passivity_;
@@ -115,7 +115,7 @@ class ServoCore {
   Wrench last_;  ///< rendered
   glm::dvec3 last_active_{0.0}, last_normal_{0.0}, last_position_{0.0};
   glm::dquat last_turn_{1, 0, 0, 0};
-  bool had_position_ = false, was_led_ = false;
+  bool had_position_ = false, was_escaping_ = false;
   bool is_turning_ = false;  ///< a torque is requested, or still rendered
 
   /// Placements of the hand in the two newest ticks, kept while any hand holds a mesh.

@@ -45,8 +45,8 @@ void fields_of(ProxyStep& s, Fields& fields) {
 template <class Fields>
 void fields_of(EscapePath& w, Fields& fields) {
   fields(w.serial, w.count);
-  w.count = w.count <= EscapePath::k_max_places ? w.count : 0;  // may come from an invalid file
-  for (std::uint32_t i = 0; i < w.count; ++i) fields(w.places_volume[i]);
+  w.count = w.count <= EscapePath::k_max_positions ? w.count : 0;  // may come from an invalid file
+  for (std::uint32_t i = 0; i < w.count; ++i) fields(w.positions_volume[i]);
 }
 template <class Fields>
 void fields_of(EnergyLedger& e, Fields& fields) {
@@ -174,7 +174,7 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& hand, ServoCore&
   const ProxyState& state = result.state_;
   bool is_good = fields.is_good && fields.in.empty() && is_near(state.proxy_volume) &&
                  is_near(result.anchor_volume_) &&
-                 (!result.is_escaping_ || result.next_place_ <= result.escape_path_.count);
+                 (!result.is_escaping_ || result.next_position_ <= result.escape_path_.count);
   for (const int item : {result.touched_item_, result.last_shape_, result.popped_shape_, result.step_.shape,
                          state.touched_mover, state.plane.shape})
     is_good = is_good && is_item(item, scene);
@@ -184,7 +184,7 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& hand, ServoCore&
     is_good = is_good && std::abs(glm::length(recent.pose.rotation) - 1) < 1e-6;
   for (const Side side : {result.step_.side, result.popped_side_}) is_good = is_good && is_side(side);
   for (std::uint32_t i = 0; i < result.escape_path_.count; ++i)
-    is_good = is_good && is_near(result.escape_path_.places_volume[i]);
+    is_good = is_good && is_near(result.escape_path_.positions_volume[i]);
   for (const ShapeSet& items : {state.inside, state.around.nearby, state.around.passable,
                                 state.around.new_models, result.not_ready_, result.reported_not_ready_})
     is_good = is_good && items.next(item_count(scene)) == ShapeSet::k_max;

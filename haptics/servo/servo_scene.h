@@ -17,10 +17,10 @@ namespace trephine::haptics {
 /// Escape path of a proxy that restored matter covers: its previous positions, newest first, up to one that
 /// is free then.
 struct EscapePath {
-  static constexpr std::size_t k_max_places = 64;
+  static constexpr std::size_t k_max_positions = 64;
   std::uint64_t serial = 0;  ///< of the first ServoScene with that matter
   std::uint32_t count = 0;   ///< number of positions; 0: no path is known, and a buried proxy is released
-  std::array<glm::dvec3, k_max_places> places_volume;
+  std::array<glm::dvec3, k_max_positions> positions_volume;
 };
 
 /// Touchable data of one hand. A value; immutable when published.

@@ -79,9 +79,9 @@ void blur(std::vector<float>& image, const View& view, double sigma, int threads
 
 }  // namespace
 
-std::vector<float> receive(std::span<const double> sums, const View& view, int rays_a_pixel_edge,
+std::vector<float> receive(std::span<const double> sums, const View& view, int rays_per_pixel_edge,
                            const Detector& detector, int threads) {
-  const int n = rays_a_pixel_edge;
+  const int n = rays_per_pixel_edge;
   std::vector<float> image(static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(view.rows), 0);
   const volume::PixelBox& open = view.open;
   const auto across = static_cast<std::size_t>(view.columns);
@@ -112,7 +112,7 @@ std::vector<float> receive(std::span<const double> sums, const View& view, int r
   return image;
 }
 
-double weakening(float received) noexcept {
+double attenuation_of(float received) noexcept {
   return std::min(15.99, -deterministic_log(std::max(1e-30, static_cast<double>(received))));
 }
 
@@ -126,7 +126,7 @@ std::vector<std::uint8_t> show(std::span<const float> received, const View& view
   };
   // Bright is more radiation.
   const auto brightness = [&](std::size_t pixel) {
-    return display.is_logarithmic ? -weakening(received[pixel]) : static_cast<double>(received[pixel]);
+    return display.is_logarithmic ? -attenuation_of(received[pixel]) : static_cast<double>(received[pixel]);
   };
   // Pixels with matter in the beam; the rest is bright anyway.
   std::vector<double> attenuated, unattenuated;

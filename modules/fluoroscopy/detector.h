@@ -31,6 +31,6 @@ struct Display {
 std::vector<std::uint8_t> show(std::span<const float> received, const View& view, const Display& display,
                                std::span<const std::uint8_t> hidden);
 /// Returns -ln of a signal, as used by logarithmic displays and DICOM's LOG pixels; at most 15.99.
-double weakening(float received) noexcept;
+double attenuation_of(float received) noexcept;
 
 }  // namespace trephine::fluoroscopy

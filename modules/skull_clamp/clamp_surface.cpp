@@ -58,7 +58,7 @@ std::vector<ClampRod> clamp_rods(const ClampPose& pose, const Pins& tips_world, 
   std::vector<ClampRod> rods{{holders[1], holders[2], k_rocker_radius}};
   dvec3 down = glm::cross(pose.axis_world, pose.across_world);
   if (glm::dot(down, up_world) > 0) down = -down;
-  // From the single pin's holder to the rocker's.
+  // The arms: half an ellipse from the holder of the single pin to the middle of the rocker.
   const dvec3 begin = holders[0], end = 0.5 * (holders[1] + holders[2]), middle = 0.5 * (begin + end);
   constexpr int k_parts = 12;
   dvec3 previous = begin;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double k_skin = -300;   // HU, between air and fat
 constexpr double k_step = 0.5;    // mm
-constexpr double k_deepest = 60;  // mm, at which the search for the way out of the head ends
+constexpr double k_deepest = 60;  // mm, largest depth that is measured
 
 /// Returns the distance from a point in the head to its surface, mm, along the nearest of 26 directions.
 double depth_in(const HeadSolid& head, const dvec3& p) {

@@ -226,7 +226,7 @@ std::string quoted_if_needed(const std::string& text) {
   return quoted + '"';
 }
 
-/// Removes a quoted text from the front of `words` and returns it; empty if it is not terminated.
+/// Removes a quoted text from the front of `words` and returns it; nullopt if it is not terminated.
 std::optional<std::string> take_quoted(std::string_view& words) {
   std::string text;
   for (std::size_t i = 1; i < words.size(); ++i) {
@@ -347,7 +347,7 @@ Status from_words(const Schema& schema, void* value, std::string_view words) {
         return Error{.what = "a quoted text is not terminated",
                      .where = std::string(schema.name) + ' ' + std::string(name),
                      .found = std::string(word),
-                     .expected = "a quote before the next space",
+                     .expected = "a closing quote, then a space or the end",
                      .remedy = "write \\\" for a quote within the text"};
       text = std::move(*quoted);
     } else {
@@ -360,7 +360,7 @@ Status from_words(const Schema& schema, void* value, std::string_view words) {
       return Error{.what = "unknown field",
                    .where = std::string(schema.name),
                    .found = std::string(word),
-                   .expected = "NAME=VALUE, with a name of: " + names_of(schema)};
+                   .expected = "NAME=VALUE with one of the names: " + names_of(schema)};
     const FieldPointer pointer = found->pointer_in(value);
     if (!read_value(*found, pointer, text))
       return Error{.what = "invalid value",

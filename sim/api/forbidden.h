@@ -16,7 +16,7 @@ namespace trephine::sim {
 struct ToolBall {
   glm::dvec3 centre{0.0};  ///< mm
   double radius = 0;       ///< mm
-  bool is_blunt = false;   ///< even while the tool works: a foot that pushes a membrane off the bone
+  bool is_blunt = false;   ///< does not cut even while the tool works, such as a foot that pushes a membrane
 };
 
 /// Position of a ball relative to a structure.
@@ -44,7 +44,7 @@ class Forbidden {
   const std::string& name() const noexcept { return name_; }
   /// Shape of the anatomy; null for a model.
   const volume::Shape* shape() const noexcept { return volume_ ? &field_.shape() : nullptr; }
-  /// Returns the longest side of its voxels, mm; for a model the spacing of positions along a path.
+  /// Returns the longest side of its voxels, mm; for a model twice the spacing of positions along a path.
   double voxel_mm() const noexcept {
     if (!volume_) return 2 * step_mm_;
     const glm::dvec3& spacing = volume_->frame.spacing();
@@ -62,14 +62,14 @@ class Forbidden {
     return locate(ball, expected).clearance;
   }
   Nearness locate(const ToolBall& ball, double expected = k_reach) const noexcept;
-  /// Returns the least clearance, mm, while the ball moves straight from `from` to its centre. `watch`
-  /// follows its path of entry at the same positions.
+  /// Returns the least clearance, mm, while the ball moves straight from `from` to its centre, as
+  /// clearance(from, ...) does, and records the ball's path of entry in `watch`.
   double follow(const glm::dvec3& from, const ToolBall& ball, double expected,
                 ForbiddenWatch& watch) const noexcept;
   /// Starts a path at the ball's position. Returns the clearance, mm.
   double begin_path(const ToolBall& ball, double expected, ForbiddenWatch& watch) const noexcept;
   /// Returns the least clearance, mm, while the ball moves straight from `from` to its centre, at positions
-  /// half a voxel apart.
+  /// half of a voxel's shortest side apart.
   double clearance(const glm::dvec3& from, const ToolBall& ball, double expected = k_reach) const noexcept;
 
  private:
@@ -90,7 +90,7 @@ class Forbidden {
 /// The tool's body entered a forbidden structure.
 struct ForbiddenEntered {
   std::string structure;
-  bool is_working = false;  ///< with its button pressed
+  bool is_working = false;  ///< its button is pressed, and its body is not blunt
   static const Schema& schema();
 };
 /// The tool's body left the structure.
@@ -101,15 +101,15 @@ struct ForbiddenLeft {
   static const Schema& schema();
 };
 
-/// A tool that did not work pushed a membrane, such as the dura, off the bone. Emitted when it leaves, with
-/// its deepest position.
+/// A tool that did not work, or a blunt part of it, pushed a membrane, such as the dura, off the bone.
+/// Emitted with its greatest depth when it leaves, or with the cut of a flap.
 struct StructureStripped {
   std::string structure;
   double deepest = 0;  ///< mm
   static const Schema& schema();
 };
-/// A tool that worked, with its button pressed, touched the membrane. Emitted when it leaves, with its
-/// deepest position.
+/// A tool that worked, with its button pressed, touched the membrane. Emitted with its greatest depth when it
+/// leaves.
 struct StructureTouched {
   std::string structure;
   double deepest = 0;  ///< mm
@@ -129,8 +129,8 @@ inline constexpr double k_tear_depth = 0.5, k_blunt_tear_depth = 3;
 /// Watch of one hand and one structure since the start; undo does not change it.
 struct ForbiddenWatch {
   bool is_inside = false;
-  /// Clearance in the newest tick, mm; a lower bound of it beyond both `nearest` and k_always_measured, where
-  /// it is measured only after enough motion. Engine::clearance() measures it.
+  /// Clearance in the newest tick, mm. Only a lower bound while it exceeds both `nearest` and
+  /// k_always_measured; Engine::clearance() returns the measured value.
   double clearance = Forbidden::k_reach;
   double nearest = Forbidden::k_reach;  ///< mm, least so far; negative: depth along the path of entry
   double measured = 0;                  ///< mm, last measured clearance
@@ -138,7 +138,7 @@ struct ForbiddenWatch {
   // Path of entry of the current visit. Depth is measured to the side of entry: a tool that passed through a
   // brain to 2 mm before its far side is not 2 mm deep.
   bool has_entry = false, is_beyond_middle = false;
-  glm::dvec3 entry_world{0.0};               ///< mm, point of that side below which the tool is
+  glm::dvec3 entry_world{0.0};               ///< mm, surface point through which the ball entered
   double depth = 0;                          ///< mm, current; 0 outside
   double deepest_now = 0;                    ///< mm, of the current visit
   glm::dvec3 deepest_world{0.0};             ///< mm, centre of the ball there
@@ -147,8 +147,8 @@ struct ForbiddenWatch {
   /// Sets `clearance` to its lower bound, if the ball is then still beyond `nearest` and k_always_measured.
   /// Returns false if the clearance must be measured.
   bool is_far(const ToolBall& ball) noexcept;
-  /// Follows the path of entry while the ball moves from `from_world` to its centre, which has this nearness.
-  /// `slack`: jumps of the nearest point of a rough surface, mm.
+  /// Follows the path of entry while the ball moves from `from_world` to its centre. `nearness`: at the
+  /// centre. `slack`: jumps of the nearest point of a rough surface, mm.
   void follow(const glm::dvec3& from_world, const ToolBall& ball, const Nearness& nearness,
               double slack) noexcept;
   static const Schema& schema();

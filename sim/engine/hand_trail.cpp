@@ -61,12 +61,12 @@ std::optional<haptics::EscapePath> HandTrail::escape_path(const haptics::ServoHa
   }
   haptics::EscapePath result;
   const std::size_t stride =
-      (path.size() + haptics::EscapePath::k_max_places - 1) / haptics::EscapePath::k_max_places;
+      (path.size() + haptics::EscapePath::k_max_positions - 1) / haptics::EscapePath::k_max_positions;
   for (std::size_t i = stride - 1; i < path.size(); i += stride)
-    result.places_volume[result.count++] = path[i];
+    result.positions_volume[result.count++] = path[i];
   if (path.size() % stride != 0) {
-    if (result.count == haptics::EscapePath::k_max_places) --result.count;
-    result.places_volume[result.count++] = path.back();
+    if (result.count == haptics::EscapePath::k_max_positions) --result.count;
+    result.positions_volume[result.count++] = path.back();
   }
   return result;
 }

@@ -48,7 +48,7 @@ std::shared_ptr<const PreparedTool> make_geometry(const HandTool& tool, const To
     for (const haptics::TouchItem& shape : haptics::base_shapes(*result->scene))
       result->offsets.push_back(
           shape.offset->updated(shape.field, *shape.bits, version, cut, 0, nullptr, shape.soft.get()));
-  constexpr int k_samples = 1 << 16;  // a millisecond
+  constexpr int k_samples = 1 << 16;  // of each field; they take about 1 ms
   MixHash hash;
   hash.add(radius);
   for (const glm::dvec3& at : request.balls)

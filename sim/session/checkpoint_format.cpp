@@ -63,7 +63,8 @@ void put_hand(std::string& out, const EngineImage::Hand& hand) {
   if (hand.escape_path) {
     put(out, hand.escape_path->serial);
     put_count(out, hand.escape_path->count);
-    for (std::uint32_t i = 0; i < hand.escape_path->count; ++i) put(out, hand.escape_path->places_volume[i]);
+    for (std::uint32_t i = 0; i < hand.escape_path->count; ++i)
+      put(out, hand.escape_path->positions_volume[i]);
   }
   put(out, static_cast<std::uint8_t>(hand.work.is_pressed | hand.work.is_fresh << 1 |
                                      hand.work.body.has_value() << 2 | hand.work.place.has_value() << 3));

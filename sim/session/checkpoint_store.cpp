@@ -369,8 +369,8 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     if (in.flags(1) != 0) {
       auto path = std::make_shared<haptics::EscapePath>();
       path->serial = in.value<std::uint64_t>();
-      path->count = static_cast<std::uint32_t>(in.count(haptics::EscapePath::k_max_places));
-      for (std::uint32_t i = 0; i < path->count; ++i) path->places_volume[i] = in.place();
+      path->count = static_cast<std::uint32_t>(in.count(haptics::EscapePath::k_max_positions));
+      for (std::uint32_t i = 0; i < path->count; ++i) path->positions_volume[i] = in.place();
       hand.escape_path = std::move(path);
     }
     const auto flags = in.flags(15);

@@ -157,7 +157,7 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
   EXPECT_EQ(report.strokes, 2u);
   EXPECT_GT(report.frames, 5);
   EXPECT_GT(report.drilling_frames, 0);
-  EXPECT_FALSE(report.recording.has_value());
+  EXPECT_FALSE(report.recording_error.has_value());
   EXPECT_EQ(report.servo.faults & haptics::k_latched_faults, 0u);
   // The session contains all work, to the bit; a copy saved in the middle is a session too.
   for (const std::string& file : {session_, (folder_ / "copy.session").string()}) {

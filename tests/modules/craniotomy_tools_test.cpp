@@ -2,6 +2,7 @@
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
 #include <gtest/gtest.h>
 #include <optional>
 
@@ -382,6 +383,44 @@ TEST(Perforator, SetDownElsewhereItStartsAgain) {
   for (const double x : {-3.0, 0.0, 3.0})
     for (const double z : {6.9, 5.0, 3.0}) EXPECT_FALSE(bench.is_gone({x, 0, z})) << x;  // no trench
   EXPECT_TRUE(bench.events<PerforatorStopped>().empty());
+}
+
+/// Undo restores bone around a burr and its shaft, which stand tilted in their hole: the force stays small,
+/// the hand withdraws them freely, and the surface holds them again.
+TEST(BurrWithShaft, UndoAroundItReleasesTheTool) {
+  const Burr burr{.diameter = 3, .removal_rate = 200, .is_round = true, .shaft = 12};
+  for (const double degrees : {0.0, 20.0}) {
+    ToolBench bench(drilling::burr(burr), vault_at, dvec3(0.6), {-8, -8, -9}, {8, 8, 15});
+    sim::Lockstep& run = *bench.run;
+    const glm::dquat tilt = glm::angleAxis(glm::radians(degrees), dvec3(0, 1, 0));
+    const dvec3 ahead = tilt * dvec3(0, 0, -1), start = dvec3(0, 0, 9);
+    const auto at = [&](double depth, unsigned buttons) {
+      return run.step(haptics::Pose{start + depth * ahead, tilt, buttons});
+    };
+    for (int i = 0; i < 2500; ++i) at(std::min(7.0, 5e-3 * i), 1);
+    ASSERT_GT(run.engine().removed_mm3(), 10);
+    ASSERT_LT(run.last_record().proxy_world.z, 5.5) << "in its hole";
+    at(7, 0);
+    ASSERT_TRUE(run.undo().is_changed);
+    double most = 0, turning = 0;
+    for (int i = 0; i < 500; ++i) {
+      const haptics::ServoRecord record = at(7, 0);
+      most = std::max(most, glm::length(record.force_world));
+      turning = std::max(turning, glm::length(record.torque_world));
+      ASSERT_TRUE(std::isfinite(most) && std::isfinite(turning));
+    }
+    EXPECT_LT(most, 3.1) << turning;
+    EXPECT_LT(turning, 5);
+    EXPECT_EQ(run.last_record().faults, 0u);
+    double pull = 0;  // of the bone, against the withdrawal
+    for (int i = 0; i < 400; ++i) pull = std::max(pull, glm::dot(at(7 - 0.05 * i, 0).force_world, ahead));
+    EXPECT_LT(pull, 0.2) << degrees;
+    EXPECT_FALSE(run.last_record().has_contact);
+    EXPECT_LT(glm::length(run.last_record().proxy_world - run.last_record().pose.position_world), 1e-9);
+    for (int i = 0; i < 400; ++i) at(-13 + 0.05 * i, 0);
+    EXPECT_TRUE(run.last_record().has_contact) << degrees;
+    EXPECT_GT(run.last_record().proxy_world.z, 8) << degrees;
+  }
 }
 
 TEST(CraniotomyTools, InvalidToolsAreRefused) {

@@ -333,7 +333,7 @@ TEST(VolumeXray, ABreachOfTwoMillimetresIsVisibleInAShot) {
           if (glm::length(dvec2(i, j) - where) > radius) continue;
           const auto n =
               static_cast<std::size_t>(i) + static_cast<std::size_t>(size) * static_cast<std::size_t>(j);
-          sum += weakening(shots[0][n]) - weakening(shots[1][n]), ++count;
+          sum += attenuation_of(shots[0][n]) - attenuation_of(shots[1][n]), ++count;
         }
       return sum / count;
     };

@@ -27,15 +27,15 @@ struct SurfaceSource {
   const Version* version = nullptr;  ///< null: no cuts
   const Occupancy* bits = nullptr;   ///< bits of the field's shape; null: thresholds the volume
   bool is_open = false;              ///< leave holes where the solid reaches the grid's border
-  /// True: the net of the voxel centres alone, each vertex the mean of its crossings, which a proxy touches
-  /// cell by cell (volume/surface/local_net.h). False: cuts have the resolution of their lattice, and sharp
+  /// True: uses voxel centres only, with each vertex at the mean of its crossings: the net that a proxy
+  /// touches (volume/surface/local_net.h). False: cuts have the resolution of their lattice, and sharp
   /// rims.
   bool is_of_voxels = false;
 };
 
 /// Returns the whole surface, with one vertex per surface patch of a cell (the cube between eight voxel
-/// centres). Ambiguous faces separate the solid, except where both cells would then pinch. The result does
-/// not depend on `threads` (0 = all cores).
+/// centres). An ambiguous face disconnects its solid corners; its air corners instead, where a patch of both
+/// cells would otherwise touch itself at the face. The result does not depend on `threads` (0 = all cores).
 Mesh surface_net(const SurfaceSource& source, int threads = 0);
 
 /// Cells along the edge of a chunk.
@@ -56,7 +56,7 @@ struct NetScratch {
   Buffer<std::uint32_t> triangles;
 };
 
-/// Returns the triangles of one chunk with their vertices, equal to the bit to those of the whole surface.
+/// Returns the triangles of one chunk with their vertices, bit-identical to those of the whole surface.
 Mesh surface_net_chunk(const SurfaceSource& source, const glm::ivec3& chunk, NetScratch* scratch = nullptr);
 
 /// Returns unit normals (world frame) at the vertices of a mesh, toward the free side, from the gradients of

@@ -25,28 +25,30 @@ bench::DrawOn draw_on(int pixels) {
 }
 
 /// Returns a value as JSON; null below 0, for a missing peer.
-Json put(double value) { return value < 0 ? Json(nullptr) : Json(value); }
+Json json_or_null(double value) { return value < 0 ? Json(nullptr) : Json(value); }
 
 void report_images(bool is_quick, Outcome& outcome) {
   Json& json = outcome.json;
   json["images"] = Json::array();
   for (const bench::ImagesRow& row : bench::run_depth_images(is_quick, draw_on))
-    json["images"].push_back({{"triangles", row.triangles},
-                              {"pixels", row.pixels},
-                              {"ours_ms", row.ours_ms},
-                              {"embree_tree_ms", put(row.embree_build_ms)},
-                              {"embree_first_hits_ms", put(row.embree_ms)},
-                              {"gl_first_ms", put(row.gl_first_ms)},
-                              {"gl_ms", put(row.gl_ms)},
-                              {"embree_apart", row.embree_apart < 0 ? Json(nullptr) : Json(row.embree_apart)},
-                              {"gl_apart", row.gl_apart < 0 ? Json(nullptr) : Json(row.gl_apart)},
-                              {"moved_apart", row.moved_apart}});
+    json["images"].push_back(
+        {{"triangles", row.triangles},
+         {"pixels", row.pixels},
+         {"ours_ms", row.ours_ms},
+         {"embree_tree_ms", json_or_null(row.embree_build_ms)},
+         {"embree_first_hits_ms", json_or_null(row.embree_ms)},
+         {"gl_first_ms", json_or_null(row.gl_first_ms)},
+         {"gl_ms", json_or_null(row.gl_ms)},
+         {"embree_different_pixels", row.embree_different < 0 ? Json(nullptr) : Json(row.embree_different)},
+         {"gl_different_pixels", row.gl_different < 0 ? Json(nullptr) : Json(row.gl_different)},
+         {"moved_different_pixels", row.moved_different}});
   outcome.print("\nSix images of 20 mm around the touch, ms; ours: every layer, without preprocessing");
-  outcome.print_table(json["images"],
-                      "triangles = {triangles} | pixels = {pixels}^2 | ours = {ours_ms:.2f} | "
-                      "Embree: its tree = {embree_tree_ms:.1f} | first hits = {embree_first_hits_ms:.2f} | "
-                      "apart = {embree_apart} | VTK's depth buffer: first = {gl_first_ms:.1f} | "
-                      "then = {gl_ms:.1f} | apart = {gl_apart} | ours moved by a pixel = {moved_apart}");
+  outcome.print_table(
+      json["images"],
+      "triangles = {triangles} | pixels = {pixels}^2 | ours = {ours_ms:.2f} | "
+      "Embree: its tree = {embree_tree_ms:.1f} | first hits = {embree_first_hits_ms:.2f} | "
+      "pixels that differ = {embree_different_pixels} | VTK's depth buffer: first = {gl_first_ms:.1f} | "
+      "then = {gl_ms:.1f} | pixels that differ = {gl_different_pixels} | ours moved by a pixel = {moved_different_pixels}");
   Json table = Json::array();
   json["edits"] = Json::array();
   for (const bench::EditRow& row : bench::run_depth_edits(is_quick)) {
@@ -55,7 +57,7 @@ void report_images(bool is_quick, Outcome& outcome) {
                              {"update_us", row.update_us},
                              {"net_ms", row.net_ms},
                              {"triangles", row.triangles},
-                             {"embree_tree_ms", put(row.embree_ms)}});
+                             {"embree_tree_ms", json_or_null(row.embree_ms)}});
     table.push_back(json["edits"].back());
     table.back()["ratio"] = row.embree_ms < 0 ? Json() : Json(1e3 * row.embree_ms / row.update_us);
   }
@@ -63,17 +65,17 @@ void report_images(bool is_quick, Outcome& outcome) {
   outcome.print_table(table,
                       "burr, mm = {burr_mm:.0f} | whole, ms = {all_ms:.2f} | "
                       "changed rows, us = {update_us:.1f} | the chunk's net, ms = {net_ms:.2f} | "
-                      "Embree's tree of it, ms = {embree_tree_ms:.2f} | ratio = {ratio:.0f}");
+                      "Embree's tree of this net, ms = {embree_tree_ms:.2f} | ratio = {ratio:.0f}");
   table = Json::array();
   json["frames"] = Json::array();
   for (const bench::FrameRow& row : bench::run_frame_times(is_quick, draw_on)) {
     json["frames"].push_back({{"triangles", row.triangles},
                               {"slices", row.slices},
-                              {"draw_ms", put(row.draw_ms)},
+                              {"draw_ms", json_or_null(row.draw_ms)},
                               {"voxels_us", row.voxel_touch_us},
-                              {"depth_images_ms", put(row.depth_ms)},
-                              {"drawn_again_ms", put(row.redraw_ms)},
-                              {"feedback_ms", put(row.feedback_ms)}});
+                              {"depth_images_ms", json_or_null(row.depth_ms)},
+                              {"drawn_again_ms", json_or_null(row.redraw_ms)},
+                              {"feedback_ms", json_or_null(row.feedback_ms)}});
     table.push_back(json["frames"].back());
     table.back()["of"] =
         row.triangles > 0 ? format_text("%d triangles", row.triangles) : format_text("%d slices", row.slices);
@@ -89,7 +91,7 @@ void report_images(bool is_quick, Outcome& outcome) {
 
 void report_falls(bool is_quick, Outcome& outcome) {
   Json& rows = outcome.json["falls"] = Json::array();
-  std::string columns = "object = {thing} | wall, mm = {wall_mm:.1f} | steps = {steps}";
+  std::string columns = "object = {object} | wall, mm = {wall_mm:.1f} | steps = {steps}";
   for (const bench::FallRow& row : bench::run_depth_falls(is_quick)) {
     Json methods = Json::array();
     for (const auto& m : row.methods) {
@@ -100,7 +102,7 @@ void report_falls(bool is_quick, Outcome& outcome) {
       methods.push_back({{"name", m.name}, {"passed", m.passed}, {"steps_in_contact", m.touched}});
     }
     rows.push_back(
-        {{"thing", row.object}, {"wall_mm", row.wall}, {"steps", row.steps}, {"methods", methods}});
+        {{"object", row.object}, {"wall_mm", row.wall}, {"steps", row.steps}, {"methods", methods}});
   }
   outcome.print(
       "\nWalls passed in random steps of up to 1.7 m/s, pixels of 0.2 mm (steps in contact in brackets)");
@@ -159,7 +161,7 @@ Status bench_depth(const BenchArguments& arguments, Outcome& outcome) {
   outcome.print("Resting position by a local occupancy map of 2 mm, us (published figures in brackets)");
   outcome.print_table(table,
                       "resolution, mm = {resolution_mm:.1f} | "
-                      "map by the rule = {voxels}^3 ({published_voxels}^3) | "
+                      "map by Kim's rule = {voxels}^3 ({published_voxels}^3) | "
                       "in memory = {physical_us:.2f} ({published_physical_us:.0f}) | "
                       "never stored = {abstract_us:.2f} ({published_abstract_us:.0f}) | "
                       "error, mm = {error_rms_mm:.4f}");
@@ -172,7 +174,7 @@ Status bench_depth(const BenchArguments& arguments, Outcome& outcome) {
     table.back().update({{"published_step_mm", row.published_step}, {"published_us", row.published_us}});
   }
   outcome.print(
-      "\nThe proxy's voxel of 0.2 mm divided n times by 27; the paper states two sizes, in its text and in its table");
+      "\nThe proxy's voxel of 0.2 mm divided n times by 27; Kim et al. 2009 give two sizes, in text and table");
   outcome.print_table(table,
                       "n = {level} | 0.2/3^n mm (text) = {step_mm:.5f} | "
                       "2/3^n mm (table) = {published_step_mm:.5f} | "
@@ -180,13 +182,13 @@ Status bench_depth(const BenchArguments& arguments, Outcome& outcome) {
   const auto real = real_models(arguments.source);
   if (!real) return real.error();
   outcome.print(
-      "\nModels touched 1 mm deep; published: 60 to 62 us per step; building CHAI3D's tree takes 22 to 430 ms");
+      "\nModels touched 1 mm deep; Kim et al. 2009: 60 to 62 us per step; CHAI3D's tree takes 22 to 430 ms");
   json["models"] = Json::array();
   for (const bench::ModelRow& row : bench::run_depth_models(arguments.is_quick, real.value())) {
     Json methods = Json::array();
     for (const bench::ModelRow::Method& m : row.methods)
       methods.push_back({{"name", m.name},
-                         {"made_before_ms", m.ready_ms},
+                         {"preparation_ms", m.ready_ms},
                          {"step_us", {{"p50", m.p50}, {"p999", m.p999}}},
                          {"error_rms_mm", m.error},
                          {"error_worst_mm", m.worst}});
@@ -196,12 +198,12 @@ Status bench_depth(const BenchArguments& arguments, Outcome& outcome) {
                               {"whole_images_ms", row.complete_ms},
                               {"methods", methods}});
     outcome.print(
-        "{name}, {triangles} triangles; images of 20 mm in 100^2 {clip_images_ms:.2f} ms, of all in 0.2 mm "
-        "{whole_images_ms:.1f} ms",
+        "{name}, {triangles} triangles; three images of 20 mm with 100^2 pixels: {clip_images_ms:.2f} ms; of the whole "
+        "model with pixels of 0.2 mm: {whole_images_ms:.1f} ms",
         json["models"].back());
     outcome.print_table(
         methods,
-        "method = {name} | prepared, ms = {made_before_ms:.1f} | p50, us = {step_us/p50:.2f} | "
+        "method = {name} | prepared, ms = {preparation_ms:.1f} | p50, us = {step_us/p50:.2f} | "
         "p99.9, us = {step_us/p999:.2f} | rms, mm = {error_rms_mm:.5f} | "
         "worst, mm = {error_worst_mm:.5f}");
   }

@@ -17,10 +17,10 @@ using glm::dvec3;
 
 namespace {
 
-constexpr double k_least_loss = 0.05;  // points; smaller changes are those of the cut lattice
+constexpr double k_least_loss = 0.05;  // points; smaller changes come from the resolution of the cut lattice
 
-/// Moves the points of a hand along its line: by `at_entry` mm (to the right) at the surface, and by
-/// `at_depth` mm at a depth. The shaft follows the line.
+/// Tilts and shifts the line of a hand to the right: by `at_entry` mm at the surface and by `at_depth` mm at
+/// `depth`. The shaft follows the line.
 void move_line(data_tools::ScriptHand& hand, double at_entry, double at_depth, double depth) {
   const double slope = (at_entry - at_depth) / depth;
   for (auto& point : hand.points) point[1] += at_entry + slope * point[3];
@@ -45,7 +45,7 @@ void move_position(std::string& words, double by) {
     words.replace(begin, end - begin, format_text(" %g,%g,%g", x + by, y, z));
 }
 
-/// Removes the last command of a name.
+/// Removes the last command with this name that is not expected to be refused.
 void remove_last(Script& script, const std::string& name) {
   for (std::size_t i = script.commands.size(); i-- > 0;)
     if (script.commands[i].name == name && !script.commands[i].refusal)
@@ -134,7 +134,7 @@ bool is_own(const PlantedError& error, const std::string& finding) {
                      [&](const std::string& part) { return finding.find(part) != std::string::npos; });
 }
 
-/// Weight of a finding and its points, by the names of findings with limits.
+/// Weight and points of each finding with limits, by name.
 using Points = std::map<std::string, std::pair<double, double>>;
 
 Points points_of(const sim::Score& score) {
@@ -145,7 +145,7 @@ Points points_of(const sim::Score& score) {
 }
 
 /// Returns the points that each finding lost. A finding that is missing after the error lost all its points;
-/// a new one lost those that it lacks.
+/// a new one lost the points between its weight and its own.
 std::map<std::string, double> lost_points(const Points& before, const Points& after) {
   std::map<std::string, double> lost;
   for (const auto& [name, points] : before) {
@@ -172,7 +172,7 @@ Status plant(const Script& script, const std::string& folder, const std::string&
                  .where = "procedure of the script",
                  .found = script.procedure,
                  .expected = "craniotomy, laminectomy-screws or ventriculostomy",
-                 .remedy = "choose a script docs/examples/procedure-*.toml"};
+                 .remedy = "choose one of the scripts docs/examples/procedure-*.toml"};
   workbench::Skill exact;
   exact.name = "exact";
   const auto right = play_and_score(script, folder, {exact, 1});
@@ -223,9 +223,10 @@ Result<Outcome> run_faults(const FaultsArguments& arguments) {
   for (const Json& row : rows.value()) is_met = is_met && row["own"] > 0 && row["others"] == 0;
   outcome.json["is_met"] = is_met;
   if (!is_met) outcome.exit_code = exit_check_failed;
-  outcome.print_table(rows.value(),
-                      "procedure = {procedure} | planted error = {error} | points lost by its findings = "
-                      "{own:.1f} | by others = {others:.1f} | findings = {lost_text}");
+  outcome.print_table(
+      rows.value(),
+      "procedure = {procedure} | planted error = {error} | change of points of its findings = "
+      "{own:.1f} | of others = {others:.1f} | findings = {lost_text}");
   return finished(outputs, std::move(outcome));
 }
 
@@ -233,7 +234,8 @@ Run build(Options& options) {
   auto a = std::make_shared<FaultsArguments>();
   options.add("SCRIPT", a->scripts, "Scripts that perform a shipped procedure").required();
   options.add("--only", a->only, "Only errors with this text in their name").type("TEXT");
-  options.add("-o,--output", a->output, "CSV file with a line for each finding that lost points").type("CSV");
+  options.add("-o,--output", a->output, "CSV file with a line for each finding whose points changed")
+      .type("CSV");
   return run_with(a, run_faults);
 }
 

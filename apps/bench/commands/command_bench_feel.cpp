@@ -37,13 +37,13 @@ Status export_scene(const std::string& folder, const bench::FeelScene& scene) {
           data_tools::write_volume((place / "volume.mha").string(), drilled ? *drilled : *scene.scene.base))
     return error;
   const volume::Shape& shape = scene.scene.items[0].field.shape();
-  const Json says{{"id", bench::feel_id(scene)},
-                  {"radius_mm", scene.radius_mm},
-                  {"solid_from", shape.low},
-                  {"stiffness_n_mm", scene.scene.items[0].material.stiffness},
-                  {"rate_hz", 1000}};
-  if (Status error =
-          data_tools::write_file_atomically((place / "scene.json").string(), text_of_json(says) + "\n"))
+  const Json description{{"id", bench::feel_id(scene)},
+                         {"radius_mm", scene.radius_mm},
+                         {"solid_from", shape.low},
+                         {"stiffness_n_mm", scene.scene.items[0].material.stiffness},
+                         {"rate_hz", 1000}};
+  if (Status error = data_tools::write_file_atomically((place / "scene.json").string(),
+                                                       text_of_json(description) + "\n"))
     return error;
   std::ostringstream hip, ideal;
   scene.path.write_csv(hip);
@@ -118,7 +118,7 @@ bench::FeelScene real_scene(const std::string& name, const std::string& motion, 
   return real;
 }
 
-/// The path resampled at 1 kHz, as the chart plays it.
+/// Returns the path resampled at 1 kHz, at which this benchmark plays it, with at most 20 000 samples.
 Result<haptics::PosePath> at_a_kilohertz(const haptics::PosePath& path, const std::string& where) {
   constexpr std::size_t k_max = 20'000;
   std::vector<haptics::PosePath::Sample> samples;
@@ -194,7 +194,7 @@ Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
     is_any = is_any || scene.group != "real";
     return arguments.export_folder.empty() ? std::nullopt : export_scene(arguments.export_folder, scene);
   };
-  // Our own answers too, in the form that --score reads.
+  // Collects the proxies of the default method, too, in the format that --score reads.
   std::ostringstream ours;
   ours << "scene,proxy_x,proxy_y,proxy_z\n";
   if (!arguments.export_folder.empty())

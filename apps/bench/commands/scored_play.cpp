@@ -19,7 +19,7 @@ Result<workbench::SessionScore> play_and_score(const data_tools::Script& script,
   if (!recorder) return recorder.error();
   const auto report = run.value()->play(recorder.value().get());
   if (!report) return report.error();
-  if (report.value().recording) return *report.value().recording;
+  if (report.value().recording_error) return *report.value().recording_error;
   workbench::SourceChoice source(workbench::scan_of(script, folder));
   source.takes_plan = script.takes_plan;
   auto opened = workbench::open_session(session, source);

@@ -180,8 +180,8 @@ Status write_dicom(const std::string& path, const std::vector<float>& received, 
                arm.pixel,   arm.isocentre, view.columns,    view.rows};
   std::vector<std::uint16_t> pixels, open;
   for (const float v : received)
-    pixels.push_back(static_cast<std::uint16_t>(
-        std::clamp(65535 - data_tools::XrayToWrite::k_log_steps * fluoroscopy::weakening(v), 0.0, 65535.0)));
+    pixels.push_back(static_cast<std::uint16_t>(std::clamp(
+        65535 - data_tools::XrayToWrite::k_log_steps * fluoroscopy::attenuation_of(v), 0.0, 65535.0)));
   for (int row = view.open.row_low; row < view.open.row_high; ++row)
     for (int column = view.open.column_low; column < view.open.column_high; ++column)
       open.push_back(pixels[static_cast<std::size_t>(column) +

@@ -119,10 +119,10 @@ Result<Outcome> run_script(const RunArguments& arguments) {
     outcome.print(
         std::string("{count} picture") + (played.value().pictures.size() == 1 ? "" : "s") + " in {folder}/",
         {{"count", played.value().pictures.size()}, {"folder", request.pictures}});
-  if (report.recording) {  // the recording failed; other outputs are kept
-    notice("note: " + report.recording->message());
-    json["recording"] = report.recording->message();
-    if (report.is_met()) outcome.exit_code = exit_code_of(*report.recording);
+  if (report.recording_error) {  // the recording failed; other outputs are kept
+    notice("note: " + report.recording_error->message());
+    json["recording"] = report.recording_error->message();
+    if (report.is_met()) outcome.exit_code = exit_code_of(*report.recording_error);
     return outcome;
   }
   if (arguments.wants_window) {

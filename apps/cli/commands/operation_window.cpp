@@ -296,7 +296,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   outcome.print(
       "{triangles} triangles; frames: {frames}, the first after {first_frame_seconds:.2f} s, removed: "
       "{removed_mm3_total:.1f} mm³, strokes: {strokes}");
-  if (r.recording) notice("note: " + r.recording->message());
+  if (r.recording_error) notice("note: " + r.recording_error->message());
   if (recorder && (!is_autosave || recorder->has_edits())) {
     json["is_recorded"] = true;
     outcome.print("session: {path}  (repeat: trephine replay, continue: trephine resume)",

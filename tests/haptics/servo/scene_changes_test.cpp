@@ -23,7 +23,7 @@ TEST(ServoCore, GrowthWithoutAnEscapePathFreesTheTool) {
     EscapePath way;
     way.serial = servo.seen.serial = serial;
     way.count = places;
-    way.places_volume[0] = frame.volume_from_world({0, 0, 20});
+    way.positions_volume[0] = frame.volume_from_world({0, 0, 20});
     servo.hand().state = TouchState(solid);
     servo.hand().escape_path = std::make_shared<EscapePath>(way);
   };

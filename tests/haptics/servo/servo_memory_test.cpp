@@ -53,7 +53,7 @@ std::shared_ptr<ServoScene> grown(const ServoScene& before, std::shared_ptr<cons
   way.serial = next->serial;
   way.count = 5;
   for (std::uint32_t k = 0; k < way.count; ++k)
-    way.places_volume[k] = next->hands[0].scene->base->frame.volume_from_world(proxy * (1 + 0.1 * k));
+    way.positions_volume[k] = next->hands[0].scene->base->frame.volume_from_world(proxy * (1 + 0.1 * k));
   next->hands[0].escape_path = std::make_shared<const EscapePath>(way);
   return next;
 }

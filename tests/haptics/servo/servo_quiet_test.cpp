@@ -182,8 +182,8 @@ TEST(ServoQuiet, NorDoRoundToolsModelsEffectsPassivityAndEscapePaths) {
       EscapePath way;
       way.serial = next.serial;
       way.count = 2;
-      way.places_volume[0] = free;
-      way.places_volume[1] = scene.base->frame.volume_from_world(glm::dvec3(0, 0, 58));
+      way.positions_volume[0] = free;
+      way.positions_volume[1] = scene.base->frame.volume_from_world(glm::dvec3(0, 0, 58));
       next.hands[0].escape_path = std::make_shared<EscapePath>(way);
     }
     if (i % 20 == 0) next.hands[0].set_placement(0, {glm::dvec3(0, 0, 1e-3 * i), {1, 0, 0, 0}});
