@@ -22,8 +22,8 @@ class OperationWindow : public Window {
     options_.width = 1200, options_.height = 900;
     window_ = std::make_unique<MainWindow>(held_->scene(), options_);
     window_->show();
-    ASSERT_TRUE(QTest::qWaitForWindowExposed(window_.get()));
-    ASSERT_TRUE(QTest::qWaitFor([&] { return viewport().triangle_count() > 1000; }, 60000));
+    ASSERT_TRUE(QTest::qWaitForWindowExposed(window_.get(), k_patience));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return viewport().triangle_count() > 1000; }, k_patience));
   }
   Viewport& viewport() { return window_->operation()->viewport(); }
 
@@ -46,7 +46,7 @@ class ToolWindow : public OperationWindow {
   void point_at(const glm::dvec3& world) {
     QTest::mouseMove(window_->canvas(), pixel_of(world) + QPoint(2, 0));
     QTest::mouseMove(window_->canvas(), pixel_of(world));
-    QTest::qWait(300);
+    let_run(300);
   }
   bool holds(const char* instrument) {
     return !hand().is_changing_instrument() && !hand().tool().is_empty() &&
@@ -59,9 +59,7 @@ class ToolWindow : public OperationWindow {
     return sum;
   }
   glm::dvec3 shaft() { return hand().state().newest.pose.orientation * glm::dvec3(0, 0, 1); }
-  bool reaches(const std::function<bool()>& is_there, int ms = 20000) {
-    return QTest::qWaitFor(is_there, ms);
-  }
+  bool reaches(const std::function<bool()>& is_there) { return QTest::qWaitFor(is_there, k_patience); }
 };
 
 }  // namespace trephine::view

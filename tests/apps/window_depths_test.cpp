@@ -44,8 +44,9 @@ TEST_F(Window, DepthImagesAreTouchedAndShown) {
   options_.recorder = nullptr;
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
+  ASSERT_TRUE(
+      QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, k_patience));
   const int shell = static_cast<int>(scene_->items.size()) - 1;
   const auto touch = [&] {
     const QPoint middle = window.canvas()->rect().center();
@@ -58,7 +59,7 @@ TEST_F(Window, DepthImagesAreTouchedAndShown) {
           const haptics::ServoRecord& r = window.operation()->state().newest;
           return r.has_contact && r.shape == shell;
         },
-        20000);
+        k_patience);
     QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
     return has_touched;
   };
@@ -66,7 +67,7 @@ TEST_F(Window, DepthImagesAreTouchedAndShown) {
   // Its motion is shown.
   const auto seen = [&] { return window.operation()->state().overlays->at(0).surface.get(); };
   const auto* first = seen();
-  EXPECT_TRUE(QTest::qWaitFor([&] { return seen() != first; }, 5000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return seen() != first; }, k_patience));
   // Its images, and the clip volume; no images are drawn for a hidden pane.
   constexpr std::size_t depths = 1;
   imaging::Panes& panes = window.pane_controller().panes();
@@ -75,7 +76,7 @@ TEST_F(Window, DepthImagesAreTouchedAndShown) {
   child<QAction>(window, "layout_depths")->trigger();
   ASSERT_EQ(panes.kind(depths), imaging::PaneKind::depths);
   ASSERT_TRUE(touch());
-  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(depths) != nullptr; }, 20000))
+  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(depths) != nullptr; }, k_patience))
       << panes.problem(depths);
   keep(window, "depths");
   std::size_t bright = 0;
@@ -83,9 +84,11 @@ TEST_F(Window, DepthImagesAreTouchedAndShown) {
   EXPECT_GT(bright, panes.panel(depths)->pixels.size() / 20);
   EXPECT_GT(window.operation()->viewport().overlay_count(), drawn) << "the clip volume";
   const std::uint64_t made = panes.image_count(depths);
-  EXPECT_TRUE(QTest::qWaitFor([&] { return panes.image_count(depths) > made + 3; }, 10000)) << "it moves";
+  EXPECT_TRUE(QTest::qWaitFor([&] { return panes.image_count(depths) > made + 3; }, k_patience))
+      << "it moves";
   child<QAction>(window, "layout_picture")->trigger();
-  EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().overlay_count() == drawn; }, 5000));
+  EXPECT_TRUE(
+      QTest::qWaitFor([&] { return window.operation()->viewport().overlay_count() == drawn; }, k_patience));
   window.close();
 }
 
@@ -112,10 +115,10 @@ TEST_F(Window, TheDrawnSurfaceIsTouched) {
   options_.recorder = nullptr;
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
   OperationController& operation = *window.operation();
   operation.viewport().look_from('S');
-  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 1000; }, 10000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 1000; }, k_patience));
   const int sheet = static_cast<int>(scene_->items.size()) - 1;
   const auto push = [&](auto&& wanted) {
     const QPoint middle = window.canvas()->rect().center();
@@ -127,7 +130,7 @@ TEST_F(Window, TheDrawnSurfaceIsTouched) {
           if (!operation.fault_text().empty()) operation.reset_faults();
           return wanted(operation.state().newest);
         },
-        20000);
+        k_patience);
     return is_so;
   };
   const auto on_sheet = [&](const haptics::ServoRecord& r) { return r.has_contact && r.shape == sheet; };
@@ -136,7 +139,7 @@ TEST_F(Window, TheDrawnSurfaceIsTouched) {
       [&] {
         return on_sheet(operation.state().newest) && glm::length(operation.state().newest.force_world) > 0.2;
       },
-      20000));
+      k_patience));
   // On the sheet by the depth of the screen, to one step of its resolution.
   EXPECT_NEAR(operation.state().newest.proxy_world.z, height, 0.05);
   keep(window, "screen_depth");
@@ -147,10 +150,10 @@ TEST_F(Window, TheDrawnSurfaceIsTouched) {
   const int frames = operation.frames();
   for (int i = 0; i < 12; ++i) {
     operation.viewport().turn(2, 1);
-    QTest::qWait(60);
+    let_run(60);
     if (!operation.fault_text().empty()) operation.reset_faults();
   }
-  ASSERT_TRUE(QTest::qWaitFor([&] { return on_sheet(operation.state().newest); }, 5000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return on_sheet(operation.state().newest); }, k_patience));
   EXPECT_NEAR(operation.state().newest.proxy_world.z, height, 0.15);
   const ScreenDepth::Counters after = operation.viewport().view().screen_depth()->counters();
   EXPECT_GT(after.reads, before.reads + 4);

@@ -22,6 +22,7 @@
 #include <QSurfaceFormat>
 #include <QTest>
 #include <QVTKOpenGLNativeWidget.h>
+#include <algorithm>
 #include <atomic>
 #include <filesystem>
 #include <glm/geometric.hpp>
@@ -39,6 +40,16 @@
 namespace trephine::view {
 
 namespace fs = std::filesystem;
+
+/// Longest wait for a condition, ms. A loaded machine needs more time than an idle one.
+inline constexpr int k_patience = 600'000;
+
+/// Lets the window run for the time in which an idle machine processes events for `ms`: at least that long,
+/// and longer if its frames take long.
+inline void let_run(int ms) {
+  constexpr int k_step = 20;
+  for (int done = 0; done < ms; done += k_step) QTest::qWait(std::min(k_step, ms - done));
+}
 
 inline const sim::Catalogue& catalogue() {
   static const drilling::Drilling drilling;

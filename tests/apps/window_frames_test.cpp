@@ -11,30 +11,30 @@ namespace {
 TEST_F(Window, DrawsNothingWithoutChanges) {
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
   const QPoint middle = window.canvas()->rect().center();
   QTest::mouseMove(window.canvas(), middle);
   ASSERT_TRUE(QTest::qWaitFor(
       [&] {
         return window.operation()->viewport().is_complete() && window.operation()->state().newest.has_contact;
       },
-      20000));
+      k_patience));
   const auto drawn = [&] { return window.operation()->frames() - window.operation()->frames_skipped(); };
   // The tool comes to rest, and with it the picture.
   int last = -1;
-  ASSERT_TRUE(QTest::qWaitFor([&] { return std::exchange(last, drawn()) == drawn(); }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return std::exchange(last, drawn()) == drawn(); }, k_patience));
   const int frames = window.operation()->frames(), before = drawn();
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->frames() > frames + 20; }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->frames() > frames + 20; }, k_patience));
   EXPECT_EQ(drawn(), before);
   // Changes are drawn: the tool, the view, the names.
   QTest::mouseMove(window.canvas(), middle + QPoint(9, 5));
-  EXPECT_TRUE(QTest::qWaitFor([&] { return drawn() > before; }, 20000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return drawn() > before; }, k_patience));
   const auto is_drawn_after = [&](auto change) {
     last = -1;
-    EXPECT_TRUE(QTest::qWaitFor([&] { return std::exchange(last, drawn()) == drawn(); }, 20000));
+    EXPECT_TRUE(QTest::qWaitFor([&] { return std::exchange(last, drawn()) == drawn(); }, k_patience));
     const int count = drawn();
     change();
-    return QTest::qWaitFor([&] { return drawn() > count; }, 20000);
+    return QTest::qWaitFor([&] { return drawn() > count; }, k_patience);
   };
   EXPECT_TRUE(
       is_drawn_after([&] { QTest::mouseClick(child<QPushButton>(window, "view_A"), Qt::LeftButton); }));
@@ -48,14 +48,14 @@ TEST_F(Window, AProgramCanCloseItWithoutWaiting) {
   options_.should_close = [&] { return is_asked.load(); };
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
   const QPoint middle = window.canvas()->rect().center();
   QTest::mouseMove(window.canvas(), middle);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, k_patience));
   QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > 1; }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > 1; }, k_patience));
   QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().strokes == 1; }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().strokes == 1; }, k_patience));
   bool has_dialog = false;
   QTimer watch;
   QObject::connect(&watch, &QTimer::timeout, [&] {
@@ -66,7 +66,7 @@ TEST_F(Window, AProgramCanCloseItWithoutWaiting) {
   });
   watch.start(50);
   is_asked = true;
-  EXPECT_TRUE(QTest::qWaitFor([&] { return !window.isVisible(); }, 20000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return !window.isVisible(); }, k_patience));
   EXPECT_FALSE(has_dialog);
 }
 

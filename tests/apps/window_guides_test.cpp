@@ -15,7 +15,7 @@ TEST_F(ToolWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
   open("spine",
        rongeur::rongeur({.kind = rongeur::Kind::kerrison, .width = 3, .opening = 14, .max_bite = 130}));
   QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
-  QTest::qWait(200);
+  let_run(200);
   // The lower edge of the lamina of L4, next to its spinous process.
   const dvec3 lamina(7, 43, -13);
   point_at(lamina);
@@ -28,13 +28,13 @@ TEST_F(ToolWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
   EXPECT_EQ(hand().state().removed_mm3, 0);
   // Keys act like buttons.
   QTest::keyClick(window_.get(), Qt::Key_PageDown);
-  QTest::qWait(400);
+  let_run(400);
   QTest::keyPress(window_.get(), Qt::Key_Space);
   ASSERT_TRUE(reaches([&] { return hand().state().removed_mm3 > 5; }));
   QTest::keyRelease(window_.get(), Qt::Key_Space);
   EXPECT_LT(hand().state().removed_mm3, 130);
   const double first = hand().state().removed_mm3;
-  QTest::qWait(1000);
+  let_run(1000);
   ASSERT_TRUE(hand().guide().is_holding());  // at the new edge
   QTest::keyPress(window_.get(), Qt::Key_Space);
   ASSERT_TRUE(reaches([&] { return hand().state().removed_mm3 > first + 3; }));
@@ -50,7 +50,7 @@ TEST_F(ToolWindow, AKerrisonIsNotPressedWhereItsClickWasRefused) {
   source.takes_plan = true;
   open(source, rongeur::rongeur({.kind = rongeur::Kind::kerrison, .width = 3, .opening = 4}));
   QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
-  QTest::qWait(200);
+  let_run(200);
   for (const dvec3 thick : {dvec3(7, 43, -13), dvec3(7, 43, 13), dvec3(5, 43, 14), dvec3(4, 45, -12)}) {
     SCOPED_TRACE(thick.x);
     point_at(thick);
@@ -76,7 +76,7 @@ TEST_F(ToolWindow, AnIdleToolDoesNotEnterTheDuralSacBetweenLaminae) {
     SCOPED_TRACE(tool_name);
     open(source, tool);
     QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
-    QTest::qWait(200);
+    let_run(200);
     const sim::Engine start = held_->engine();
     int crossings = 0;  // rays that meet bone only behind a structure
     for (const double z : {14.5, 17.5})
@@ -128,7 +128,7 @@ TEST_F(ToolWindow, AnIdleToolStaysOutsideTheDuralSacWhenHiddenBoneIsClipped) {
   source.takes_plan = true;  // the dural sac is forbidden
   open(source, drilling::burr({.diameter = 4}));
   QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
-  QTest::qWait(200);
+  let_run(200);
   const auto rest = [&] {
     const std::uint64_t tick = hand().state().newest.tick;
     ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 150; }));
@@ -154,7 +154,7 @@ TEST_F(ToolWindow, APerforatorTouchesAndDrillsOnSlopes) {
   hand().take_instrument(drilling::perforator({}).parameters);
   ASSERT_TRUE(reaches([&] { return holds("perforator"); }, 60000));
   QTest::keyClick(window_.get(), Qt::Key_A, Qt::ShiftModifier);
-  QTest::qWait(300);
+  let_run(300);
   for (const dvec3 slope : {dvec3(-28, -83, -24), dvec3(61, -44, -24), dvec3(28, -76, 33)}) {
     point_at(slope);
     ASSERT_TRUE(reaches([&] { return hand().state().newest.has_contact; })) << slope.x;
@@ -163,14 +163,14 @@ TEST_F(ToolWindow, APerforatorTouchesAndDrillsOnSlopes) {
     QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(slope));
     EXPECT_TRUE(reaches([&] { return hand().state().removed_mm3 > before + 20; })) << slope.x;
     QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(slope));
-    QTest::qWait(100);
+    let_run(100);
   }
 }
 
 TEST_F(ToolWindow, ABurrThatIsPressedDeepGoesThroughTheSkull) {
   open("head", drilling::burr({.diameter = 4, .is_kinematic = true}));
   QTest::keyClick(window_.get(), Qt::Key_R, Qt::ShiftModifier);
-  QTest::qWait(300);
+  let_run(300);
   for (const dvec3 place : {dvec3(-66, 10, 24), dvec3(-55, 5, 48), dvec3(-62, 40, 25)}) {
     SCOPED_TRACE(place.y);
     hand().set_depth(1);
@@ -189,14 +189,14 @@ TEST_F(ToolWindow, ABurrThatIsPressedDeepGoesThroughTheSkull) {
     }
     QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(place));
     EXPECT_GT(deepest, 7) << "through the bone";
-    QTest::qWait(100);
+    let_run(100);
   }
 }
 
 TEST_F(ToolWindow, ABurrRemovesBoneWhereTheLineOfSightGrazesIt) {
   open("spine", drilling::burr({.diameter = 4}));
   QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
-  QTest::qWait(300);
+  let_run(300);
   const auto ray_at = [&](const dvec3& p) {
     const glm::dvec2 pixel = hand().viewport().project(p);
     return hand().viewport().ray_at(pixel.x, pixel.y);
@@ -226,7 +226,7 @@ TEST_F(ToolWindow, ABurrRemovesBoneWhereTheLineOfSightGrazesIt) {
       QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(edge));
       EXPECT_TRUE(is_cut) << hand().state().removed_mm3 - before;
       ++count;
-      QTest::qWait(100);
+      let_run(100);
     }
   EXPECT_GT(count, 5);
 }
@@ -237,7 +237,7 @@ TEST_F(ToolWindow, AnIdleBurrOverAHoleDoesNotEnterTheDura) {
   source.takes_plan = true;  // the dura is forbidden
   open(source, drilling::burr({.diameter = 6, .is_kinematic = true}));
   QTest::keyClick(window_.get(), Qt::Key_R, Qt::ShiftModifier);
-  QTest::qWait(300);
+  let_run(300);
   const dvec3 hole(-70, 12, 25);
   point_at(hole);
   hand().set_depth(1.5);
@@ -267,7 +267,7 @@ TEST_F(ToolWindow, ACraniotomeIsNotPressedWhereItsFootHasNoPlace) {
   source.takes_plan = true;
   open(source, drilling::craniotome({}));
   QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
-  QTest::qWait(200);
+  let_run(200);
   hand().set_depth(12);
   for (const dvec3 gap : {dvec3(0, 43, 14.5), dvec3(3, 43, 17.5)}) {
     point_at(gap);
@@ -290,7 +290,7 @@ TEST_F(ToolWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
   hand().take_instrument(drilling::burr({.diameter = 6, .removal_rate = 400}).parameters);
   ASSERT_TRUE(reaches([&] { return holds("burr"); }, 60000));
   QTest::keyClick(window_.get(), Qt::Key_L, Qt::ShiftModifier);
-  QTest::qWait(200);
+  let_run(200);
   const QPoint middle = window_->canvas()->rect().center() + QPoint(0, -150);
   QTest::mouseMove(window_->canvas(), middle + QPoint(2, 0));
   QTest::mouseMove(window_->canvas(), middle);
@@ -304,8 +304,8 @@ TEST_F(ToolWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
     const QPoint at = pixel_of(beside(3 * std::cos(0.4 * i), 3 * std::sin(0.4 * i)));
     QTest::mouseMove(window_->canvas(), at);
     if (i % 20 == 0) QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, at);
-    QTest::qWait(80);
-    if (i % 20 == 19) QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, at), QTest::qWait(80);
+    let_run(80);
+    if (i % 20 == 19) QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, at), let_run(80);
   }
   keep(*window_, "craniotome-hole");
 
@@ -313,13 +313,13 @@ TEST_F(ToolWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
   ASSERT_TRUE(reaches([&] { return holds("craniotome"); }, 60000));
   point_at(hole);
   ASSERT_TRUE(reaches([&] { return hand().guide().is_holding(); }));
-  QTest::qWait(800);
+  let_run(800);
   keep(*window_, "craniotome-standing");
   const double before = hand().state().removed_mm3;
   QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(hole));
   for (int i = 1; i <= 60; ++i) {
     QTest::mouseMove(window_->canvas(), pixel_of(beside(0.5 * i, 0)));
-    QTest::qWait(60);
+    let_run(60);
   }
   EXPECT_TRUE(reaches([&] { return hand().state().removed_mm3 > before + 100; }));
   QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(beside(30, 0)));
@@ -332,7 +332,7 @@ TEST_F(ToolWindow, TheShaftIsTiltedByTheMiddleButtonAndByKeys) {
   const dvec3 place(8, 43, -6);
   point_at(place);
   ASSERT_TRUE(reaches([&] { return hand().touched().has_value(); }));
-  QTest::qWait(500);
+  let_run(500);
   const dvec3 before = shaft();
   const dvec3 tip = hand().state().newest.pose.position_world;
   for (int i = 0; i < 10; ++i) QTest::keyClick(window_.get(), Qt::Key_D);
@@ -355,10 +355,10 @@ TEST_F(ToolWindow, TheShaftIsTiltedByTheMiddleButtonAndByKeys) {
   // A fixed shaft does not follow the surface.
   QTest::keyClick(window_.get(), Qt::Key_K);
   QTest::keyClick(window_.get(), Qt::Key_K);
-  QTest::qWait(500);
+  let_run(500);
   const dvec3 fixed = shaft();
   point_at({14, 43, 4});
-  QTest::qWait(500);
+  let_run(500);
   EXPECT_GT(glm::dot(fixed, shaft()), 0.9999);
   // Arrows move the tip over the bone, a millimetre each.
   const dvec3 here = hand().state().newest.pose.position_world;

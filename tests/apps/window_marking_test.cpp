@@ -21,24 +21,24 @@ class MarkingWindow : public Window {
     options_.recorder = nullptr;
     window_ = std::make_unique<MainWindow>(scene_, options_);
     window_->show();
-    EXPECT_TRUE(QTest::qWaitForWindowExposed(window_.get()));
-    EXPECT_TRUE(
-        QTest::qWaitFor([&] { return window_->operation()->viewport().triangle_count() > 1000; }, 20000));
+    EXPECT_TRUE(QTest::qWaitForWindowExposed(window_.get(), k_patience));
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window_->operation()->viewport().triangle_count() > 1000; },
+                                k_patience));
   }
   /// Moves to a position of the picture, relative to its middle, and waits until the tool touches there.
   void touch(const QPoint& off) {
     const QPoint at = window_->canvas()->rect().center() + off;
     QTest::mouseMove(window_->canvas(), at + QPoint(1, 0));
     QTest::mouseMove(window_->canvas(), at);
-    QTest::qWait(300);
-    EXPECT_TRUE(QTest::qWaitFor([&] { return window_->operation()->touched().has_value(); }, 20000));
+    let_run(300);
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window_->operation()->touched().has_value(); }, k_patience));
   }
   void click(const QPoint& off) {
     touch(off);
     QTest::mouseClick(window_->canvas(), Qt::LeftButton, {}, window_->canvas()->rect().center() + off);
   }
   QString prompt() {
-    QTest::qWait(100);
+    let_run(100);
     auto* label = window_->findChild<QLabel*>("marking_prompt");
     return label != nullptr && label->isVisible() ? label->text() : QString();
   }
@@ -61,7 +61,7 @@ TEST_F(MarkingWindow, ARulerIsMeasuredByTwoClicksAndDrillsNothing) {
   touch({20, 10});
   keep(*window_, "ruler");
   click({20, 10});
-  EXPECT_TRUE(QTest::qWaitFor([&] { return measured() == 1; }, 20000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return measured() == 1; }, k_patience));
   EXPECT_EQ(prompt(), "");
   EXPECT_EQ(window_->operation()->state().removed_mm3, 0);
   EXPECT_EQ(window_->operation()->state().strokes, 0u);
@@ -69,17 +69,17 @@ TEST_F(MarkingWindow, ARulerIsMeasuredByTwoClicksAndDrillsNothing) {
   child<QAction>(*window_, "layout_slices")->trigger();
   QTest::keyClick(window_.get(), Qt::Key_M);
   ImagePane* pane = window_->panes()->pane(0);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return pane->isVisible() && pane->width() > 100; }, 10000));
-  QTest::qWait(500);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return pane->isVisible() && pane->width() > 100; }, k_patience));
+  let_run(500);
   QTest::mouseClick(pane, Qt::LeftButton, {}, pane->rect().center());
   EXPECT_TRUE(prompt().startsWith("Ruler: click position 2 of 2."));
   const auto* label = window_->findChild<QLabel*>("marking_prompt");
   EXPECT_TRUE(window_->canvas()->rect().contains(label->geometry())) << "the prompt fits a small picture";
   keep(*window_, "ruler-in-slices");
   QTest::mouseClick(pane, Qt::LeftButton, {}, pane->rect().center() + QPoint(0, 30));
-  EXPECT_TRUE(QTest::qWaitFor([&] { return measured() == 2; }, 20000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return measured() == 2; }, k_patience));
   child<QAction>(*window_, "layout_picture")->trigger();
-  QTest::qWait(500);
+  let_run(500);
   // Esc cancels; then a click drills again.
   QTest::keyClick(window_.get(), Qt::Key_M);
   click({0, 0});
@@ -87,7 +87,7 @@ TEST_F(MarkingWindow, ARulerIsMeasuredByTwoClicksAndDrillsNothing) {
   EXPECT_EQ(prompt(), "");
   touch({0, 0});
   QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, window_->canvas()->rect().center());
-  EXPECT_TRUE(QTest::qWaitFor([&] { return window_->operation()->state().removed_mm3 > 0; }, 30000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window_->operation()->state().removed_mm3 > 0; }, k_patience));
   QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, window_->canvas()->rect().center());
 }
 
@@ -114,7 +114,7 @@ TEST_F(MarkingWindow, APositionOfACommandIsMarkedInsteadOfTyped) {
     dialog.reject();
   });
   click({5, 5});
-  EXPECT_TRUE(QTest::qWaitFor([&] { return !form_text.isEmpty(); }, 5000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return !form_text.isEmpty(); }, k_patience));
   const glm::dvec3 at = *window_->operation()->pointed();
   const QStringList numbers = form_text.split(',');
   ASSERT_EQ(numbers.size(), 3) << form_text.toStdString();

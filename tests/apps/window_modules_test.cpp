@@ -22,8 +22,9 @@ TEST_F(Window, OffersTheWholeCatalogue) {
   options_.recorder = nullptr;
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
+  ASSERT_TRUE(
+      QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, k_patience));
   auto* which = child<QComboBox>(window, "instrument");
   EXPECT_TRUE(which->isVisible());
   EXPECT_EQ(which->currentText(), "Burr");
@@ -33,33 +34,35 @@ TEST_F(Window, OffersTheWholeCatalogue) {
     emit which->activated(which->currentIndex());
   };
   child<QDoubleSpinBox>(window, "diameter")->setValue(6);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return drawn_radius(window.operation()->tool()) == 3; }, 5000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return drawn_radius(window.operation()->tool()) == 3; }, k_patience));
   take("Eraser");
   const auto holds = [&](const char* name) {
-    return QTest::qWaitFor([&] { return window.operation()->tool().name() == name; }, 5000);
+    return QTest::qWaitFor([&] { return window.operation()->tool().name() == name; }, k_patience);
   };
   ASSERT_TRUE(holds("eraser"));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.findChild<QWidget*>("removal_rate") == nullptr; }, 5000));
+  ASSERT_TRUE(
+      QTest::qWaitFor([&] { return window.findChild<QWidget*>("removal_rate") == nullptr; }, k_patience));
   child<QDoubleSpinBox>(window, "diameter")->setValue(5);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return drawn_radius(window.operation()->tool()) == 2.5; }, 5000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return drawn_radius(window.operation()->tool()) == 2.5; }, k_patience));
   QTest::keyClick(&window, Qt::Key_Plus);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return drawn_radius(window.operation()->tool()) == 2.75; }, 5000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return drawn_radius(window.operation()->tool()) == 2.75; }, k_patience));
   const QPoint middle = window.canvas()->rect().center();
   QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));
   QTest::mouseMove(window.canvas(), middle);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, k_patience));
   QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
   // On a busy machine a fault removes the force and the button, until the user presses F.
   const auto has_erased = [&] {
     if (!window.operation()->fault_text().empty()) window.operation()->reset_faults();
     return window.operation()->state().removed_mm3 > 5;
   };
-  EXPECT_TRUE(QTest::qWaitFor(has_erased, 20000));
+  EXPECT_TRUE(QTest::qWaitFor(has_erased, k_patience));
   keep(window, "eraser");
   QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
   // The flag that it plants: a line and a label.
-  EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().overlay_count() == 2; }, 5000));
-  QTest::qWait(100);
+  EXPECT_TRUE(
+      QTest::qWaitFor([&] { return window.operation()->viewport().overlay_count() == 2; }, k_patience));
+  let_run(100);
   keep(window, "flag");
 
   // Its command, submitted through a form.
@@ -77,8 +80,8 @@ TEST_F(Window, OffersTheWholeCatalogue) {
   EXPECT_EQ(drawn_radius(window.operation()->tool()), 3) << "as it was before";
   take("Eraser");
   EXPECT_TRUE(QTest::qWaitFor(
-      [&] { return child<QLabel>(window, "notice")->text().contains("the eraser is used up"); }, 5000));
-  EXPECT_TRUE(QTest::qWaitFor([&] { return which->currentText() == "Burr"; }, 5000));
+      [&] { return child<QLabel>(window, "notice")->text().contains("the eraser is used up"); }, k_patience));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return which->currentText() == "Burr"; }, k_patience));
   window.close();
 }
 
@@ -104,8 +107,9 @@ TEST_F(Window, AnOutlineIsDrawnAtTheContact) {
   begin_flaps(scene_, {}, options_);
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
+  ASSERT_TRUE(
+      QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, k_patience));
   child<QAction>(window, "command_add-anchor")->trigger();
   EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("Touch a position"));
   EXPECT_EQ(child<QAction>(window, "command_add-anchor")->shortcut(), QKeySequence("Ctrl+1"));
@@ -115,12 +119,12 @@ TEST_F(Window, AnOutlineIsDrawnAtTheContact) {
   for (const QPoint& off : {QPoint(-15, 0), QPoint(15, 10)}) {
     QTest::mouseMove(window.canvas(), middle + off + QPoint(1, 0));
     QTest::mouseMove(window.canvas(), middle + off);
-    QTest::qWait(300);
-    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->touched().has_value(); }, 20000));
+    let_run(300);
+    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->touched().has_value(); }, k_patience));
     child<QAction>(window, "command_add-anchor")->trigger();
     ++anchors;
     // Its number; for two of them the line between them, too.
-    EXPECT_TRUE(QTest::qWaitFor([&] { return shown() >= static_cast<std::size_t>(anchors); }, 5000));
+    EXPECT_TRUE(QTest::qWaitFor([&] { return shown() >= static_cast<std::size_t>(anchors); }, k_patience));
   }
   const std::size_t before = shown();
   const auto accept = [] {
@@ -136,16 +140,16 @@ TEST_F(Window, AnOutlineIsDrawnAtTheContact) {
   };
   accept();
   child<QAction>(window, "command_cut-flap")->trigger();
-  EXPECT_TRUE(QTest::qWaitFor([&] { return shown() > before; }, 5000))
+  EXPECT_TRUE(QTest::qWaitFor([&] { return shown() > before; }, k_patience))
       << child<QLabel>(window, "notice")->text().toStdString();
-  QTest::qWait(100);
+  let_run(100);
   keep(window, "outline");
   accept();
   child<QAction>(window, "begin_branch")->trigger();
   accept();
   child<QAction>(window, "begin_branch")->trigger();
   EXPECT_TRUE(QTest::qWaitFor(
-      [&] { return child<QLabel>(window, "notice")->text().contains("already exists"); }, 5000));
+      [&] { return child<QLabel>(window, "notice")->text().contains("already exists"); }, k_patience));
   window.close();
 }
 
@@ -155,13 +159,14 @@ TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
   begin_flaps(scene_, {.diameter = 5, .shape = drilling::Shape::cylinder}, options_);
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
+  ASSERT_TRUE(
+      QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, k_patience));
   const QPoint middle = window.canvas()->rect().center();
   const auto move_to = [&](const QPoint& off) {
     QTest::mouseMove(window.canvas(), middle + off + QPoint(1, 0));
     QTest::mouseMove(window.canvas(), middle + off);
-    QTest::qWait(400);
+    let_run(400);
     return window.operation()->touched();
   };
   // The scan's centre is the ball's.
@@ -174,7 +179,7 @@ TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
           const haptics::Pose& pose = window.operation()->state().newest.pose;
           return glm::dot(pose.orientation * glm::dvec3(0, 0, 1), glm::normalize(*at - centre)) > 0.97;
         },
-        5000));
+        k_patience));
   }
   keep(window, "cylinder");
   const glm::dquat before = window.operation()->state().newest.pose.orientation;
@@ -185,7 +190,7 @@ TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
         return std::abs(glm::dot(now, before)) < 0.995 &&
                glm::dot(now * glm::dvec3(0, 0, 1), before * glm::dvec3(0, 0, 1)) > 0.999;
       },
-      5000));
+      k_patience));
 
   // As in the handles of the overlay.
   const auto anchors = [&] {
@@ -200,7 +205,7 @@ TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
     ASSERT_TRUE(move_to(off).has_value());
     child<QAction>(window, "command_add-anchor")->trigger();
   }
-  ASSERT_TRUE(QTest::qWaitFor([&] { return anchors().size() == 4; }, 5000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return anchors().size() == 4; }, k_patience));
   const std::vector<glm::dvec3> drawn = anchors();
   move_to({0, 0});
   QTest::mousePress(window.canvas(), Qt::LeftButton, Qt::ShiftModifier, middle);
@@ -214,7 +219,7 @@ TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
   ASSERT_TRUE(to.has_value());
   QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle + QPoint(100, 20));
   EXPECT_FALSE(window.operation()->has_point());
-  ASSERT_TRUE(QTest::qWaitFor([&] { return glm::length(anchors()[2] - *to) < 1; }, 5000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return glm::length(anchors()[2] - *to) < 1; }, k_patience));
   for (const std::size_t i : {0u, 1u, 3u}) EXPECT_EQ(anchors()[i], drawn[i]);
   EXPECT_EQ(window.operation()->state().removed_mm3, 0);
 
@@ -226,9 +231,9 @@ TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
     static_cast<QDialog*>(dialog)->accept();
   });
   child<QAction>(window, "command_preview-flap")->trigger();
-  EXPECT_TRUE(QTest::qWaitFor([&] { return shown() > lines; }, 5000))
+  EXPECT_TRUE(QTest::qWaitFor([&] { return shown() > lines; }, k_patience))
       << child<QLabel>(window, "notice")->text().toStdString();
-  QTest::qWait(100);
+  let_run(100);
   keep(window, "preview");
   window.close();
 }
@@ -239,8 +244,9 @@ TEST_F(Window, AToolIsAdoptedWithItsTouchGeometry) {
   begin_flaps(scene_, {}, options_);
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
+  ASSERT_TRUE(
+      QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, k_patience));
   auto* which = child<QComboBox>(window, "instrument");
   const auto take = [&](const char* name) {
     which->setCurrentIndex(which->findText(name));
@@ -252,7 +258,7 @@ TEST_F(Window, AToolIsAdoptedWithItsTouchGeometry) {
           const sim::Value& tool = window.operation()->tool();
           return !tool.is_empty() && tool.name() == name;
         },
-        20000);
+        k_patience);
   };
   take("Perforator");
   EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("Preparing the tool"));
@@ -263,10 +269,10 @@ TEST_F(Window, AToolIsAdoptedWithItsTouchGeometry) {
   const QPoint middle = window.canvas()->rect().center();
   QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));
   QTest::mouseMove(window.canvas(), middle);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->touched().has_value(); }, 20000));
-  QTest::qWait(300);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->touched().has_value(); }, k_patience));
+  let_run(300);
   QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
-  QTest::qWait(300);
+  let_run(300);
   keep(window, "perforator");
   EXPECT_GT(window.operation()->state().removed_mm3, 0);
   QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
@@ -309,15 +315,15 @@ TEST_F(Window, HardwareMovesTheToolAsSeenOnTheScreen) {
   options_.device = std::make_shared<haptics::MappedDevice>(hardware, haptics::WorkspaceMap());
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
   OperationController& operation = *window.operation();
   const auto tool = [&] { return operation.state().newest.pose.position_world; };
   const auto moves = [&](const glm::dvec3& position) {
     const glm::dvec3 before = tool();
     hardware->set(position);
-    return QTest::qWaitFor([&] { return glm::length(tool() - before) > 4.9; }, 20000);
+    return QTest::qWaitFor([&] { return glm::length(tool() - before) > 4.9; }, k_patience);
   };
-  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.tick > 10; }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.tick > 10; }, k_patience));
   const auto on_screen = [&] { return operation.viewport().project(tool()); };
   glm::dvec2 at = on_screen();
   EXPECT_NEAR(at.x, 0.5, 0.01);
@@ -329,10 +335,10 @@ TEST_F(Window, HardwareMovesTheToolAsSeenOnTheScreen) {
   for (const char side : {'A', 'L', 'S'}) {
     const glm::dvec3 before = tool();
     operation.viewport().look_from(side);
-    QTest::qWait(200);
+    let_run(200);
     EXPECT_LT(glm::length(tool() - before), 1e-6) << side;
     hardware->set(glm::dvec3(0));
-    QTest::qWait(200);
+    let_run(200);
     at = on_screen();
     ASSERT_TRUE(moves({5, 0, 0}));
     const glm::dvec2 right = on_screen();
@@ -351,19 +357,19 @@ TEST_F(Window, APedalIsTheButtonOfTheMouse) {
   options_.pedal = pedal;
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
   OperationController& operation = *window.operation();
   const QPoint middle(window.canvas()->width() / 2, window.canvas()->height() / 2);
   QTest::mouseMove(window.canvas(), middle + QPoint(2, 0));
   QTest::mouseMove(window.canvas(), middle);
-  QTest::qWait(500);
+  let_run(500);
   EXPECT_EQ(operation.state().removed_mm3, 0);
   pedal->set({}, 1);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().removed_mm3 > 0.5; }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().removed_mm3 > 0.5; }, k_patience));
   pedal->responds = false;
-  ASSERT_TRUE(QTest::qWaitFor([&] { return !operation.state().newest.pose.is_pressed(); }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return !operation.state().newest.pose.is_pressed(); }, k_patience));
   EXPECT_NE(operation.notices().shown(operation.seconds()).find("pedal"), std::string::npos);
-  QTest::qWait(300);
+  let_run(300);
   EXPECT_FALSE(operation.state().newest.pose.is_pressed());
   window.close();
 }
@@ -378,8 +384,8 @@ TEST_F(Window, ADeviceDrivesAndFilesAreOfOneState) {
           .value());
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > 3; }, 20000));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > 3; }, k_patience));
   for (int i = 0; i < 3; ++i) {
     const QString file = QString::fromStdString((folder_ / "cut.mha").string());
     ASSERT_FALSE(window.save_volume(file));
@@ -387,7 +393,7 @@ TEST_F(Window, ADeviceDrivesAndFilesAreOfOneState) {
     ASSERT_TRUE(saved.is_ok());
     ASSERT_FALSE(window.save_session(QString::fromStdString((folder_ / "copy.session").string())));
     EXPECT_TRUE(sim::SessionReader::open((folder_ / "copy.session").string(), catalogue()).is_ok());
-    QTest::qWait(150);
+    let_run(150);
   }
   EXPECT_TRUE(window.operation()->state().newest.pose.is_pressed());
   window.close();
@@ -407,25 +413,27 @@ TEST_F(Window, OpensOneSceneAtATimeAndCancelsOnRequest) {
   };
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
   window.open_source("a");
-  ASSERT_TRUE(QTest::qWaitFor([&] { return child<QProgressBar>(window, "opening")->value() > 2; }, 5000));
+  ASSERT_TRUE(
+      QTest::qWaitFor([&] { return child<QProgressBar>(window, "opening")->value() > 2; }, k_patience));
   keep(window, "opening");
   window.open_source("b");
   EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("already being opened"));
   child<QDoubleSpinBox>(window, "low")->setValue(500);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return child<QPushButton>(window, "use_shape")->isEnabled(); }, 5000));
+  ASSERT_TRUE(
+      QTest::qWaitFor([&] { return child<QPushButton>(window, "use_shape")->isEnabled(); }, k_patience));
   QTest::mouseClick(child<QPushButton>(window, "use_shape"), Qt::LeftButton);
   EXPECT_EQ(reshaped_low_, 0);
   EXPECT_EQ(asked, 1);
   QTest::mouseClick(child<QPushButton>(window, "cancel_opening"), Qt::LeftButton);
-  EXPECT_TRUE(QTest::qWaitFor([&] { return !window.is_opening(); }, 5000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return !window.is_opening(); }, k_patience));
   EXPECT_EQ(child<QLabel>(window, "notice")->text(), "The scan was not opened.");
   EXPECT_FALSE(child<QProgressBar>(window, "opening")->isVisible());
   EXPECT_EQ(window.windowTitle(), "ball - trephine");
   // Closed during opening, the window does not wait for it.
   window.open_source("c");
-  QTest::qWait(50);
+  let_run(50);
   const auto begin = std::chrono::steady_clock::now();
   window.close();
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));

@@ -69,18 +69,18 @@ TEST_F(Window, TheForceOfAMouseReturnsAutomatically) {
   options_.recorder = nullptr;
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
   OperationController& operation = *window.operation();
-  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 1000; }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 1000; }, k_patience));
   auto* at_tool = child<QLabel>(window, "notice_at_tool");
   operation.apply(Sleeper{});
   const auto was_off = [&] {
     return at_tool->isVisible() && at_tool->text().startsWith("The force is off: ");
   };
-  EXPECT_TRUE(QTest::qWaitFor(was_off, 30000));
+  EXPECT_TRUE(QTest::qWaitFor(was_off, k_patience));
   keep(window, "force-off");
-  EXPECT_TRUE(QTest::qWaitFor([&] { return operation.fault_text().empty(); }, 30000));
-  EXPECT_TRUE(QTest::qWaitFor([&] { return at_tool->isHidden(); }, 30000)) << "a message does not stay";
+  EXPECT_TRUE(QTest::qWaitFor([&] { return operation.fault_text().empty(); }, k_patience));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return at_tool->isHidden(); }, k_patience)) << "a message does not stay";
   window.close();
   EXPECT_GE(window.finish().force_faults, 1u);
 }
@@ -95,17 +95,17 @@ TEST_F(Window, TheEffectOfABiteIsShownAtTheTool) {
   options_.recorder = nullptr;
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
   OperationController& operation = *window.operation();
-  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 1000; }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 1000; }, k_patience));
   auto* at_tool = child<QLabel>(window, "notice_at_tool");
   EXPECT_TRUE(at_tool->isHidden());
   const QPoint middle = window.canvas()->rect().center();
   QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));
   QTest::mouseMove(window.canvas(), middle);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.has_contact; }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.has_contact; }, k_patience));
   QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
-  EXPECT_TRUE(QTest::qWaitFor([&] { return at_tool->isVisible(); }, 20000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return at_tool->isVisible(); }, k_patience));
   EXPECT_TRUE(at_tool->text().startsWith("No bite: ") || at_tool->text().startsWith("Bite of "))
       << at_tool->text().toStdString();
   // Next to the tip, within the picture.
@@ -115,7 +115,7 @@ TEST_F(Window, TheEffectOfABiteIsShownAtTheTool) {
   auto* log = child<QListWidget>(window, "event_list");
   EXPECT_FALSE(log->isVisible());
   QTest::keyClick(&window, Qt::Key_E);
-  EXPECT_TRUE(QTest::qWaitFor([&] { return log->isVisible() && log->count() > 0; }, 20000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return log->isVisible() && log->count() > 0; }, k_patience));
   EXPECT_TRUE(log->item(log->count() - 1)->text().contains(at_tool->text().section('\n', -1)))
       << log->item(log->count() - 1)->text().toStdString();
   keep(window, "bite");
@@ -136,9 +136,9 @@ TEST_F(Window, APerforatorContinuesInAnUnfinishedHole) {
   options_.recorder = nullptr;
   MainWindow window(scene, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
   OperationController& operation = *window.operation();
-  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 1000; }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 1000; }, k_patience));
   operation.set_depth(12);
   const QPoint middle = window.canvas()->rect().center();
   double removed = 0;
@@ -147,14 +147,14 @@ TEST_F(Window, APerforatorContinuesInAnUnfinishedHole) {
     const QPoint at = middle + QPoint(aside, 0);
     QTest::mouseMove(window.canvas(), at + QPoint(1, 0));
     QTest::mouseMove(window.canvas(), at);
-    ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.has_contact; }, 20000));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.has_contact; }, k_patience));
     QTest::mousePress(window.canvas(), Qt::LeftButton, {}, at);
-    EXPECT_TRUE(QTest::qWaitFor([&] { return operation.state().removed_mm3 > removed + 60; }, 30000))
+    EXPECT_TRUE(QTest::qWaitFor([&] { return operation.state().removed_mm3 > removed + 60; }, k_patience))
         << operation.state().removed_mm3 << " " << operation.notice_text();
     removed = operation.state().removed_mm3;
     keep(window, ("perforator" + std::to_string(aside)).c_str());
     QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, at);
-    QTest::qWait(200);
+    let_run(200);
   }
   window.close();
 }
@@ -171,10 +171,10 @@ TEST_F(Window, ASessionIsResumedFromTheMenu) {
   };
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
   EXPECT_NE(window.findChild<QAction*>("open_session"), nullptr);
   window.resume_session("before.session");
-  ASSERT_TRUE(QTest::qWaitFor([&] { return !window.is_opening(); }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return !window.is_opening(); }, k_patience));
   EXPECT_EQ(asked, "before.session");
   EXPECT_EQ(window.windowTitle(), "scan - trephine");
   ASSERT_NE(window.operation(), nullptr);
@@ -199,11 +199,12 @@ TEST_F(Window, ASessionIsPlayedFromTheMenu) {
   {
     MainWindow window(scene_, options_);
     window.show();
-    ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+    ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
     EXPECT_NE(window.findChild<QAction*>("watch_session"), nullptr);
     window.watch_session("first.session");
     window.watch_session("missing.session");
-    ASSERT_TRUE(QTest::qWaitFor([&] { return window.findChild<QMessageBox*>("error") != nullptr; }, 20000));
+    ASSERT_TRUE(
+        QTest::qWaitFor([&] { return window.findChild<QMessageBox*>("error") != nullptr; }, k_patience));
     EXPECT_TRUE(window.findChild<QMessageBox*>("error")->text().contains("no such session"));
     window.findChild<QMessageBox*>("error")->close();
     ASSERT_NE(window.operation(), nullptr) << "the operation continues";

@@ -27,18 +27,18 @@ class WindowPanes : public Window {
   }
   void open(MainWindow& window) {
     window.show();
-    ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+    ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
     ASSERT_TRUE(
-        QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
+        QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, k_patience));
   }
   static bool settle(MainWindow& window) {
-    return QTest::qWaitFor([&] { return window.pane_controller().panes().is_up_to_date(); }, 20000);
+    return QTest::qWaitFor([&] { return window.pane_controller().panes().is_up_to_date(); }, k_patience);
   }
   static void touch(MainWindow& window) {
     const QPoint middle = window.canvas()->rect().center();
     QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));
     QTest::mouseMove(window.canvas(), middle);
-    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, 20000));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, k_patience));
   }
   static void drill(MainWindow& window, double mm3) {
     const double before = window.operation()->state().removed_mm3;
@@ -48,7 +48,7 @@ class WindowPanes : public Window {
           if (!window.operation()->fault_text().empty()) window.operation()->reset_faults();
           return window.operation()->state().removed_mm3 > before + mm3;
         },
-        20000));
+        k_patience));
     QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, window.canvas()->rect().center());
   }
   static const fluoroscopy::FluoroscopyState* c_arm(MainWindow& window) {
@@ -64,7 +64,7 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   MainWindow window(scene_, options_);
   open(window);
   imaging::Panes& panes = window.pane_controller().panes();
-  QTest::qWait(200);
+  let_run(200);
   EXPECT_EQ(panes.counters().finished, 0u) << "all panes are hidden";
   child<QAction>(window, "layout_slices")->trigger();
   ASSERT_TRUE(settle(window));
@@ -79,7 +79,7 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   const auto follows = [&] {
     return glm::length(panes.focus() - window.operation()->state().newest.proxy_world) < 0.5;
   };
-  ASSERT_TRUE(QTest::qWaitFor(follows, 5000));
+  ASSERT_TRUE(QTest::qWaitFor(follows, k_patience));
   drill(window, 10);
   ASSERT_TRUE(settle(window));
   keep(window, "panes_slices");
@@ -142,13 +142,13 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   const std::uint64_t others = panes.image_count(0) + panes.image_count(2), own = panes.image_count(axial);
   QTest::keyClick(pane, Qt::Key_Right);
   ASSERT_TRUE(settle(window));
-  QTest::qWait(60);
+  let_run(60);
   EXPECT_GT(panes.image_count(axial), own);
   EXPECT_EQ(panes.image_count(0) + panes.image_count(2), others);
   keep(window, "panes_alone");
   QTest::mouseDClick(pane, Qt::LeftButton, {}, QPoint(100, 200));
   EXPECT_TRUE(window.canvas()->isVisible());
-  EXPECT_TRUE(QTest::qWaitFor([&] { return panes.panel(0) && settle(window); }, 5000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return panes.panel(0) && settle(window); }, k_patience));
   window.close();
 
   // The layout is stored, without any data of the scan.
@@ -169,14 +169,15 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   constexpr std::size_t xray = 1, section = 2;
   ASSERT_EQ(panes.kind(xray), imaging::PaneKind::xray);
   ASSERT_TRUE(settle(window));
-  QTest::qWait(100);
+  let_run(100);
   EXPECT_EQ(panes.panel(xray), nullptr) << "no exposure yet";
   ASSERT_NE(panes.panel(section), nullptr) << panes.problem(section);
 
   child<QToolButton>(window, "xray_shoot_1")->click();
-  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(xray) != nullptr; }, 20000)) << panes.problem(xray);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(xray) != nullptr; }, k_patience))
+      << panes.problem(xray);
   EXPECT_EQ(panes.panel(xray)->columns, 1024);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return c_arm(window) && c_arm(window)->shots == 1; }, 5000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return c_arm(window) && c_arm(window)->shots == 1; }, k_patience));
   EXPECT_GT(c_arm(window)->area_product, 0);
   const auto held = panes.panel(xray)->pixels;
   touch(window);
@@ -188,55 +189,56 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   // Live it follows, and costs dose; released, the last image stays.
   auto* live = child<QToolButton>(window, "xray_live_1");
   live->click();
-  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(xray)->columns == 256; }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(xray)->columns == 256; }, k_patience));
   const auto first = panes.panel(xray)->pixels;
   drill(window, 3);
-  EXPECT_TRUE(QTest::qWaitFor([&] { return panes.panel(xray)->pixels != first; }, 10000));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return c_arm(window)->shots >= 2; }, 5000)) << "one event per second";
+  EXPECT_TRUE(QTest::qWaitFor([&] { return panes.panel(xray)->pixels != first; }, k_patience));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return c_arm(window)->shots >= 2; }, k_patience))
+      << "one event per second";
   keep(window, "panes_live");
   live->click();
   ASSERT_TRUE(settle(window));
   EXPECT_EQ(panes.panel(xray)->title, "X-ray, held");
   EXPECT_EQ(panes.panel(xray)->columns, 256) << "the last image, no new one";
   const double dose = c_arm(window)->area_product;
-  QTest::qWait(600);
+  let_run(600);
   EXPECT_LT(c_arm(window)->area_product, dose * 2) << "the rest of the last second, and no more";
 
   // Live ends when hidden, and the held image returns with its pane.
   child<QToolButton>(window, "xray_live_1")->click();
   ASSERT_TRUE(panes.is_live());
   child<QAction>(window, "layout_slices")->trigger();
-  ASSERT_TRUE(QTest::qWaitFor([&] { return !panes.is_live(); }, 5000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return !panes.is_live(); }, k_patience));
   for (const char* layout : {"layout_drawn", "layout_slices", "layout_drawn", "layout_xray"}) {
-    QTest::qWait(30);
+    let_run(30);
     child<QAction>(window, layout)->trigger();
   }
   ASSERT_TRUE(settle(window));
-  QTest::qWait(400);
+  let_run(400);
   ASSERT_NE(panes.panel(xray), nullptr);
   EXPECT_EQ(panes.panel(xray)->title, "X-ray, held");
   EXPECT_EQ(panes.panel(xray)->columns, 256);
   const std::uint64_t made = panes.counters().finished;
-  QTest::qWait(300);
+  let_run(300);
   EXPECT_EQ(panes.counters().finished, made) << "nothing is made while nothing changes";
 
   // The image of a shot is not lost when its pane is hidden before the shot is confirmed or computed.
   child<QToolButton>(window, "xray_shoot_1")->click();
   child<QAction>(window, "layout_picture")->trigger();
   const auto shots = c_arm(window)->shots;
-  ASSERT_TRUE(QTest::qWaitFor([&] { return c_arm(window)->shots > shots; }, 20000));
-  QTest::qWait(100);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return c_arm(window)->shots > shots; }, k_patience));
+  let_run(100);
   child<QAction>(window, "layout_xray")->trigger();
   ASSERT_TRUE(
-      QTest::qWaitFor([&] { return panes.panel(xray) && panes.panel(xray)->columns == 1024; }, 20000));
+      QTest::qWaitFor([&] { return panes.panel(xray) && panes.panel(xray)->columns == 1024; }, k_patience));
 
   // Another pose is shown and kept; the picture is opened at the section plane.
   auto* view = child<QComboBox>(window, "xray_view_1");
   view->setCurrentIndex(1);
   emit view->activated(1);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return std::abs(c_arm(window)->primary) > 80; }, 5000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return std::abs(c_arm(window)->primary) > 80; }, k_patience));
   child<QAction>(window, "open_at_section")->trigger();
-  QTest::qWait(100);
+  let_run(100);
   EXPECT_EQ(window.operation()->viewport().clip().axis, ClipChoice::Axis::plane);
   keep(window, "panes_open");
   window.close();
@@ -267,14 +269,14 @@ TEST_F(WindowPanes, SeenFromTheBackThePatientsLeftIsOnTheLeftInEveryPane) {
     child<QPushButton>(window, "view_P")->click();
     EXPECT_EQ(child<QLabel>(window, "notice")->text().isEmpty(), is_from_back);
     ASSERT_TRUE(settle(window));
-    ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(1) != nullptr; }, 20000));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(1) != nullptr; }, k_patience));
     EXPECT_EQ(goes_left(1), is_from_back);
     EXPECT_EQ(panes.panel(1)->left, is_from_back ? "L" : "R");
     EXPECT_TRUE(goes_up(1, {0, 0, 1}));
     for (const imaging::PaneKind kind :
          {imaging::PaneKind::axial, imaging::PaneKind::coronal, imaging::PaneKind::section}) {
       window.panes()->pane(2)->set_kind(kind);
-      ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(2) != nullptr; }, 20000)) << panes.problem(2);
+      ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(2) != nullptr; }, k_patience)) << panes.problem(2);
       EXPECT_EQ(goes_left(2), is_from_back) << imaging::k_pane_kinds[static_cast<std::size_t>(kind)];
       EXPECT_EQ(panes.panel(2)->left, is_from_back ? "L" : "R");
       const bool is_axial = kind == imaging::PaneKind::axial;
@@ -297,7 +299,7 @@ TEST_F(WindowPanes, SeenFromTheBackThePatientsLeftIsOnTheLeftInEveryPane) {
   from_back->trigger();
   child<QToolButton>(window, "xray_shoot_1")->click();
   const std::uint64_t made = panes.image_count(1);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.image_count(1) > made; }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.image_count(1) > made; }, k_patience));
   EXPECT_EQ(panes.panel(1)->left, "L");
 }
 
@@ -315,10 +317,10 @@ TEST_F(WindowPanes, TheScanIsRenderedWithTheViewOfThePicture) {
   const auto before = panes.panel(drawn)->pixels;
   // Without changes no image is drawn.
   const std::uint64_t made = panes.image_count(drawn);
-  QTest::qWait(400);
+  let_run(400);
   EXPECT_EQ(panes.image_count(drawn), made);
   window.operation()->viewport().look_from('L');
-  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.image_count(drawn) > made; }, 5000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.image_count(drawn) > made; }, k_patience));
   ASSERT_TRUE(settle(window));
   touch(window);
   drill(window, 10);
@@ -328,7 +330,8 @@ TEST_F(WindowPanes, TheScanIsRenderedWithTheViewOfThePicture) {
   // Opened like the picture: matter in front of the plane is hidden.
   const auto whole = panes.panel(drawn)->pixels;
   child<QComboBox>(window, "clip")->setCurrentIndex(4);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(drawn)->pixels != whole && settle(window); }, 5000));
+  ASSERT_TRUE(
+      QTest::qWaitFor([&] { return panes.panel(drawn)->pixels != whole && settle(window); }, k_patience));
   keep(window, "panes_drawn_open");
   // The touched shape is the drawn one.
   child<QAction>(window, "transfer_skin")->trigger();
@@ -352,17 +355,17 @@ TEST_F(WindowPanes, TheStatusIsReadyWhenPictureAndPanesHaveTheirSize) {
     if (!window.operation()->fault_text().empty()) window.operation()->reset_faults();  // on a busy machine
     return status->text() == "ready";
   };
-  ASSERT_TRUE(QTest::qWaitFor(is_ready, 20000));
+  ASSERT_TRUE(QTest::qWaitFor(is_ready, k_patience));
   // Without the event loop in between, no frame is drawn and no image is finished.
   window.canvas()->resize(window.canvas()->width() - 60, window.canvas()->height());
   EXPECT_FALSE(is_ready()) << status->text().toStdString();
-  ASSERT_TRUE(QTest::qWaitFor(is_ready, 20000));
+  ASSERT_TRUE(QTest::qWaitFor(is_ready, k_patience));
   EXPECT_TRUE(picture.is_complete());
 
   child<QAction>(window, "layout_drawn")->trigger();
   constexpr std::size_t drawn = 1;
-  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.is_waiting(); }, 20000));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(drawn) && is_ready(); }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.is_waiting(); }, k_patience));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(drawn) && is_ready(); }, k_patience));
   EXPECT_FALSE(panes.is_waiting());
   ImagePane* pane = window.panes()->pane(drawn);
   EXPECT_EQ(panes.panel(drawn)->columns, pane->width());
@@ -404,7 +407,7 @@ TEST_F(WindowPanes, AnXrayShowsTheInstrument) {
   panes.show(subject, true);
   const auto shoot = [&] {
     panes.shoot();
-    EXPECT_TRUE(QTest::qWaitFor([&] { return panes.frame() && panes.panel(0) != nullptr; }, 20000));
+    EXPECT_TRUE(QTest::qWaitFor([&] { return panes.frame() && panes.panel(0) != nullptr; }, k_patience));
     return panes.panel(0)->pixels;
   };
   const auto bare = shoot();

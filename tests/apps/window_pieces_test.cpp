@@ -35,7 +35,7 @@ TEST_F(Window, PiecesAreDetachedShownGraspedReleasedAndRestored) {
   options_.device = std::make_shared<haptics::PlaybackDevice>(path.value());
   MainWindow window(nullptr, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
   OperationController& operation = *window.operation();
   const auto held = [&] {
     return operation.state().overlays && !operation.state().overlays->empty() &&
@@ -44,7 +44,7 @@ TEST_F(Window, PiecesAreDetachedShownGraspedReleasedAndRestored) {
   const auto height = [&] { return operation.state().overlays->front().place.position_world.z; };
   EXPECT_EQ(operation.viewport().overlay_count(), 0u);
   child<QAction>(window, "free_pieces")->trigger();
-  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().overlay_count() == 1; }, 8000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().overlay_count() == 1; }, k_patience));
   ASSERT_EQ(operation.state().bodies.size(), 1u);
   keep(window, "piece-lies");
   // In the air there is nothing to grasp, which is reported.
@@ -53,27 +53,27 @@ TEST_F(Window, PiecesAreDetachedShownGraspedReleasedAndRestored) {
     EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("Touch a piece"));
     EXPECT_NE(operation.notice_text().find("Touch a piece"), std::string::npos) << "at the tool, too";
   }
-  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.t > 1.2; }, 8000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.t > 1.2; }, k_patience));
   EXPECT_TRUE(operation.state().newest.has_contact);
   QTest::keyClick(&window, Qt::Key_T);
-  ASSERT_TRUE(QTest::qWaitFor(held, 3000));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.t > 7.3; }, 12000));
+  ASSERT_TRUE(QTest::qWaitFor(held, k_patience));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.t > 7.3; }, k_patience));
   keep(window, "piece-lifted");
   // Put back while it is held, and then again only released.
   QTest::keyClick(&window, Qt::Key_T, Qt::ShiftModifier);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return !held() && height() < 1; }, 3000)) << height();
+  ASSERT_TRUE(QTest::qWaitFor([&] { return !held() && height() < 1; }, k_patience)) << height();
   keep(window, "piece-put-back");
   QTest::keyClick(&window, Qt::Key_T, Qt::ShiftModifier);
   EXPECT_NE(operation.notice_text().find("to put it back"), std::string::npos) << "in the air";
   operation.undo();
-  ASSERT_TRUE(QTest::qWaitFor([&] { return height() > 8; }, 3000)) << height();
+  ASSERT_TRUE(QTest::qWaitFor([&] { return height() > 8; }, k_patience)) << height();
   EXPECT_FALSE(held());
   EXPECT_EQ(operation.viewport().overlay_count(), 1u);
   // Back at its old position, and then attached again.
   operation.undo();
-  EXPECT_TRUE(QTest::qWaitFor([&] { return height() < 1; }, 3000)) << height();
+  EXPECT_TRUE(QTest::qWaitFor([&] { return height() < 1; }, k_patience)) << height();
   operation.undo();
-  EXPECT_TRUE(QTest::qWaitFor([&] { return operation.viewport().overlay_count() == 0; }, 3000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return operation.viewport().overlay_count() == 0; }, k_patience));
   window.close();
 }
 
@@ -134,12 +134,12 @@ TEST_F(Window, APressedToolStaysAtTheStructureInAnOpening) {
   options_.side = 'S';
   MainWindow window(nullptr, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
   OperationController& operation = *window.operation();
-  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 100; }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 100; }, k_patience));
   const auto wait = [&] {
     const std::uint64_t tick = operation.state().newest.tick;
-    ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.tick > tick + 400; }, 20000));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.tick > tick + 400; }, k_patience));
   };
   const QPoint middle = window.canvas()->rect().center();
   QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));
@@ -164,15 +164,15 @@ TEST_F(Window, AToolThatWorksBehindBoneIsReported) {
   options_.side = 'S';
   MainWindow window(nullptr, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
   OperationController& operation = *window.operation();
-  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 100; }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 100; }, k_patience));
   const auto point_at = [&](const dvec3& p, double seconds) {
     const glm::dvec2 share = operation.viewport().project(p);
     QTest::mouseMove(window.canvas(), {static_cast<int>(share.x * window.canvas()->width()),
                                        static_cast<int>((1 - share.y) * window.canvas()->height())});
     const double t = operation.state().newest.t;
-    ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.t > t + seconds; }, 30000));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.t > t + seconds; }, k_patience));
   };
   const auto count = [&] {
     int result = 0;
@@ -207,16 +207,16 @@ TEST_F(Window, AReleasedToolRestsOverAnOpening) {
     options_.side = 'S';
     MainWindow window(nullptr, options_);
     window.show();
-    ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+    ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
     OperationController& operation = *window.operation();
-    ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 100; }, 20000));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 100; }, k_patience));
     double lowest = 1e9;
     const auto hover = [&](double x, double y) {
       const QRect canvas = window.canvas()->rect();
       QTest::mouseMove(window.canvas(),
                        {static_cast<int>(x * canvas.width()), static_cast<int>(y * canvas.height())});
       const std::uint64_t tick = operation.state().newest.tick;
-      ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.tick > tick + 150; }, 20000));
+      ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.tick > tick + 150; }, k_patience));
       lowest = std::min(lowest, operation.state().newest.pose.position_world.z);
       for (const sim::ForbiddenWatch& watch : operation.state().watches)
         EXPECT_EQ(watch.entries, 0) << x << " " << watch.nearest << " " << lowest;

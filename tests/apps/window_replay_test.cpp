@@ -33,21 +33,21 @@ TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyTime) {
   options_.summary.marks = {{1.0, workbench::EventLevel::danger, "Dura torn."}};
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-  EXPECT_TRUE(QTest::qWaitFor([&] { return window.replay()->seconds() > 0.2; }, 20000));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window.replay()->seconds() > 0.2; }, k_patience));
   QTest::keyClick(&window, Qt::Key_Space);
   EXPECT_FALSE(window.replay()->is_playing());
   const double paused = window.replay()->seconds();
-  QTest::qWait(100);
+  let_run(100);
   EXPECT_EQ(window.replay()->seconds(), paused);
   EXPECT_FALSE(window.replay()->seek(1.9).has_value());
-  QTest::qWait(60);
+  let_run(60);
   EXPECT_NEAR(window.replay()->seconds(), 1.9, 0.01);
   // Seen from where the work was done: from above. Events are shown at the tool, and hidden again before
   // their time.
   EXPECT_LT(window.replay()->viewport().camera().forward.z, -0.7);
-  EXPECT_TRUE(
-      QTest::qWaitFor([&] { return child<QLabel>(window, "notice_at_tool")->text() == "Dura torn."; }, 5000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return child<QLabel>(window, "notice_at_tool")->text() == "Dura torn."; },
+                              k_patience));
   const double late = window.replay()->engine().removed_mm3();
   EXPECT_GT(late, 1);
   EXPECT_GT(glm::length(window.replay()->record().force_world), 0);
@@ -64,10 +64,11 @@ TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyTime) {
   EXPECT_NEAR(click_at(0.5, 4), 1.0, 0.0015) << "the mark";
   EXPECT_FALSE(window.replay()->seek(0.3).has_value());
   EXPECT_LT(window.replay()->engine().removed_mm3(), late);
-  EXPECT_TRUE(QTest::qWaitFor([&] { return child<QLabel>(window, "notice_at_tool")->isHidden(); }, 5000));
+  EXPECT_TRUE(
+      QTest::qWaitFor([&] { return child<QLabel>(window, "notice_at_tool")->isHidden(); }, k_patience));
   child<QComboBox>(window, "speed")->setCurrentIndex(5);
   QTest::mouseClick(child<QPushButton>(window, "play"), Qt::LeftButton);
-  EXPECT_TRUE(QTest::qWaitFor([&] { return window.replay()->seconds() >= 2; }, 20000))
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window.replay()->seconds() >= 2; }, k_patience))
       << "at 20 times real time";
   EXPECT_FALSE(replay.mismatch().has_value());
   window.close();

@@ -55,7 +55,7 @@ class WindowScore : public Window {
   }
   ScoreDialog* open(MainWindow& window) {
     window.show();
-    EXPECT_TRUE(QTest::qWaitForWindowExposed(&window));
+    EXPECT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
     child<QAction>(window, "show_score")->trigger();
     return window.findChild<ScoreDialog*>("score");
   }
@@ -72,7 +72,7 @@ TEST_F(WindowScore, ShowsTheFindingsOfACopyOfTheRecording) {
   MainWindow window(scene_, options_);
   ScoreDialog* dialog = open(window);
   ASSERT_NE(dialog, nullptr);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return dialog->score().has_value(); }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return dialog->score().has_value(); }, k_patience));
   EXPECT_EQ(seen_, "recorded so far");
   EXPECT_EQ(dialog->findChild<QLabel*>("score_points")->text(), "5.0 of 10.0 points");
   EXPECT_TRUE(dialog->findChild<QLabel*>("score_status")->text().contains("2 further points"));
@@ -101,14 +101,14 @@ TEST_F(WindowScore, WritesTheReportButNotOverFilesInUse) {
   ScoreDialog* dialog = open(window);
   ASSERT_NE(dialog, nullptr);
   EXPECT_FALSE(dialog->findChild<QPushButton*>("write_report")->isEnabled()) << "not judged yet";
-  ASSERT_TRUE(QTest::qWaitFor([&] { return dialog->score().has_value(); }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return dialog->score().has_value(); }, k_patience));
   EXPECT_TRUE(dialog->findChild<QPushButton*>("write_report")->isEnabled());
   dialog->write_report(QString::fromStdString(running_));
   EXPECT_EQ(reports_, 0);
   EXPECT_FALSE(dialog->is_working());
   const std::string page = (folder_ / "report.html").string();
   dialog->write_report(QString::fromStdString(page));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return !dialog->is_working(); }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return !dialog->is_working(); }, k_patience));
   EXPECT_EQ(reports_, 1);
   EXPECT_TRUE(fs::exists(page));
   EXPECT_TRUE(dialog->findChild<QLabel*>("score_status")->text().contains("was written"));
@@ -122,7 +122,7 @@ TEST_F(WindowScore, ReportsErrors) {
   ScoreDialog* dialog = open(window);
   ASSERT_NE(dialog, nullptr);
   const auto* status = dialog->findChild<QLabel*>("score_status");
-  ASSERT_TRUE(QTest::qWaitFor([&] { return status->text().contains("the scan is missing"); }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return status->text().contains("the scan is missing"); }, k_patience));
   EXPECT_FALSE(dialog->score().has_value());
   EXPECT_FALSE(dialog->findChild<QPushButton*>("write_report")->isEnabled());
   window.close();
@@ -133,9 +133,10 @@ TEST_F(WindowScore, StopsWithItsOperation) {
   MainWindow window(scene_, options_);
   ScoreDialog* dialog = open(window);
   ASSERT_NE(dialog, nullptr);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return dialog->is_working(); }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return dialog->is_working(); }, k_patience));
   window.open_source("next");  // the operation is replaced, and its dialog ends
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.findChild<ScoreDialog*>("score") == nullptr; }, 20000));
+  ASSERT_TRUE(
+      QTest::qWaitFor([&] { return window.findChild<ScoreDialog*>("score") == nullptr; }, k_patience));
   EXPECT_TRUE(was_cancelled_);
   window.close();
 }
@@ -164,7 +165,7 @@ TEST_F(StartPageTest, TilesChooseTheirCase) {
        {std::pair("tile_craniotomy", "craniotomy"), std::pair("tile_head", "")}) {
     StartPage page(options_);
     page.show();
-    EXPECT_TRUE(QTest::qWaitForWindowExposed(&page));
+    EXPECT_TRUE(QTest::qWaitForWindowExposed(&page, k_patience));
     auto* tile = page.findChild<QPushButton*>(name);
     ASSERT_NE(tile, nullptr) << name;
     // The picture and the text fit into the tile.
@@ -187,7 +188,7 @@ TEST_F(StartPageTest, TilesChooseTheirCase) {
 TEST_F(StartPageTest, TextIsScaledByKeys) {
   StartPage page(options_);
   page.show();
-  EXPECT_TRUE(QTest::qWaitForWindowExposed(&page));
+  EXPECT_TRUE(QTest::qWaitForWindowExposed(&page, k_patience));
   const double size = QApplication::font().pointSizeF();
   QTest::keyClick(&page, Qt::Key_Plus, Qt::ControlModifier);
   EXPECT_NEAR(QApplication::font().pointSizeF(), 1.15 * size, 0.01);

@@ -72,11 +72,12 @@ class WindowSteps : public Window {
 
   static bool open(MainWindow& window) {
     window.show();
-    return QTest::qWaitForWindowExposed(&window) &&
-           QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 20000);
+    return QTest::qWaitForWindowExposed(&window, k_patience) &&
+           QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; },
+                           k_patience);
   }
   static bool is_in_step(MainWindow& window, int step) {
-    return QTest::qWaitFor([&] { return window.operation()->state().step == step; }, 10000);
+    return QTest::qWaitFor([&] { return window.operation()->state().step == step; }, k_patience);
   }
   /// Waits for the text below a button; an empty one is hidden.
   static bool has_reason(MainWindow& window, const char* name, const QString& reason) {
@@ -85,7 +86,7 @@ class WindowSteps : public Window {
           const auto* label = window.findChild<QLabel*>(name);
           return label && label->text() == reason && label->isHidden() == reason.isEmpty();
         },
-        10000);
+        k_patience);
   }
   /// Returns a letter per step: d for done, > for the current one, - for later ones.
   static QString marks(MainWindow& window) {
@@ -112,12 +113,12 @@ class WindowSteps : public Window {
     const QPoint middle = window.canvas()->rect().center();
     QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));
     QTest::mouseMove(window.canvas(), middle);
-    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, 20000));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, k_patience));
     window.operation()->press(true);
-    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > 1; }, 20000));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > 1; }, k_patience));
     window.operation()->press(false);
     ASSERT_TRUE(
-        QTest::qWaitFor([&] { return !window.operation()->state().newest.pose.is_pressed(); }, 20000));
+        QTest::qWaitFor([&] { return !window.operation()->state().newest.pose.is_pressed(); }, k_patience));
   }
 };
 
@@ -157,18 +158,19 @@ TEST_F(WindowSteps, ButtonsGoThroughTheStepsAndUndoGoesBack) {
   // At rest no reasons are requested; a change of the state requests them.
   auto* drill_button = child<WrappingButton>(window, "next_drill");
   EXPECT_EQ(drill_button->words(), "Next: Drill the burr hole & widen its inner end with the burr");
-  ASSERT_TRUE(QTest::qWaitFor([&] { return drill_button->isEnabled(); }, 10000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return drill_button->isEnabled(); }, k_patience));
   QTest::mouseMove(window.canvas(), QPoint(5, 5));
-  QTest::qWait(500);
+  let_run(500);
   const std::uint64_t requests = window.operation()->steps()->request_count();
-  QTest::qWait(700);
+  let_run(700);
   EXPECT_EQ(window.operation()->steps()->request_count(), requests);
   window.operation()->apply(sim::Note{"a remark"});
-  EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->steps()->request_count() > requests; }, 5000));
+  EXPECT_TRUE(
+      QTest::qWaitFor([&] { return window.operation()->steps()->request_count() > requests; }, k_patience));
 
   QTest::mouseClick(drill_button, Qt::LeftButton);
   ASSERT_TRUE(is_in_step(window, 1));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return title->text().startsWith("Step 2 of 3: Drill"); }, 5000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return title->text().startsWith("Step 2 of 3: Drill"); }, k_patience));
   EXPECT_EQ(marks(window), "d>-");
   EXPECT_FALSE(child<QLabel>(window, "step_note")->isVisible());
   ASSERT_TRUE(has_reason(window, "reason_judge", "The removed volume must be at least 1 mm³; it is 0 mm³."));
@@ -184,26 +186,27 @@ TEST_F(WindowSteps, ButtonsGoThroughTheStepsAndUndoGoesBack) {
       return entry.text.find("refused") != std::string::npos;
     });
   };
-  ASSERT_TRUE(QTest::qWaitFor([&] { return refusals() > 0; }, 5000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return refusals() > 0; }, k_patience));
   EXPECT_EQ(refusals(), 1);
   EXPECT_EQ(window.operation()->state().step, 1);
 
   drill(window);
   // The next step does not allow the burr, which is put down.
   ASSERT_TRUE(has_reason(window, "reason_judge", "Puts the tool down first."));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return child<QPushButton>(window, "next_judge")->isEnabled(); }, 5000));
+  ASSERT_TRUE(
+      QTest::qWaitFor([&] { return child<QPushButton>(window, "next_judge")->isEnabled(); }, k_patience));
   child<QAction>(window, "next_step")->trigger();
   ASSERT_TRUE(is_in_step(window, 2));
   EXPECT_TRUE(QTest::qWaitFor(
-      [&] { return child<QComboBox>(window, "instrument")->currentText() == "No tool"; }, 5000));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return marks(window) == "dd>"; }, 5000));
+      [&] { return child<QComboBox>(window, "instrument")->currentText() == "No tool"; }, k_patience));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return marks(window) == "dd>"; }, k_patience));
   EXPECT_EQ(window.findChild<QPushButton*>("next_judge"), nullptr);
   child<QAction>(window, "next_step")->trigger();
   EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("this step is the last one"));
 
   window.operation()->undo();
   ASSERT_TRUE(is_in_step(window, 1));
-  EXPECT_TRUE(QTest::qWaitFor([&] { return marks(window) == "d>-"; }, 5000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return marks(window) == "d>-"; }, k_patience));
   EXPECT_TRUE(title->text().startsWith("Step 2 of 3"));
   window.close();
   window.finish();
@@ -226,7 +229,7 @@ TEST_F(WindowSteps, AStepEnablesItsToolsAndCommands) {
   MainWindow window(scene_, options_);
   ASSERT_TRUE(open(window));
   auto* anchor = child<QAction>(window, "command_add-anchor");
-  ASSERT_TRUE(QTest::qWaitFor([&] { return !anchor->isEnabled(); }, 10000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return !anchor->isEnabled(); }, k_patience));
   EXPECT_TRUE(anchor->toolTip().startsWith("The step \"Examine the bone\" does not allow this command."))
       << anchor->toolTip().toStdString();
   EXPECT_TRUE(tool_item(window, "Burr")->isEnabled());
@@ -237,7 +240,7 @@ TEST_F(WindowSteps, AStepEnablesItsToolsAndCommands) {
 
   window.operation()->go_to_step("drill");
   ASSERT_TRUE(is_in_step(window, 1));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return anchor->isEnabled(); }, 5000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return anchor->isEnabled(); }, k_patience));
   EXPECT_FALSE(child<QAction>(window, "command_cut-flap")->isEnabled());
   EXPECT_TRUE(tool_item(window, "Perforator")->isEnabled());
   EXPECT_FALSE(tool_item(window, "Craniotome")->isEnabled());
@@ -248,7 +251,7 @@ TEST_F(WindowSteps, AStepEnablesItsToolsAndCommands) {
 
   // Another scene without a procedure allows everything.
   window.open_source("another");
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("another ball"); }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("another ball"); }, k_patience));
   EXPECT_EQ(window.findChild<QDockWidget*>("steps"), nullptr);
   EXPECT_TRUE(tool_item(window, "Perforator")->isEnabled());
   EXPECT_EQ(tool_item(window, "Perforator")->toolTip(), "");
@@ -269,9 +272,9 @@ TEST_F(WindowSteps, ThePanelFitsIntoSmallWindowsAndLargeText) {
         return window.findChild<QLabel*>("reason_judge") &&
                child<QLabel>(window, "reason_judge")->isVisible();
       },
-      10000));
+      k_patience));
   const auto check = [&](const char* name) {
-    QTest::qWait(600);
+    let_run(600);
     keep(window, name);
     const auto* panel = child<QDockWidget>(window, "steps");
     EXPECT_LE(panel->mapTo(&window, panel->rect().bottomRight()).y(), window.height()) << name;

@@ -20,7 +20,7 @@ class StructureWindow : public OperationWindow {
     return 0;
   }
   bool is_complete() {
-    return QTest::qWaitFor([&] { return viewport().is_complete(); }, 60000);
+    return QTest::qWaitFor([&] { return viewport().is_complete(); }, k_patience);
   }
 };
 
@@ -28,7 +28,7 @@ TEST_F(StructureWindow, BoneIsMadeTranslucentAndStructuresHidden) {
   open("spine");
   ASSERT_TRUE(is_complete());
   child<QAction>(*window_, "show_structures")->trigger();
-  QTest::qWait(200);
+  let_run(200);
   auto* bone = child<QSlider>(*window_, "opacity_0");
   ASSERT_NE(bone, nullptr);
   EXPECT_TRUE(bone->isVisible());
@@ -39,7 +39,7 @@ TEST_F(StructureWindow, BoneIsMadeTranslucentAndStructuresHidden) {
   ASSERT_TRUE(is_complete());
   EXPECT_GT(whole_triangles(), 5000u);
   const std::size_t drawn = viewport().view().structures()->drawn_count();
-  QTest::qWait(200);
+  let_run(200);
   EXPECT_EQ(viewport().view().structures()->drawn_count(), drawn) << "a view at rest is not drawn again";
   keep(*window_, "translucent");
   const std::size_t sac = number_of("dural_sac");
@@ -62,11 +62,11 @@ TEST_F(StructureWindow, AClippedHeadShowsItsStructures) {
   EXPECT_EQ(whole_triangles(), 0u) << "no cost before";
   QTest::keyClick(window_.get(), Qt::Key_C);
   ASSERT_TRUE(is_complete());
-  QTest::qWait(500);
+  let_run(500);
   EXPECT_GT(whole_triangles(), 5000u);
   keep(*window_, "clipped-head");
   QTest::keyClick(window_.get(), Qt::Key_C);
-  QTest::qWait(100);
+  let_run(100);
   EXPECT_FALSE(viewport().view().structures()->is_active());
 }
 
@@ -74,7 +74,7 @@ TEST_F(StructureWindow, TheWheelScrollsThePanelAndChangesNoValue) {
   options_.width = 1000, options_.height = 640;
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
   auto* clip = child<QComboBox>(window, "clip");
   auto* depth = child<QSlider>(window, "depth");
   const int depth_before = depth->value();

@@ -8,25 +8,27 @@ namespace {
 TEST_F(Window, DrillsNothingInTheBackground) {
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
+  ASSERT_TRUE(
+      QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, k_patience));
   const QPoint middle = window.canvas()->rect().center();
   for (const bool is_key : {true, false}) {
     QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));  // from its own position it would be no move
     QTest::mouseMove(window.canvas(), middle);
-    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, 20000));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, k_patience));
     const double before = window.operation()->state().removed_mm3;
     if (is_key)
       QTest::keyPress(&window, Qt::Key_Space);
     else
       QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
-    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > before + 1; }, 20000));
+    ASSERT_TRUE(
+        QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > before + 1; }, k_patience));
     QEvent other(QEvent::WindowDeactivate);
     QApplication::sendEvent(&window, &other);
     ASSERT_TRUE(
-        QTest::qWaitFor([&] { return !window.operation()->state().newest.pose.is_pressed(); }, 20000));
+        QTest::qWaitFor([&] { return !window.operation()->state().newest.pose.is_pressed(); }, k_patience));
     const double left = window.operation()->state().removed_mm3;
-    QTest::qWait(300);
+    let_run(300);
     EXPECT_EQ(window.operation()->state().removed_mm3, left);
     QTest::keyRelease(&window, Qt::Key_Space);
     QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
@@ -39,23 +41,23 @@ TEST_F(Window, DrillsNothingInTheBackground) {
 TEST_F(Window, UndoRightAfterTheReleaseRestoresAllBone) {
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
   OperationController& operation = *window.operation();
-  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().is_complete(); }, 10000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().is_complete(); }, k_patience));
   const QPoint middle = window.canvas()->rect().center();
   QTest::mouseMove(window.canvas(), middle);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.has_contact; }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.has_contact; }, k_patience));
   operation.press(true);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().removed_mm3 > 3; }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().removed_mm3 > 3; }, k_patience));
   operation.press(false);
   operation.undo();  // before the next frame
-  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().removed_mm3 == 0; }, 20000));
-  QTest::qWait(300);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().removed_mm3 == 0; }, k_patience));
+  let_run(300);
   EXPECT_EQ(operation.state().removed_mm3, 0);
   EXPECT_EQ(operation.state().strokes, 0u);
   EXPECT_EQ(operation.state().all_strokes, 1u);
   operation.redo();
-  EXPECT_TRUE(QTest::qWaitFor([&] { return operation.state().removed_mm3 > 3; }, 20000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return operation.state().removed_mm3 > 3; }, k_patience));
 }
 
 TEST_F(Window, TouchDrillUndoSaveAndQuit) {
@@ -63,42 +65,43 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
   {
     MainWindow window(scene_, options_);
     window.show();
-    ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+    ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
     ASSERT_TRUE(QTest::qWaitFor(
         [&] {
           return window.operation()->viewport().is_complete() &&
                  window.operation()->viewport().triangle_count() > 1000;
         },
-        10000));
+        k_patience));
     const QPoint middle = window.canvas()->rect().center();
 
     // Touch: the stylus follows the surface under the cursor.
     QTest::mouseMove(window.canvas(), middle);
-    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, 20000));
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, k_patience));
     EXPECT_EQ(window.operation()->state().removed_mm3, 0);
     EXPECT_FALSE(child<QPushButton>(window, "undo")->isEnabled());
 
     // Drill: hold the button.
     QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
-    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > 3; }, 20000));
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > 3; }, k_patience));
     keep(window, "drilling");
     QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
-    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().strokes == 1; }, 20000));
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().strokes == 1; }, k_patience));
     EXPECT_TRUE(child<QLabel>(window, "removed")->text().contains("1 stroke"));
 
     // Undo by button, redo by key, undo by menu.
     const double removed = window.operation()->state().removed_mm3;
     QTest::mouseClick(child<QPushButton>(window, "undo"), Qt::LeftButton);
-    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 == 0; }, 20000));
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 == 0; }, k_patience));
     QTest::keyClick(&window, Qt::Key_Y);
-    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 == removed; }, 20000));
+    EXPECT_TRUE(
+        QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 == removed; }, k_patience));
     // For trackpads Space presses, too.
     child<QDoubleSpinBox>(window, "diameter")->setValue(6);
     QTest::keyPress(&window, Qt::Key_Space);
     EXPECT_TRUE(
-        QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > removed + 2; }, 20000));
+        QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > removed + 2; }, k_patience));
     QTest::keyRelease(&window, Qt::Key_Space);
-    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().strokes == 2; }, 20000));
+    EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().strokes == 2; }, k_patience));
 
     // Views, depth, clip plane, help, larger text: every control responds.
     const int depth = child<QSlider>(window, "depth")->value();
@@ -109,19 +112,19 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
     QTest::keyClick(&window, Qt::Key_0);
     QTest::keyClick(&window, Qt::Key_C);
     EXPECT_EQ(window.operation()->viewport().clip().axis, ClipChoice::Axis::view);
-    QTest::qWait(400);
+    let_run(400);
     keep(window, "open");
     QTest::keyClick(&window, Qt::Key_C);
     child<QAction>(window, "help")->trigger();
     EXPECT_TRUE(child<HelpOverlay>(window, "help_overlay")->isVisible());
-    QTest::qWait(100);
+    let_run(100);
     keep(window, "help");
     QTest::mouseClick(child<HelpOverlay>(window, "help_overlay"), Qt::LeftButton);
     EXPECT_FALSE(child<HelpOverlay>(window, "help_overlay")->isVisible());
     const double points = QApplication::font().pointSizeF();
     window.scale_text(1.5);
     EXPECT_GT(QApplication::font().pointSizeF(), points);
-    QTest::qWait(50);
+    let_run(50);
     keep(window, "large-text");
     window.scale_text(1 / 1.5);
 
@@ -177,8 +180,9 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
 TEST_F(Window, MovesThroughStrokesAndComparesThem) {
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, 10000));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
+  ASSERT_TRUE(
+      QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, k_patience));
   const QPoint middle = window.canvas()->rect().center();
   auto* slider = child<QSlider>(window, "history");
   EXPECT_FALSE(slider->isEnabled());
@@ -187,13 +191,13 @@ TEST_F(Window, MovesThroughStrokesAndComparesThem) {
     const QPoint at = middle + QPoint(0, 8 * (stroke - 2));
     QTest::mouseMove(window.canvas(), at + QPoint(1, 0));
     QTest::mouseMove(window.canvas(), at);
-    QTest::qWait(200);
+    let_run(200);
     QTest::mousePress(window.canvas(), Qt::LeftButton, {}, at);
-    ASSERT_TRUE(
-        QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > removed.back() + 2; }, 20000));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > removed.back() + 2; },
+                                k_patience));
     QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, at);
     ASSERT_TRUE(QTest::qWaitFor(
-        [&] { return window.operation()->state().strokes == static_cast<std::size_t>(stroke); }, 20000));
+        [&] { return window.operation()->state().strokes == static_cast<std::size_t>(stroke); }, k_patience));
     removed.push_back(window.operation()->state().removed_mm3);
   }
   const auto is_at = [&](std::size_t stroke) {
@@ -203,14 +207,14 @@ TEST_F(Window, MovesThroughStrokesAndComparesThem) {
                  window.operation()->state().removed_mm3 == removed[stroke] &&
                  slider->value() == static_cast<int>(stroke);
         },
-        20000);
+        k_patience);
   };
   ASSERT_TRUE(is_at(3));
   EXPECT_EQ(slider->maximum(), 3);
   EXPECT_TRUE(QTest::qWaitFor(
-      [&] { return child<QLabel>(window, "history_text")->text().contains("stroke 3 of 3"); }, 5000));
-  EXPECT_TRUE(
-      QTest::qWaitFor([&] { return child<QLabel>(window, "history_text")->text().contains("MB"); }, 5000));
+      [&] { return child<QLabel>(window, "history_text")->text().contains("stroke 3 of 3"); }, k_patience));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return child<QLabel>(window, "history_text")->text().contains("MB"); },
+                              k_patience));
   // Dragged faster than the edits follow.
   const auto drag_to = [&](int to) {
     slider->setSliderPosition(to);
@@ -231,13 +235,14 @@ TEST_F(Window, MovesThroughStrokesAndComparesThem) {
   auto* with = dialog->findChild<QComboBox*>("compare_with");
   EXPECT_EQ(with->currentText(), "stroke 1");
   EXPECT_EQ(with->count(), 3);  // the untouched bone, strokes 1 and 3
-  ASSERT_TRUE(QTest::qWaitFor([&] { return picture->pixmap(Qt::ReturnByValue).width() > 300; }, 20000));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return picture->pixmap(Qt::ReturnByValue).width() > 300; }, k_patience));
   const QImage first = picture->pixmap(Qt::ReturnByValue).toImage();
-  QTest::qWait(100);
+  let_run(100);
   if (const char* folder = std::getenv("TREPHINE_SCREENSHOTS"))
     dialog->grab().save(QString("%1/compare.png").arg(folder));
   with->setCurrentIndex(0);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return picture->pixmap(Qt::ReturnByValue).toImage() != first; }, 20000));
+  ASSERT_TRUE(
+      QTest::qWaitFor([&] { return picture->pixmap(Qt::ReturnByValue).toImage() != first; }, k_patience));
   dialog->close();
   // The window itself continues.
   const int frames = window.finish().frames;
@@ -277,8 +282,8 @@ TEST_F(Window, ShowsWhyACommandWasRefused) {
   options_.start = WindowStart{std::move(engine), 60};
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-  ASSERT_TRUE(QTest::qWaitFor([&] { return child<QPushButton>(window, "undo")->isEnabled(); }, 10000));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return child<QPushButton>(window, "undo")->isEnabled(); }, k_patience));
   EXPECT_FALSE(child<QLabel>(window, "notice")->text().contains("was refused"));
   QTest::mouseClick(child<QPushButton>(window, "undo"), Qt::LeftButton);
   EXPECT_TRUE(QTest::qWaitFor(
@@ -287,7 +292,7 @@ TEST_F(Window, ShowsWhyACommandWasRefused) {
             ->text()
             .startsWith("The command was refused: a.session: the session is no longer readable");
       },
-      10000))
+      k_patience))
       << child<QLabel>(window, "notice")->text().toStdString();
   keep(window, "refused");
   EXPECT_EQ(window.operation()->state().strokes, 1u);
@@ -301,9 +306,9 @@ TEST_F(Window, OpensOtherScenesShowsErrorsAndChangesTheShape) {
   options_.plan = std::make_shared<const volume::SurgicalPlan>(plan);
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
   EXPECT_EQ(window.operation()->viewport().overlay_count(), 2u) << "lines and name of the plan";
-  const auto wait_opened = [&] { return QTest::qWaitFor([&] { return !window.is_opening(); }, 20000); };
+  const auto wait_opened = [&] { return QTest::qWaitFor([&] { return !window.is_opening(); }, k_patience); };
   window.open_source("bad");
   ASSERT_TRUE(wait_opened());
   auto* box = window.findChild<QMessageBox*>("error");
@@ -323,7 +328,7 @@ TEST_F(Window, OpensOtherScenesShowsErrorsAndChangesTheShape) {
   QDropEvent drop(QPointF(50, 50), Qt::CopyAction, &mime, Qt::LeftButton, {});
   QApplication::sendEvent(&window, &drop);
   ASSERT_TRUE(wait_opened());
-  EXPECT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("another ball"); }, 20000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("another ball"); }, k_patience));
   EXPECT_EQ(window.operation()->viewport().overlay_count(), 0u) << "no overlay of the other scene is left";
   // All of its surface: for a while no more triangles are added.
   std::size_t before = 0;
@@ -336,7 +341,7 @@ TEST_F(Window, OpensOtherScenesShowsErrorsAndChangesTheShape) {
         before = now;
         return now > 500 && same.elapsed() > 500;
       },
-      20000));
+      k_patience));
 
   // Another window of intensities: shown at once, used on request.
   child<QDoubleSpinBox>(window, "low")->setValue(1500);
@@ -345,18 +350,18 @@ TEST_F(Window, OpensOtherScenesShowsErrorsAndChangesTheShape) {
         const std::size_t now = window.operation()->viewport().triangle_count();
         return now != before && now > 100 && child<QPushButton>(window, "use_shape")->isEnabled();
       },
-      20000));
+      k_patience));
   QTest::mouseClick(child<QPushButton>(window, "keep_shape"), Qt::LeftButton);
   EXPECT_EQ(child<QDoubleSpinBox>(window, "low")->value(), 300);
   EXPECT_TRUE(
-      QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() == before; }, 20000));
+      QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() == before; }, k_patience));
   // Clipped, with another depth of press: both survive the other shape, or end with it.
   QTest::keyClick(&window, Qt::Key_C);
   child<QSlider>(window, "depth")->setValue(9);
   child<QDoubleSpinBox>(window, "low")->setValue(1200);
-  QTest::qWait(200);
+  let_run(200);
   QTest::mouseClick(child<QPushButton>(window, "use_shape"), Qt::LeftButton);
-  EXPECT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("reshaped"); }, 20000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("reshaped"); }, k_patience));
   EXPECT_EQ(reshaped_low_, 1200);
   EXPECT_EQ(child<QComboBox>(window, "clip")->currentIndex(), 0);
   EXPECT_EQ(window.operation()->depth(), 4.5);
@@ -368,9 +373,9 @@ TEST_F(Window, OpensOtherScenesShowsErrorsAndChangesTheShape) {
   EXPECT_EQ(child<QDoubleSpinBox>(window, "low")->value(), 150);
   child<QCheckBox>(window, "largest")->setChecked(true);
   QTest::mouseClick(child<QPushButton>(window, "use_shape"), Qt::LeftButton);
-  EXPECT_TRUE(QTest::qWaitFor([&] { return reshaped_.preset == "spine"; }, 20000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return reshaped_.preset == "spine"; }, k_patience));
   EXPECT_TRUE(reshaped_.is_largest);
-  EXPECT_TRUE(QTest::qWaitFor([&] { return !window.is_opening(); }, 20000));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return !window.is_opening(); }, k_patience));
   window.close();
 }
 
@@ -380,22 +385,22 @@ TEST_F(Window, FramesCostWhatChangedInThem) {
   options_.start = start_on(scene_);
   MainWindow window(scene_, options_);
   window.show();
-  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
   Viewport& picture = window.operation()->viewport();
   ASSERT_TRUE(
-      QTest::qWaitFor([&] { return picture.is_complete() && picture.triangle_count() > 50000; }, 15000));
+      QTest::qWaitFor([&] { return picture.is_complete() && picture.triangle_count() > 50000; }, k_patience));
   // At rest no part of the bone is sent again; the picture is the same as one drawn as a whole.
   QTest::mouseMove(window.canvas(), QPoint(5, 5));
-  QTest::qWait(150);
+  let_run(150);
   EXPECT_EQ(picture.view().bone().drawn_triangles(), 0u);
   // From every side the kept picture equals a single drawing of everything.
   const std::string sides("APS\0", 4);
   std::vector<QImage> kept;
   const auto turn_to = [&](char side) {
     picture.look_from(side);
-    QTest::qWait(100);  // a few frames: the first notices that the view has changed
+    let_run(100);  // a few frames: the first notices that the view has changed
     return QTest::qWaitFor(
-        [&] { return picture.is_complete() && picture.view().bone().drawn_triangles() == 0; }, 15000);
+        [&] { return picture.is_complete() && picture.view().bone().drawn_triangles() == 0; }, k_patience);
   };
   const auto expect_whole = [&](const QImage& seen, char side) {
     picture.view().bone().expose();
@@ -433,13 +438,13 @@ TEST_F(Window, FramesCostWhatChangedInThem) {
         most = std::max(most, picture.view().bone().drawn_triangles());
         return window.operation()->state().removed_mm3 > 5;
       },
-      8000));
+      k_patience));
   QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
   EXPECT_GT(most, 0u);
   EXPECT_LT(most, picture.triangle_count() / 3);
   // Seen from behind it is whole again, though only the cut was drawn last.
   QTest::mouseMove(window.canvas(), QPoint(5, 5));
-  QTest::qWait(100);
+  let_run(100);
   ASSERT_TRUE(turn_to('P'));
   expect_whole(window.canvas()->grabFramebuffer(), 'P');
   window.close();
