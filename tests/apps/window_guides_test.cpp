@@ -152,7 +152,7 @@ TEST_F(ToolWindow, AnIdleToolStaysOutsideTheDuralSacWhenHiddenBoneIsClipped) {
 TEST_F(ToolWindow, APerforatorTouchesAndDrillsOnSlopes) {
   open("head", drilling::burr({.diameter = 6}));
   hand().take_instrument(drilling::perforator({}).parameters);
-  ASSERT_TRUE(reaches([&] { return holds("perforator"); }, 60000));
+  ASSERT_TRUE(reaches([&] { return holds("perforator"); }));
   QTest::keyClick(window_.get(), Qt::Key_A, Qt::ShiftModifier);
   let_run(300);
   for (const dvec3 slope : {dvec3(-28, -83, -24), dvec3(61, -44, -24), dvec3(28, -76, 33)}) {
@@ -288,7 +288,7 @@ TEST_F(ToolWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
   if (std::getenv("TREPHINE_WHOLE") == nullptr) GTEST_SKIP() << "50 s: set TREPHINE_WHOLE=1";
   open("head", drilling::craniotome({}));
   hand().take_instrument(drilling::burr({.diameter = 6, .removal_rate = 400}).parameters);
-  ASSERT_TRUE(reaches([&] { return holds("burr"); }, 60000));
+  ASSERT_TRUE(reaches([&] { return holds("burr"); }));
   QTest::keyClick(window_.get(), Qt::Key_L, Qt::ShiftModifier);
   let_run(200);
   const QPoint middle = window_->canvas()->rect().center() + QPoint(0, -150);
@@ -310,7 +310,7 @@ TEST_F(ToolWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
   keep(*window_, "craniotome-hole");
 
   hand().take_instrument(drilling::craniotome({}).parameters);
-  ASSERT_TRUE(reaches([&] { return holds("craniotome"); }, 60000));
+  ASSERT_TRUE(reaches([&] { return holds("craniotome"); }));
   point_at(hole);
   ASSERT_TRUE(reaches([&] { return hand().guide().is_holding(); }));
   let_run(800);

@@ -109,7 +109,7 @@ TEST_F(WholeOperation, AFlapIsLiftedOffByTheMouse) {
   QTest::keyClick(window_.get(), Qt::Key_R, Qt::ShiftModifier);
   let_run(300);
   hand().apply(bone_flap::CutFlap{.outline = "craniotomy"});
-  ASSERT_TRUE(reaches([&] { return hand().state().bodies.size() == 1; }, 60000));
+  ASSERT_TRUE(reaches([&] { return hand().state().bodies.size() == 1; }));
   const auto pose = [&]() -> haptics::Placement {
     for (const sim::Overlay& overlay : *hand().state().overlays)
       if (overlay.is_detached) return overlay.place;
