@@ -33,8 +33,10 @@ NoticeLabel::NoticeLabel(QWidget* canvas) : QLabel(canvas) {
 
 void NoticeLabel::show_at(const QString& text, EventLevel level, const QPoint& tip) {
   if (text.isEmpty()) return hide();
-  if (text != this->text() || level != level_ || isHidden()) {
-    level_ = level;
+  const int widest_room = std::max(parentWidget()->width() - 16, 80);
+  if (text != this->text() || level != level_ || isHidden() || widest_room != widest_room_ ||
+      font() != font_) {
+    level_ = level, widest_room_ = widest_room, font_ = font();
     const char* border = level == EventLevel::danger    ? "#e5533d"
                          : level == EventLevel::refusal ? "#f6c944"
                                                         : "#6fa8dc";
@@ -45,9 +47,8 @@ void NoticeLabel::show_at(const QString& text, EventLevel level, const QPoint& t
     int widest = 0;
     for (const QString& line : text.split('\n'))
       widest = std::max(widest, fontMetrics().horizontalAdvance(line));
-    const int width =
-        std::min({widest + 2 * margin() + 8, 24 * fontMetrics().averageCharWidth() + widest / 2 + 40,
-                  std::max(parentWidget()->width() - 16, 80)});
+    const int width = std::min(
+        {widest + 2 * margin() + 8, 24 * fontMetrics().averageCharWidth() + widest / 2 + 40, widest_room});
     resize(width, heightForWidth(width));
     show();
     raise();

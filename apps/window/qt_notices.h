@@ -21,6 +21,8 @@ class NoticeLabel : public QLabel {
 
  private:
   workbench::EventLevel level_ = workbench::EventLevel::record;
+  int widest_room_ = 0;  ///< pixels, and the font, of the last layout
+  QFont font_;
 };
 
 /// All messages with their times, newest last. Follows the newest unless it is scrolled.

@@ -124,7 +124,7 @@ void MainWindow::build_panel() {
 
   auto* structures = new QGroupBox(tr("Structures"));
   auto* structure_column = new QVBoxLayout(structures);
-  auto* fold = structure_fold_ = new FoldButton("structures", tr("Show, hide, make translucent"));
+  auto* fold = structure_fold_ = new FoldButton("structures", tr("Show, hide, fade"));
   structures_ = new StructurePanel;
   structures_->setVisible(false);
   structures_->on_opacity = [this](std::size_t structure, double opacity) {

@@ -303,7 +303,17 @@ TEST_F(WindowSteps, ThePanelFitsIntoSmallWindowsAndLargeText) {
   check("steps-1024");
   window.scale_text(1.5);
   check("steps-large-text");
-  window.scale_text(1 / 1.5);
+  window.scale_text(1.15 * 1.15 * 1.15 * 1.15 / 1.5);
+  let_run(600);
+  keep(window, "steps-largest-text");
+  EXPECT_EQ(window.width(), 1024) << "a larger text does not enlarge the window";
+  EXPECT_EQ(window.height(), 700);
+  const auto* notice = child<QLabel>(window, "notice_at_tool");
+  if (notice->isVisible()) {
+    EXPECT_LE(notice->geometry().right(), window.canvas()->width());
+    EXPECT_GE(notice->height(), notice->heightForWidth(notice->width()));
+  }
+  window.scale_text(1 / (1.15 * 1.15 * 1.15 * 1.15));
   window.close();
 }
 
