@@ -23,7 +23,7 @@ namespace trephine::view {
 
 namespace {
 
-constexpr int k_tile_width = 300, k_picture_height = 150, k_columns = 3;  // pixels
+constexpr int k_tile_width = 234, k_picture_height = 112, k_columns = 4;  // pixels
 
 /// Returns a duration as "3 min 20 s".
 QString duration_text(double seconds) {
@@ -87,7 +87,8 @@ void StartPage::fill() {
     grid->addWidget(make_tile(tile), count / k_columns, count % k_columns);
     ++count;
   }
-  grid->addWidget(make_own_scan(), count / k_columns, count % k_columns);
+  // In the rest of the row.
+  grid->addWidget(make_own_scan(), count / k_columns, count % k_columns, 1, k_columns - count % k_columns);
   for (int i = 0; i < k_columns; ++i) grid->setColumnStretch(i, 1);
   column->addLayout(grid);
   column->addWidget(make_sessions());

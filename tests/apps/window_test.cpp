@@ -359,7 +359,8 @@ TEST_F(Window, OpensOtherScenesShowsErrorsAndChangesTheShape) {
   QTest::keyClick(&window, Qt::Key_C);
   child<QSlider>(window, "depth")->setValue(9);
   child<QDoubleSpinBox>(window, "low")->setValue(1200);
-  let_run(200);
+  ASSERT_TRUE(
+      QTest::qWaitFor([&] { return child<QPushButton>(window, "use_shape")->isEnabled(); }, k_patience));
   QTest::mouseClick(child<QPushButton>(window, "use_shape"), Qt::LeftButton);
   EXPECT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("reshaped"); }, k_patience));
   EXPECT_EQ(reshaped_low_, 1200);

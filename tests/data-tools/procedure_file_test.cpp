@@ -164,7 +164,7 @@ TEST(ProcedureFile, WrittenTextReadsBackEqual) {
 }
 
 TEST(ProcedureFile, ShippedOnesAreFoundByName) {
-  ASSERT_EQ(shipped_procedures().size(), 3u);
+  ASSERT_EQ(shipped_procedures().size(), 4u);
   for (const ShippedProcedure& shipped : shipped_procedures()) {
     const std::string name(shipped.name);
     const auto found = open_procedure(name);

@@ -18,10 +18,14 @@ struct SimulatorArguments {
   workbench::DeviceChoice device;
 };
 
+constexpr const char* k_tutorial = "first-steps";
+
 view::StartPageOptions page_of(const SimulatorArguments& arguments, std::string problem) {
   view::StartPageOptions page;
   page.problem = std::move(problem);
   page.tiles = {
+      {"First steps", "Turn, touch, drill, undo, measure and take an X-ray, in five minutes.", "first-steps",
+       "head", k_tutorial},
       {"Craniotomy", "Plan the outline, drill the holes, cut and lift the flap.", "craniotomy", "head",
        "craniotomy"},
       {"Ventriculostomy", "Drill at Kocher's point and pass a catheter into the ventricle.",
@@ -35,9 +39,11 @@ view::StartPageOptions page_of(const SimulatorArguments& arguments, std::string 
   for (workbench::Autosave& session : workbench::list_autosaves(k_sessions))
     page.sessions.push_back({std::move(session.file), session.title.empty() ? "Operation" : session.title,
                              std::move(session.begin), session.seconds, session.is_interrupted});
-  for (const data_tools::ShippedProcedure& shipped : data_tools::shipped_procedures())
+  for (const data_tools::ShippedProcedure& shipped : data_tools::shipped_procedures()) {
+    if (shipped.name == k_tutorial) continue;  // its texts fit the built-in head only
     if (const auto file = data_tools::shipped_procedure(std::string(shipped.name)))
       page.procedures.emplace_back(shipped.name, file.value().procedure.title);
+  }
   page.seconds = arguments.seconds;
   page.should_close = is_interrupted;
   page.screenshot = arguments.screenshot;
