@@ -76,12 +76,24 @@ inline WindowStart start_on(const std::shared_ptr<const haptics::TouchScene>& sc
   return {sim::Engine({std::move(hand)}, 1e-3, catalogue())};
 }
 
+/// Calls act(dialog) when the next modal dialog of this type is open.
+template <class Dialog = QDialog, class Act>
+void in_next_dialog(const Act& act) {
+  auto* timer = new QTimer(qApp);
+  QObject::connect(timer, &QTimer::timeout, [timer, act] {
+    auto* dialog = qobject_cast<Dialog*>(QApplication::activeModalWidget());
+    if (dialog == nullptr || !dialog->isVisible()) return;
+    timer->stop();
+    timer->deleteLater();
+    act(*dialog);
+  });
+  timer->start(100);
+}
+
 /// Answers the next file dialog: types a path and accepts.
 inline void answer_dialog_with(const std::string& path) {
-  QTimer::singleShot(400, [path] {
-    auto* dialog = qobject_cast<QFileDialog*>(QApplication::activeModalWidget());
-    ASSERT_NE(dialog, nullptr);
-    auto* name = dialog->findChild<QLineEdit*>("fileNameEdit");
+  in_next_dialog<QFileDialog>([path](QFileDialog& dialog) {
+    auto* name = dialog.findChild<QLineEdit*>("fileNameEdit");
     ASSERT_NE(name, nullptr);
     name->setText(QString::fromStdString(path));
     QTest::keyClick(name, Qt::Key_Return);

@@ -35,7 +35,7 @@ TEST_F(ToolWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
   EXPECT_LT(hand().state().removed_mm3, 130);
   const double first = hand().state().removed_mm3;
   let_run(1000);
-  ASSERT_TRUE(hand().guide().is_holding());  // at the new edge
+  ASSERT_TRUE(reaches([&] { return hand().guide().is_holding(); }));  // at the new edge
   QTest::keyPress(window_.get(), Qt::Key_Space);
   ASSERT_TRUE(reaches([&] { return hand().state().removed_mm3 > first + 3; }));
   QTest::keyRelease(window_.get(), Qt::Key_Space);

@@ -93,14 +93,7 @@ TEST_F(MarkingWindow, ARulerIsMeasuredByTwoClicksAndDrillsNothing) {
 
 TEST_F(MarkingWindow, APositionOfACommandIsMarkedInsteadOfTyped) {
   QString form_text;
-  const auto in_dialog = [&](auto&& act) {
-    QTimer::singleShot(400, [act] {
-      auto* dialog = qobject_cast<QDialog*>(QApplication::activeModalWidget());
-      ASSERT_NE(dialog, nullptr);
-      act(*dialog);
-    });
-  };
-  in_dialog([](QDialog& dialog) {
+  in_next_dialog([](QDialog& dialog) {
     auto* mark = dialog.findChild<QAction*>("mark_entry");
     ASSERT_NE(mark, nullptr);
     mark->trigger();
@@ -108,7 +101,7 @@ TEST_F(MarkingWindow, APositionOfACommandIsMarkedInsteadOfTyped) {
   child<QAction>(*window_, "command_place-screw")->trigger();
   const QString words = prompt();
   EXPECT_TRUE(words.startsWith("Place screw, entry: click a position.")) << words.toStdString();
-  in_dialog([&](QDialog& dialog) {
+  in_next_dialog([&](QDialog& dialog) {
     form_text = dialog.findChild<QLineEdit*>("entry")->text();
     EXPECT_TRUE(dialog.findChild<QLineEdit*>("entry")->isVisible()) << "among more settings";
     dialog.reject();

@@ -12,15 +12,13 @@ class WholeOperation : public ToolWindow {
  protected:
   /// Chooses a command of the menu, and accepts its form with these values.
   void submit(const char* action, const std::map<std::string, double>& values = {}) {
-    QTimer::singleShot(400, [values] {
-      auto* dialog = qobject_cast<QDialog*>(QApplication::activeModalWidget());
-      ASSERT_NE(dialog, nullptr);
+    in_next_dialog([values](QDialog& dialog) {
       for (const auto& [name, value] : values) {
-        auto* field = dialog->findChild<QDoubleSpinBox*>(QString::fromStdString(name));
+        auto* field = dialog.findChild<QDoubleSpinBox*>(QString::fromStdString(name));
         ASSERT_NE(field, nullptr) << name;
         field->setValue(value);
       }
-      dialog->accept();
+      dialog.accept();
     });
     child<QAction>(*window_, action)->trigger();
   }
@@ -165,10 +163,12 @@ TEST_F(WholeOperation, AFlapIsLiftedOffByTheMouse) {
     return std::none_of(hand().state().overlays->begin(), hand().state().overlays->end(),
                         [](const sim::Overlay& overlay) { return overlay.holder == 0; });
   }));
-  let_run(300);
-  const dvec3 moved = pose().world_from_local(entry) - entry;
-  EXPECT_LT(moved.x, -8) << "lifted toward the viewer: " << moved.x << " " << moved.y << " " << moved.z;
-  EXPECT_LT(moved.y, -8);
+  dvec3 moved(0);  // lifted toward the viewer
+  EXPECT_TRUE(reaches([&] {
+    moved = pose().world_from_local(entry) - entry;
+    return moved.x < -8 && moved.y < -8;
+  })) << moved.x
+      << " " << moved.y << " " << moved.z;
   EXPECT_EQ(entries(), 0);
 }
 

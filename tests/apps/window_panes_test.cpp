@@ -142,8 +142,7 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   const std::uint64_t others = panes.image_count(0) + panes.image_count(2), own = panes.image_count(axial);
   QTest::keyClick(pane, Qt::Key_Right);
   ASSERT_TRUE(settle(window));
-  let_run(60);
-  EXPECT_GT(panes.image_count(axial), own);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return panes.image_count(axial) > own; }, k_patience));
   EXPECT_EQ(panes.image_count(0) + panes.image_count(2), others);
   keep(window, "panes_alone");
   QTest::mouseDClick(pane, Qt::LeftButton, {}, QPoint(100, 200));
@@ -169,9 +168,9 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   constexpr std::size_t xray = 1, section = 2;
   ASSERT_EQ(panes.kind(xray), imaging::PaneKind::xray);
   ASSERT_TRUE(settle(window));
-  let_run(100);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(section) != nullptr; }, k_patience))
+      << panes.problem(section);
   EXPECT_EQ(panes.panel(xray), nullptr) << "no exposure yet";
-  ASSERT_NE(panes.panel(section), nullptr) << panes.problem(section);
 
   child<QToolButton>(window, "xray_shoot_1")->click();
   ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(xray) != nullptr; }, k_patience))
@@ -214,9 +213,9 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
     child<QAction>(window, layout)->trigger();
   }
   ASSERT_TRUE(settle(window));
+  ASSERT_TRUE(QTest::qWaitFor(
+      [&] { return panes.panel(xray) != nullptr && panes.panel(xray)->title == "X-ray, held"; }, k_patience));
   let_run(400);
-  ASSERT_NE(panes.panel(xray), nullptr);
-  EXPECT_EQ(panes.panel(xray)->title, "X-ray, held");
   EXPECT_EQ(panes.panel(xray)->columns, 256);
   const std::uint64_t made = panes.counters().finished;
   let_run(300);

@@ -185,7 +185,7 @@ TEST_F(Window, AToolThatWorksBehindBoneIsReported) {
   operation.press(true);
   point_at({3, 0, -9}, 2);
   EXPECT_EQ(count(), 0) << "in sight";
-  operation.set_depth(10);  // from the upper side of the plate, under the plate
+  operation.set_depth(8);  // from the upper side of the plate, under the plate
   for (double x = 5.6; x < 8; x += 0.4) point_at({x, 0, 0}, 0.2);
   point_at({8, 0, 0}, 2.5);
   keep(window, "tool-behind-bone");

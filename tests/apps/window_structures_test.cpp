@@ -62,12 +62,10 @@ TEST_F(StructureWindow, AClippedHeadShowsItsStructures) {
   EXPECT_EQ(whole_triangles(), 0u) << "no cost before";
   QTest::keyClick(window_.get(), Qt::Key_C);
   ASSERT_TRUE(is_complete());
-  let_run(500);
-  EXPECT_GT(whole_triangles(), 5000u);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return whole_triangles() > 5000; }, k_patience));
   keep(*window_, "clipped-head");
   QTest::keyClick(window_.get(), Qt::Key_C);
-  let_run(100);
-  EXPECT_FALSE(viewport().view().structures()->is_active());
+  EXPECT_TRUE(QTest::qWaitFor([&] { return !viewport().view().structures()->is_active(); }, k_patience));
 }
 
 TEST_F(StructureWindow, TheWheelScrollsThePanelAndChangesNoValue) {

@@ -145,11 +145,9 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
     EXPECT_TRUE(window.save_picture("/no/such/folder/a.png").has_value());
 
     QString said;
-    QTimer::singleShot(400, [&said] {
-      auto* box = qobject_cast<QMessageBox*>(QApplication::activeModalWidget());
-      ASSERT_NE(box, nullptr);
-      said = box->text();
-      box->accept();
+    in_next_dialog<QMessageBox>([&said](QMessageBox& box) {
+      said = box.text();
+      box.accept();
     });
     child<QAction>(window, "quit")->trigger();
     EXPECT_TRUE(said.contains(QString::fromStdString(session_))) << "where the session is";
@@ -392,8 +390,7 @@ TEST_F(Window, FramesCostWhatChangedInThem) {
       QTest::qWaitFor([&] { return picture.is_complete() && picture.triangle_count() > 50000; }, k_patience));
   // At rest no part of the bone is sent again; the picture is the same as one drawn as a whole.
   QTest::mouseMove(window.canvas(), QPoint(5, 5));
-  let_run(150);
-  EXPECT_EQ(picture.view().bone().drawn_triangles(), 0u);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return picture.view().bone().drawn_triangles() == 0; }, k_patience));
   // From every side the kept picture equals a single drawing of everything.
   const std::string sides("APS\0", 4);
   std::vector<QImage> kept;
