@@ -41,15 +41,15 @@ BenchModel ball_of(int count) {
     }
     add(at(i, up - 1), last, at(i + 1, up - 1));
   }
-  const auto wanted = 3 * static_cast<std::size_t>(count);
-  for (std::size_t t = 0; m.triangles.size() + 6 <= wanted; t += 3) {
+  const auto index_count = 3 * static_cast<std::size_t>(count);
+  for (std::size_t t = 0; m.triangles.size() + 6 <= index_count; t += 3) {
     const std::uint32_t a = m.triangles[t], b = m.triangles[t + 1], c = m.triangles[t + 2];
     m.vertices.push_back(k_ball_radius * glm::normalize(m.vertices[a] + m.vertices[b] + m.vertices[c]));
     const auto middle = static_cast<std::uint32_t>(m.vertices.size() - 1);
     m.triangles[t + 2] = middle;
     add(b, c, middle), add(c, a, middle);
   }
-  while (m.triangles.size() < wanted) add(0, 0, 0);
+  while (m.triangles.size() < index_count) add(0, 0, 0);
   return m;
 }
 

@@ -42,18 +42,18 @@ std::vector<ResliceRow> run_reslice_benchmark(int size) {
   };
   const std::size_t count = static_cast<std::size_t>(k_slice_pixels) * k_slice_pixels;
   std::vector<ResliceRow> rows;
-  for (const Plane& wanted : {Plane{"axial", dvec3(0.0)}, Plane{"coronal", dvec3(0.0)},
-                              Plane{"sagittal", dvec3(0.0)}, Plane{"oblique 1,1,1", {1, 1, 1}},
-                              Plane{"oblique 3,1,2", {3, 1, 2}}, Plane{"oblique 1,5,1", {1, 5, 1}}})
+  for (const Plane& requested : {Plane{"axial", dvec3(0.0)}, Plane{"coronal", dvec3(0.0)},
+                                 Plane{"sagittal", dvec3(0.0)}, Plane{"oblique 1,1,1", {1, 1, 1}},
+                                 Plane{"oblique 3,1,2", {3, 1, 2}}, Plane{"oblique 1,5,1", {1, 5, 1}}})
     for (const int threads : {1, 2}) {
       volume::ImagePlane plane;
       plane.columns = plane.rows = k_slice_pixels, plane.pixel = 110.0 / k_slice_pixels;
-      if (wanted.normal == dvec3(0.0))
-        orient_plane(plane, wanted.name);
+      if (requested.normal == dvec3(0.0))
+        orient_plane(plane, requested.name);
       else
-        orient_plane(plane, wanted.normal);
+        orient_plane(plane, requested.normal);
       ResliceRow row;
-      row.plane = wanted.name, row.threads = threads, row.our_ms = row.peer_ms = 1e300;
+      row.plane = requested.name, row.threads = threads, row.our_ms = row.peer_ms = 1e300;
       std::vector<std::int16_t> ours(count);
       for (int run = 0; run < k_reslice_runs; ++run) {
         const auto begin = Clock::now();

@@ -186,14 +186,14 @@ void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
     if (verdict != ExactHandTracker::Verdict::away) add_from_same();
   }
 
-  const dvec3 wanted = judged_.at(i), exact = scene_.distance ? on_shape_.at(i) : wanted;
+  const dvec3 expected = judged_.at(i), exact = scene_.distance ? on_shape_.at(i) : expected;
   find_falls(proxy);
   if (i < k_dropped) return;
   contacts_ += has_contact;
   // Missing contact, and unexpected contact, are errors like any other.
-  const bool is_missed = !has_contact && glm::length(wanted - hip) > voxel;
+  const bool is_missed = !has_contact && glm::length(expected - hip) > voxel;
   missed_ += is_missed;
-  ghosts_ += wanted == hip && glm::length(proxy - hip) > voxel;
+  ghosts_ += expected == hip && glm::length(proxy - hip) > voxel;
   if (!has_contact && !is_missed) {
     judged_.judge(i, proxy, false);
     return;
@@ -218,7 +218,7 @@ void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
   // Stuck: more than a voxel from the ideal proxy, ten steps in a row, and not held by a wall. If contact is
   // missed in matter no proxy can have parted.
   const bool is_fallen_through = is_missed && ideal_.is_in_matter(hip);
-  switch (judged_.judge(i, proxy, !is_fallen_through && glm::length(proxy - wanted) > voxel)) {
+  switch (judged_.judge(i, proxy, !is_fallen_through && glm::length(proxy - expected) > voxel)) {
     case ExactHandTracker::Verdict::away:
       return;
     case ExactHandTracker::Verdict::stuck:

@@ -373,9 +373,9 @@ int trephine_operation_surface(trephine_operation* operation, size_t structure, 
                                trephine_error* error) {
   return apply(operation, error, TREPHINE_BAD_ARGUMENT, [&](Operation& on) -> Status {
     if (surface == nullptr) return bad("an argument is missing", "NULL", "a trephine_model");
-    auto made = on.surface(structure);
-    if (!made) return made.error();
-    operation->surface = std::move(made).value();
+    auto built = on.surface(structure);
+    if (!built) return built.error();
+    operation->surface = std::move(built).value();
     *surface = to_c(operation->surface);
     return std::nullopt;
   });

@@ -114,7 +114,7 @@ std::optional<LabelLayout::Place> LabelLayout::place(const Request& request) {
   constexpr double k_crossing = 1000;  // cost of a crossed lead, pixels of distance
   const dvec2 room = picture_.high - picture_.low - request.size;
   if (room.x < 0 || room.y < 0) return std::nullopt;
-  const dvec2 start = glm::clamp(request.wanted, picture_.low, picture_.low + room);
+  const dvec2 start = glm::clamp(request.preferred, picture_.low, picture_.low + room);
   // Search outward from the preferred place, by rows and alternately to both sides.
   const double step = std::max(2.0, 0.25 * request.size.y);
   const auto offset = [&](int i) { return (i % 2 == 0 ? -0.5 : 0.5) * step * (i + i % 2); };
@@ -157,7 +157,7 @@ std::optional<LabelLayout::Place> LabelLayout::place(const Request& request) {
 std::vector<PlacedLabel> place_labels(const Panel& panel, const LabelSpace& space) {
   const Fit fit(panel, space.width, space.height);
   LabelLayout::Obstacles obstacles = markers_of(panel, fit, 1.5 * space.line);
-  obstacles.boxes.insert(obstacles.boxes.end(), space.taken.begin(), space.taken.end());
+  obstacles.boxes.insert(obstacles.boxes.end(), space.occupied.begin(), space.occupied.end());
   const PictureBox area{glm::max(fit.picture.low, dvec2(0)),
                         glm::min(fit.picture.high, dvec2(space.width, space.height))};
   LabelLayout layout(area, std::move(obstacles), 1);
@@ -189,7 +189,7 @@ std::vector<PlacedLabel> place_labels(const Panel& panel, const LabelSpace& spac
     r.is_left = is_in_middle ? label.is_to_left : from_middle(i) < 0;
     if (!is_in_middle) r.limit = middle;
     const double out = r.radius + k_gap;
-    r.wanted = r.anchor + dvec2(r.is_left ? -out - r.size.x : out, -0.5 * r.size.y);
+    r.preferred = r.anchor + dvec2(r.is_left ? -out - r.size.x : out, -0.5 * r.size.y);
     return r;
   };
   std::vector<std::size_t> without_room;
@@ -210,7 +210,7 @@ std::vector<PlacedLabel> place_labels(const Panel& panel, const LabelSpace& spac
 }
 
 std::size_t least_covering(const Panel& panel, double width, double height,
-                           std::span<const PictureBox> candidates, std::span<const PictureBox> taken) {
+                           std::span<const PictureBox> candidates, std::span<const PictureBox> occupied) {
   const auto columns = static_cast<std::size_t>(panel.columns), rows = static_cast<std::size_t>(panel.rows);
   if (candidates.empty() || columns * rows == 0 || panel.pixels.size() != columns * rows) return 0;
   const Fit fit(panel, width, height);
@@ -245,7 +245,7 @@ std::size_t least_covering(const Panel& panel, double width, double height,
       if (!line.is_marker) continue;
       for (const dvec2& p : line.places) area += contains(box, fit(p)) ? k_marker : 0;
     }
-    for (const PictureBox& other : taken) {
+    for (const PictureBox& other : occupied) {
       const dvec2 common =
           glm::max(glm::min(box.high, other.high) - glm::max(box.low, other.low), dvec2(0.0));
       area += 10 * common.x * common.y;

@@ -27,10 +27,10 @@ bool passes(const Segment& segment, const PictureBox& box) noexcept;
 class LabelLayout {
  public:
   struct Request {
-    glm::dvec2 anchor{0.0};  ///< the marked point
-    double radius = 0;       ///< of the marker around it
-    glm::dvec2 size{0.0};    ///< of the label
-    glm::dvec2 wanted{0.0};  ///< preferred lower left corner of the label
+    glm::dvec2 anchor{0.0};     ///< the marked point
+    double radius = 0;          ///< of the marker around it
+    glm::dvec2 size{0.0};       ///< of the label
+    glm::dvec2 preferred{0.0};  ///< preferred lower left corner of the label
     /// Vertical line that the label's centre must not pass, and its side of that line; nullopt: no limit.
     std::optional<double> limit = {};
     bool is_left = false;
@@ -66,7 +66,7 @@ struct LabelSpace {
   double width = 0, height = 0;                        ///< of the area into which the panel is fitted
   double line = 0;                                     ///< height of a label
   std::function<double(const std::string&)> width_of;  ///< width of a label with this text
-  std::vector<PictureBox> taken = {};                  ///< boxes of controls and of other texts
+  std::vector<PictureBox> occupied = {};               ///< boxes of controls and of other texts
   int first_number = 1;
 };
 struct PlacedLabel {
@@ -80,10 +80,10 @@ struct PlacedLabel {
 /// room is replaced by a number. Labels of markers outside the picture are not shown.
 std::vector<PlacedLabel> place_labels(const Panel& panel, const LabelSpace& space);
 
-/// Returns the index of the box that covers the least of the image, its plan and the `taken` boxes: the
+/// Returns the index of the box that covers the least of the image, its plan and the `occupied` boxes: the
 /// first, unless another one covers less than half as much. The background of an image is the most frequent
 /// colour of its border. Boxes as in LabelSpace.
 std::size_t least_covering(const Panel& panel, double width, double height,
-                           std::span<const PictureBox> candidates, std::span<const PictureBox> taken);
+                           std::span<const PictureBox> candidates, std::span<const PictureBox> occupied);
 
 }  // namespace trephine::imaging

@@ -280,10 +280,11 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
 /// Shows a message if a pressed tool works behind bone, where the user cannot see it.
 void OperationController::watch_sight(const Ray& ray, bool is_pressed) {
   constexpr double k_seconds = 1, k_cover = 1;  // mm of bone or more in front of the tool
-  const dvec3 way = state_.newest.proxy_world - ray.origin;
-  const double distance = glm::length(way);
-  const double bone =
-      is_pressed && distance > 0 ? viewport_.distance_to_solid(*version_, {ray.origin, way / distance}) : -1;
+  const dvec3 sight = state_.newest.proxy_world - ray.origin;
+  const double distance = glm::length(sight);
+  const double bone = is_pressed && distance > 0
+                          ? viewport_.distance_to_solid(*version_, {ray.origin, sight / distance})
+                          : -1;
   const bool is_visible = bone < 0 || bone > distance - state_.tool_radius - k_cover;
   if (is_visible) visible_at_ = state_.newest.t;
   if (state_.newest.t - visible_at_ < k_seconds) return;

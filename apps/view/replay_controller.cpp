@@ -13,7 +13,10 @@ ReplayController::ReplayController(const haptics::TouchScene& scene, sim::Replay
       rate_hz_(rate_hz),
       seconds_(seconds),
       summary_(std::move(summary)),
-      viewport_(scene, window, true) {}
+      viewport_(scene, window, true) {
+  if (const auto& plan = replay.engine().now().plan; plan && !plan->procedure.is_empty())
+    steps_.emplace(plan);
+}
 
 void ReplayController::start() {
   viewport_.request_all(replay_->engine().current());
@@ -35,6 +38,7 @@ Status ReplayController::frame(double elapsed) {
     error = seek(now_ + speed_ * elapsed);
     if (now_ >= seconds_) is_playing_ = false;
   }
+  if (steps_) steps_->show(replay_->engine().now().undoable.procedure);
   const std::shared_ptr<const volume::Version> version = replay_->engine().current();
   const volume::VoxelBox changed = replay_->take_changed();
   has_changed_ = changed.low.x <= changed.high.x;

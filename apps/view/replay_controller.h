@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "apps/view/step_guide.h"
 #include "apps/view/viewport.h"
 #include "apps/workbench/session_summary.h"
 #include "sim/drivers/replay.h"
@@ -33,6 +34,8 @@ class ReplayController {
   bool has_changed() const noexcept { return has_changed_; }
   /// Returns the newest tick of the active hand.
   const haptics::ServoRecord& record() const noexcept { return replay_->record(hand()); }
+  /// Steps of the session's procedure; null without a procedure.
+  const StepGuide* steps() const noexcept { return steps_ ? &*steps_ : nullptr; }
   int hand() const noexcept { return summary_.hand_at(replay_->next_tick()); }
   const workbench::SessionSummary& summary() const noexcept { return summary_; }
   const sim::Engine& engine() const { return replay_->engine(); }
@@ -48,6 +51,7 @@ class ReplayController {
   double rate_hz_, seconds_;
   workbench::SessionSummary summary_;
   Viewport viewport_;
+  std::optional<StepGuide> steps_;
   bool is_playing_ = true, has_changed_ = false, shows_clip_volumes_ = false;
   double speed_ = 1, now_ = 0;
   std::optional<std::uint64_t> shown_;  ///< tick of the shown overlays

@@ -84,9 +84,9 @@ std::vector<std::vector<imaging::PlacedLabel>> place_names(const std::vector<Pan
     for (const glm::dvec2& at :
          {glm::dvec2(12 + k_letter / 2, 0.5 * edge), glm::dvec2(edge - 12 - k_letter / 2, 0.5 * edge),
           glm::dvec2(0.5 * edge, edge - 16), glm::dvec2(0.5 * edge, 40)})
-      space.taken.push_back({at - 0.5 * k_letter, at + 0.5 * k_letter});
-    if (!panel.foot.empty()) space.taken.push_back({{0, 0}, {1.0 * edge, 28}});
-    if (panel.is_to_scale) space.taken.push_back({{0.7 * edge, 0}, {1.0 * edge, 38}});
+      space.occupied.push_back({at - 0.5 * k_letter, at + 0.5 * k_letter});
+    if (!panel.foot.empty()) space.occupied.push_back({{0, 0}, {1.0 * edge, 28}});
+    if (panel.is_to_scale) space.occupied.push_back({{0.7 * edge, 0}, {1.0 * edge, 38}});
     names.push_back(imaging::place_labels(panel, space));
     for (const imaging::PlacedLabel& name : names.back()) number += name.number > 0;
   }

@@ -29,6 +29,15 @@ void StepGuide::follow(sim::LiveSession& session, const sim::LiveState& state, d
   request_reasons(session);
 }
 
+void StepGuide::show(const sim::ProcedurePosition& position) {
+  if (position.step < 0) return;
+  const auto step = static_cast<std::size_t>(position.step);
+  if (revision_ > 0 && step == index_ && position.visits == visits_) return;
+  index_ = step, visits_ = position.visits;
+  next_.clear();
+  ++revision_;
+}
+
 /// Shows another step, whose next steps are not known to be allowed yet.
 void StepGuide::enter(const sim::LiveState& state) {
   index_ = static_cast<std::size_t>(state.step);

@@ -32,6 +32,8 @@ class StepGuide {
   /// state changed, at most every k_interval. `seconds`: time of the frame.
   void follow(sim::LiveSession& session, const sim::LiveState& state, double seconds);
   static constexpr double k_interval = 0.2;  ///< s
+  /// Follows the position of a replay, which requests no step.
+  void show(const sim::ProcedurePosition& position);
 
   const volume::SurgicalProcedure& procedure() const noexcept { return plan_->procedure; }
   /// Index of the current step.

@@ -138,29 +138,29 @@ std::vector<Structure> structures_of(const haptics::TouchScene& scene) {
 
 Status set_opacities(std::vector<Structure>& structures, std::span<const StructureOpacity> opacities) {
   for (std::size_t i = 0; i < opacities.size(); ++i) {
-    const StructureOpacity& wanted = opacities[i];
-    const auto is_same = [&](const StructureOpacity& other) { return other.name == wanted.name; };
+    const StructureOpacity& request = opacities[i];
+    const auto is_same = [&](const StructureOpacity& other) { return other.name == request.name; };
     if (std::any_of(opacities.begin(), opacities.begin() + static_cast<std::ptrdiff_t>(i), is_same))
       return Error{.what = "a structure has two opacities",
-                   .found = wanted.name,
+                   .found = request.name,
                    .expected = "one opacity per structure",
                    .remedy = "remove one of them"};
     const auto found = std::find_if(structures.begin(), structures.end(),
-                                    [&](const Structure& s) { return s.name == wanted.name; });
+                                    [&](const Structure& s) { return s.name == request.name; });
     if (found == structures.end()) {
       std::string names;
       for (const Structure& s : structures) names += (names.empty() ? "" : ", ") + s.name;
       return Error{.what = "no structure has this name",
-                   .found = wanted.name,
+                   .found = request.name,
                    .expected = "one of: " + names,
                    .remedy = "use the name of a structure of the scan"};
     }
-    if (found->kind == Structure::Kind::one_bone && wanted.opacity > 0 && wanted.opacity < 1)
+    if (found->kind == Structure::Kind::one_bone && request.opacity > 0 && request.opacity < 1)
       return Error{.what = "a single bone can only be shown or hidden",
-                   .found = wanted.name + ", translucent",
+                   .found = request.name + ", translucent",
                    .expected = "0 or 100 %",
                    .remedy = "make all bone translucent, by the name bone"};
-    found->opacity = wanted.opacity;
+    found->opacity = request.opacity;
   }
   return {};
 }

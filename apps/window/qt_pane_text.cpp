@@ -38,7 +38,7 @@ void PaneText::add(const QRectF& area, int flags, const QString& text) {
   take(background_of(*painter_, area, flags, text));
 }
 
-void PaneText::take(const QRectF& area) { taken_.push_back(area); }
+void PaneText::take(const QRectF& area) { occupied_.push_back(area); }
 
 PictureBox PaneText::box_of(const QRectF& area) const {
   return {{area.left(), size_.height() - area.bottom()}, {area.right(), size_.height() - area.top()}};
@@ -64,14 +64,14 @@ void PaneText::place_legend(const Panel& panel, double bottom, std::vector<Entry
   const double width = std::min(inner_.width(), swatch + text_width + 2 * k_margin),
                height = row * static_cast<double>(entries_.size());
   std::vector<QRectF> corners;
-  std::vector<PictureBox> boxes, taken;
+  std::vector<PictureBox> boxes, occupied;
   for (const double y : {bottom - height, inner_.top()})
     for (const double x : {inner_.left(), inner_.right() - width}) {
       corners.emplace_back(x, y, width, height);
       boxes.push_back(box_of(corners.back()));
     }
-  for (const QRectF& area : taken_) taken.push_back(box_of(area));
-  legend_ = corners[imaging::least_covering(panel, size_.width(), size_.height(), boxes, taken)];
+  for (const QRectF& area : occupied_) occupied.push_back(box_of(area));
+  legend_ = corners[imaging::least_covering(panel, size_.width(), size_.height(), boxes, occupied)];
 }
 
 void PaneText::lay_out(const Panel& panel, bool has_names, double bottom) {
@@ -93,8 +93,8 @@ void PaneText::lay_out(const Panel& panel, bool has_names, double bottom) {
                               [&](const std::string& text) {
                                 return metrics.horizontalAdvance(QString::fromStdString(text)) + 2 * k_margin;
                               }};
-    for (const QRectF& area : taken_) space.taken.push_back(box_of(area));
-    if (!legend_.isEmpty()) space.taken.push_back(box_of(legend_));
+    for (const QRectF& area : occupied_) space.occupied.push_back(box_of(area));
+    if (!legend_.isEmpty()) space.occupied.push_back(box_of(legend_));
     names_ = imaging::place_labels(panel, space);
     std::vector<Entry> entries;
     for (std::size_t i = 0; i < names_.size(); ++i)

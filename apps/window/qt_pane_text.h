@@ -51,7 +51,7 @@ class PaneText {
   QSizeF size_;
   QRectF inner_, legend_;
   std::vector<Text> texts_;
-  std::vector<QRectF> taken_;
+  std::vector<QRectF> occupied_;
   std::vector<Entry> entries_;
   std::vector<imaging::PlacedLabel> names_;
 };

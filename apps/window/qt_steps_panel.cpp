@@ -195,14 +195,14 @@ void StepsPanel::build_buttons(const StepGuide& guide) {
   for (const StepGuide::Next& next : guide.next()) {
     const int index = guide.procedure().find(next.step);
     const QString label = index < static_cast<int>(guide.index()) ? tr("Back: %1") : tr("Next: %1");
-    Button made{new WrappingButton(label.arg(text_of(next.title))), make_text("")};
-    made.button->setObjectName("next_" + text_of(next.step));
-    made.reason->setObjectName("reason_" + text_of(next.step));
-    if (buttons_.empty()) made.button->setToolTip(tr("Ctrl+Enter: the first step that is possible"));
-    connect(made.button, &QPushButton::clicked, this, [this, step = next.step] { on_request(step); });
-    button_column_->addWidget(made.button);
-    button_column_->addWidget(made.reason);
-    buttons_.push_back(made);
+    Button entry{new WrappingButton(label.arg(text_of(next.title))), make_text("")};
+    entry.button->setObjectName("next_" + text_of(next.step));
+    entry.reason->setObjectName("reason_" + text_of(next.step));
+    if (buttons_.empty()) entry.button->setToolTip(tr("Ctrl+Enter: the first step that is possible"));
+    connect(entry.button, &QPushButton::clicked, this, [this, step = next.step] { on_request(step); });
+    button_column_->addWidget(entry.button);
+    button_column_->addWidget(entry.reason);
+    buttons_.push_back(entry);
   }
   delete score_;
   score_ = nullptr;

@@ -125,6 +125,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
     for (const auto& mark : options_.summary.marks)
       replay_notices_.add({mark.seconds, mark.seconds, mark.level, mark.text});
     picture = &replay_->viewport();
+    begin_steps();
   } else {
     operation_ = std::make_unique<OperationController>(*scene_, options_, window);
     shown_tool_ = operation_->tool();
@@ -412,6 +413,7 @@ void MainWindow::show_state() {
     const QString style = fault.empty() && !recording ? "" : "color: #f6c944; font-weight: bold";
     if (fault_->styleSheet() != style) fault_->setStyleSheet(style);
   } else {
+    show_steps();
     show_notices();
     play_->setText(replay_->is_playing() ? "Pause" : "Play");
     if (!session_slider_->isSliderDown())

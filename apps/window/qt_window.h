@@ -119,6 +119,7 @@ class MainWindow : public QMainWindow {
   void build_history_panel();
   void show_history();
   void ask_and_compare();
+  const StepGuide* steps() const;
   void begin_steps();
   void show_steps();
   void allow_everything();

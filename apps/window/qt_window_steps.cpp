@@ -15,24 +15,31 @@ void MainWindow::begin_steps() {
   delete steps_;
   steps_ = nullptr;
   shown_step_ = -1;
-  const StepGuide* guide = operation_ ? operation_->steps() : nullptr;
-  if (next_step_action_) next_step_action_->setVisible(guide != nullptr);
-  if (guide == nullptr) return allow_everything();
+  const StepGuide* guide = steps();
+  if (next_step_action_) next_step_action_->setVisible(operation_ && guide != nullptr);
+  if (operation_ && guide == nullptr) return allow_everything();
+  if (guide == nullptr) return;
   steps_ = new StepsPanel(guide->procedure(), this);
   steps_->on_request = [this](const std::string& step) {
     if (operation_) operation_->go_to_step(step);
   };
-  if (options_.host.score) steps_->on_score = [this] { show_score(); };
+  if (operation_ && options_.host.score) steps_->on_score = [this] { show_score(); };
   addDockWidget(Qt::LeftDockWidgetArea, steps_);
   show_steps();
+}
+
+/// Returns the steps of the operation or of the replayed session; null without a procedure.
+const StepGuide* MainWindow::steps() const {
+  return operation_ ? operation_->steps() : replay_ ? replay_->steps() : nullptr;
 }
 
 /// Updates the panel, and after a change of the step also instruments and commands.
 void MainWindow::show_steps() {
   if (steps_ == nullptr) return;
-  const StepGuide& guide = *operation_->steps();
+  const StepGuide& guide = *steps();
   if (guide.revision() == 0) return;  // no state yet
   steps_->update_from(guide);
+  if (!operation_) return;
   const int step = static_cast<int>(guide.index());
   if (std::exchange(shown_step_, step) == step) return;
   tool_->permit(

@@ -72,8 +72,9 @@ std::vector<std::string> late_measures_of(const SurgicalProcedure& procedure) {
     for (const StepTransition& transition : step.transitions)
       for (const auto& [name, minimum, maximum] : transition.conditions)
         if (is_module_measure(name) && std::find(names.begin(), names.end(), name) == names.end() &&
-            std::none_of(known.begin(), known.end(),
-                         [&, &wanted = name](const sim::Measure& measure) { return measure.name == wanted; }))
+            std::none_of(known.begin(), known.end(), [&, &requested = name](const sim::Measure& measure) {
+              return measure.name == requested;
+            }))
           names.push_back(name);
   return names;
 }

@@ -164,7 +164,7 @@ bool is_before(const std::string& a, const std::string& b) {
 void split_repeats(DicomStack stack, std::size_t mark, std::vector<DicomStack>& stacks) {
   if (!has_repeated_positions(stack.slices)) return stacks.push_back(std::move(stack));
   const std::size_t marks = stack.slices[0].marks.size(), position_count = count_positions(stack.slices),
-                    largest_pile = max_per_position(stack.slices);
+                    most_per_position = max_per_position(stack.slices);
   for (; mark < marks; ++mark) {
     std::map<std::string, DicomStack> parts;
     std::vector<std::string> values;
@@ -185,7 +185,7 @@ void split_repeats(DicomStack stack, std::size_t mark, std::vector<DicomStack>& 
       return count_positions(part.second.slices) == position_count;
     });
     const bool are_without_repeats =
-        parts.size() <= largest_pile && std::none_of(parts.begin(), parts.end(), [](const auto& part) {
+        parts.size() <= most_per_position && std::none_of(parts.begin(), parts.end(), [](const auto& part) {
           return has_repeated_positions(part.second.slices);
         });
     if (parts.size() < 2 || (!has_whole && !are_without_repeats)) continue;
@@ -195,27 +195,27 @@ void split_repeats(DicomStack stack, std::size_t mark, std::vector<DicomStack>& 
   }
   // With equally many slices at each position, instance numbers give the volumes.
   std::vector<std::size_t> order = sort_by_height(stack.slices);
-  std::vector<std::vector<std::size_t>> piles;
+  std::vector<std::vector<std::size_t>> positions;
   for (const std::size_t i : order) {
-    if (piles.empty() || !have_same_position(stack.slices[piles.back()[0]], stack.slices[i]))
-      piles.emplace_back();
-    piles.back().push_back(i);
+    if (positions.empty() || !have_same_position(stack.slices[positions.back()[0]], stack.slices[i]))
+      positions.emplace_back();
+    positions.back().push_back(i);
   }
-  const std::size_t volumes = piles[0].size();
+  const std::size_t volumes = positions[0].size();
   std::set<long> numbers;
   for (const DicomSlice& slice : stack.slices) numbers.insert(slice.number);
   const bool is_regular =
       numbers.size() == stack.slices.size() &&
-      std::all_of(piles.begin(), piles.end(), [&](const auto& p) { return p.size() == volumes; });
+      std::all_of(positions.begin(), positions.end(), [&](const auto& p) { return p.size() == volumes; });
   if (!is_regular) return stacks.push_back(std::move(stack));  // opening it returns the error
-  for (auto& pile : piles)
-    std::sort(pile.begin(), pile.end(),
+  for (auto& slices_there : positions)
+    std::sort(slices_there.begin(), slices_there.end(),
               [&](std::size_t a, std::size_t b) { return stack.slices[a].number < stack.slices[b].number; });
   for (std::size_t v = 0; v < volumes; ++v) {
     DicomStack part;
     part.mark = stack.mark + (stack.mark.empty() ? "" : ", ") + "repetition " + std::to_string(v + 1);
     part.is_localizer = stack.is_localizer;
-    for (const auto& pile : piles) part.slices.push_back(stack.slices[pile[v]]);
+    for (const auto& slices_there : positions) part.slices.push_back(stack.slices[slices_there[v]]);
     stacks.push_back(std::move(part));
   }
 }

@@ -97,17 +97,17 @@ Result<SliceStack> stack_slices(const std::vector<SlicePosition>& slices, bool m
   dvec3 step = first.thickness > 0 ? first.thickness * normal : normal;
   if (count > 1) {
     std::vector<double> gaps;
-    std::string doubled;
-    std::size_t doubles = 0;
+    std::string repeated;
+    std::size_t repeats = 0;
     for (std::size_t k = 1; k < count; ++k) {
       gaps.push_back(height(stack.order[k]) - height(stack.order[k - 1]));
       if (gaps.back() >= k_same_height) continue;
-      if (++doubles <= 3) doubled += (doubles > 1 ? "; " : "") + at(k - 1).name + " and " + at(k).name;
+      if (++repeats <= 3) repeated += (repeats > 1 ? "; " : "") + at(k - 1).name + " and " + at(k).name;
     }
-    if (doubles > 0)
+    if (repeats > 0)
       return Error{
           .what = "several slices have the same position",
-          .found = counted(doubles, "slice") + " of " + std::to_string(count) + " too many: " + doubled,
+          .found = counted(repeats, "slice") + " of " + std::to_string(count) + " too many: " + repeated,
           .expected = "one slice at each position",
           .remedy = "remove the files that do not belong to this stack"};
     std::vector<double> sorted = gaps;

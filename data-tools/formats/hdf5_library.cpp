@@ -48,9 +48,9 @@ void add_groups(File& file, const std::string& path) {
     if (H5Lexists(file.file, group.c_str(), H5P_DEFAULT) > 0) continue;
     const hid_t settings = H5Pcreate(H5P_GROUP_CREATE);
     H5Pset_obj_track_times(settings, false);
-    const hid_t made = H5Gcreate2(file.file, group.c_str(), H5P_DEFAULT, settings, H5P_DEFAULT);
+    const hid_t created = H5Gcreate2(file.file, group.c_str(), H5P_DEFAULT, settings, H5P_DEFAULT);
     H5Pclose(settings);
-    if (file.check(made >= 0)) H5Gclose(made);
+    if (file.check(created >= 0)) H5Gclose(created);
   }
 }
 

@@ -34,10 +34,10 @@ class Finder {
     constexpr double k_turn = 0.001;  // radians
     dvec3 direction = glm::normalize(nasion), previous = nasion;
     const auto walk = [&](double length, const auto& toward) {
-      for (double gone = 0; gone < length;) {
+      for (double path = 0; path < length;) {
         direction = glm::normalize(direction + k_turn * toward());
         const dvec3 next = on_vault(direction);
-        gone += glm::distance(previous, next);
+        path += glm::distance(previous, next);
         previous = next;
       }
     };

@@ -432,9 +432,10 @@ std::size_t DepthCube::bytes() const noexcept {
 ivec3 rays_per_voxel(const volume::Volume& volume, double pixel_mm) noexcept {
   ivec3 rays(1);
   for (int axis = 0; axis < 3; ++axis) {
-    const int wanted =
+    const int requested =
         static_cast<int>(std::ceil(std::min(volume.frame.spacing()[axis] / pixel_mm, 1e4) - 1e-9));
-    rays[axis] = std::clamp(std::min(wanted, (DepthCube::k_max - 1) / (volume.size[axis] + 1)), 1, 1 << 10);
+    rays[axis] =
+        std::clamp(std::min(requested, (DepthCube::k_max - 1) / (volume.size[axis] + 1)), 1, 1 << 10);
   }
   return rays;
 }

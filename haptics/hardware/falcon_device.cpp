@@ -50,7 +50,7 @@ LinkResult receive(UsbLink& link, std::size_t count, int timeout_ms, std::vector
   while (data.size() < count) {
     std::size_t read = 0;
     const LinkResult result = link.read(buffer, read, timeout_ms);
-    if (result == LinkResult::gone || result == LinkResult::failed) return result;
+    if (result == LinkResult::disconnected || result == LinkResult::failed) return result;
     append_data(std::span(buffer).first(std::min(read, buffer.size())), data);
     if (data.size() < count && seconds_now() > until) return LinkResult::timed_out;
   }
@@ -134,7 +134,7 @@ Status FalconDevice::load() {
 
 Status FalconDevice::load_once(const std::vector<std::uint8_t>& image) {
   const auto failed = [](const char* part, LinkResult result) {
-    return result == LinkResult::gone
+    return result == LinkResult::disconnected
                ? Error{.what = "the Falcon was unplugged while its firmware was loaded",
                        .where = "falcon: absent",
                        .remedy = "plug it in, and start again"}
@@ -191,7 +191,7 @@ Status FalconDevice::load_once(const std::vector<std::uint8_t>& image) {
   for (int attempt = 0; attempt < 20; ++attempt) {
     result = exchange_frame({}, state, 50);
     if (state) return std::nullopt;
-    if (result == LinkResult::gone) break;
+    if (result == LinkResult::disconnected) break;
   }
   return failed("it does not run", result);
 }
@@ -208,7 +208,8 @@ Status FalconDevice::home() {
     const double now = seconds_now();
     if (state) answered = now;
     if (state && state->is_homed() && adopt(*state)) return std::nullopt;
-    if (result == LinkResult::gone || result == LinkResult::failed || now - answered > 1) return lost();
+    if (result == LinkResult::disconnected || result == LinkResult::failed || now - answered > 1)
+      return lost();
     if (!is_asked && state)
       choice_.notice(
           "Falcon: pull the grip out, then push it in fully. The light turns blue when it is ready.");
@@ -230,7 +231,7 @@ LinkResult FalconDevice::exchange_frame(const FalconRequest& request, std::optio
   do {
     std::size_t count = 0;
     const LinkResult result = link_->read(buffer, count, timeout_ms);
-    if (result == LinkResult::gone || result == LinkResult::failed) return result;
+    if (result == LinkResult::disconnected || result == LinkResult::failed) return result;
     count = std::min(count, buffer.size());
     for (std::size_t i = 0; i < count; i += k_packet) {
       const std::size_t end = std::min(i + k_packet, count);
@@ -259,7 +260,7 @@ FalconRequest FalconDevice::force_request() {
 bool FalconDevice::step() {
   std::optional<FalconState> state;
   const LinkResult result = exchange_frame(force_request(), state, k_frame_ms);
-  if (result == LinkResult::gone || result == LinkResult::failed) {
+  if (result == LinkResult::disconnected || result == LinkResult::failed) {
     exchange_.report_loss();
     return false;
   }

@@ -12,8 +12,8 @@ namespace trephine::haptics {
 enum class LinkResult {
   done,
   timed_out,
-  gone,    ///< the device was unplugged
-  failed,  ///< any other error
+  disconnected,  ///< the device was unplugged
+  failed,        ///< any other error
 };
 
 /// USB connection to a serial converter of FTDI. Calls may wait up to their time limit.

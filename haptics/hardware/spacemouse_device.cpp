@@ -51,7 +51,7 @@ bool SpaceMouseDevice::receive() {
     case LinkResult::timed_out:
       parser_.rest();
       break;
-    case LinkResult::gone:
+    case LinkResult::disconnected:
     case LinkResult::failed:
       shared_.set({{}, true});
       return false;

@@ -87,7 +87,7 @@ class LibusbLink final : public UsbLink {
   static LinkResult result_of(int code) noexcept {
     if (code >= 0) return LinkResult::done;
     if (code == LIBUSB_ERROR_TIMEOUT) return LinkResult::timed_out;
-    if (code == LIBUSB_ERROR_NO_DEVICE || code == LIBUSB_ERROR_IO) return LinkResult::gone;
+    if (code == LIBUSB_ERROR_NO_DEVICE || code == LIBUSB_ERROR_IO) return LinkResult::disconnected;
     return LinkResult::failed;
   }
 

@@ -160,7 +160,7 @@ Status WebSocket::shake_hands(std::uint16_t port, int timeout_ms) {
         break;
       case LinkResult::timed_out:
         return unreachable(port, "no answer in time");
-      case LinkResult::gone:
+      case LinkResult::disconnected:
       case LinkResult::failed:
         return unreachable(port, "the connection was closed");
     }
@@ -189,10 +189,10 @@ LinkResult WebSocket::send_bytes(std::string_view bytes, int timeout_ms) {
       continue;
     }
     if (errno == EINTR) continue;
-    if (errno != EAGAIN && errno != EWOULDBLOCK) return LinkResult::gone;
+    if (errno != EAGAIN && errno != EWOULDBLOCK) return LinkResult::disconnected;
     // After a part of a frame, no other frame may follow.
     if (!wait_for(file_, POLLOUT, time.ms()))
-      return bytes.size() < size ? LinkResult::gone : LinkResult::timed_out;
+      return bytes.size() < size ? LinkResult::disconnected : LinkResult::timed_out;
   }
   return LinkResult::done;
 }
@@ -202,8 +202,8 @@ LinkResult WebSocket::read_some(int timeout_ms, std::string& bytes) {
   std::array<char, 4096> buffer;
   if (!wait_for(file_, POLLIN, timeout_ms)) return LinkResult::timed_out;
   const ssize_t count = ::recv(file_, buffer.data(), buffer.size(), 0);
-  if (count == 0) return LinkResult::gone;
-  if (count < 0) return errno == EAGAIN || errno == EINTR ? LinkResult::timed_out : LinkResult::gone;
+  if (count == 0) return LinkResult::disconnected;
+  if (count < 0) return errno == EAGAIN || errno == EINTR ? LinkResult::timed_out : LinkResult::disconnected;
   bytes.append(buffer.data(), static_cast<std::size_t>(count));
   return LinkResult::done;
 }
@@ -220,11 +220,12 @@ LinkResult WebSocket::receive(std::string& text, int timeout_ms) {
         text = parser_.message();
         return LinkResult::done;
       case WebSocketParser::Found::ping:
-        if (send_bytes(client_frame(k_pong, parser_.message(), next_mask()), time.ms()) == LinkResult::gone)
-          return LinkResult::gone;
+        if (send_bytes(client_frame(k_pong, parser_.message(), next_mask()), time.ms()) ==
+            LinkResult::disconnected)
+          return LinkResult::disconnected;
         break;
       case WebSocketParser::Found::closed:
-        return LinkResult::gone;
+        return LinkResult::disconnected;
       case WebSocketParser::Found::invalid:
         return LinkResult::failed;
       case WebSocketParser::Found::nothing: {

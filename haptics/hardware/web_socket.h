@@ -45,7 +45,7 @@ class WebSocket {
   WebSocket(const WebSocket&) = delete;
   WebSocket& operator=(const WebSocket&) = delete;
 
-  /// Returns `gone` if only a part was sent in time: no further message can follow.
+  /// Returns `disconnected` if only a part was sent in time: no further message can follow.
   LinkResult send(std::string_view text, int timeout_ms);
   /// Waits for one message. With a limit of 0, reads once what has arrived.
   LinkResult receive(std::string& text, int timeout_ms);

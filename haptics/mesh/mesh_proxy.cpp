@@ -49,9 +49,9 @@ std::shared_ptr<const MeshTree> union_tree(const TouchScene& scene, const ShapeS
       for (v.x = 0; v.x < grid.size().x; ++v.x) {
         if (!united.is_solid(v)) continue;
         for (int axis = 0; axis < 3; ++axis)
-          for (const int way : {-1, 1}) {
+          for (const int sign : {-1, 1}) {
             ivec3 next = v;
-            next[axis] += way;
+            next[axis] += sign;
             if (!united.is_solid(next)) net.quad(glm::min(v, next), axis).triangles(add);
           }
       }

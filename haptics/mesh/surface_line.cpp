@@ -367,11 +367,11 @@ std::vector<dvec3> taut_line(const std::vector<dvec3>& line,
   std::size_t at = 1;
   double so_far = 0;
   for (std::size_t i = 1; i < steps; ++i) {
-    const double wanted = surface_length * static_cast<double>(i) / static_cast<double>(steps);
-    while (at + 1 < line.size() && so_far + glm::length(line[at] - line[at - 1]) < wanted)
+    const double target = surface_length * static_cast<double>(i) / static_cast<double>(steps);
+    while (at + 1 < line.size() && so_far + glm::length(line[at] - line[at - 1]) < target)
       so_far += glm::length(line[at] - line[at - 1]), ++at;
     const double edge = glm::length(line[at] - line[at - 1]);
-    const double t = edge > 0 ? std::clamp((wanted - so_far) / edge, 0.0, 1.0) : 0;
+    const double t = edge > 0 ? std::clamp((target - so_far) / edge, 0.0, 1.0) : 0;
     taut.push_back(line[at - 1] + t * (line[at] - line[at - 1]));
   }
   taut.push_back(line.back());

@@ -23,9 +23,9 @@ constexpr double k_still = 1e-5;        // a smaller motion ends the rounds
 constexpr double k_longest_turn = 0.1;  // rad per round
 constexpr int k_rounds = 8, k_sweeps = 60, k_max_walls = 48;
 
-/// Bound of a wall near a ball on a motion: along . t + about . t >= least.
+/// Bound of a wall near a ball on a motion: normal . translation + moment . rotation >= least.
 struct Bound {
-  dvec3 along, about;
+  dvec3 normal, moment;
   double least, push = 0;
   std::size_t ball;
   Wall wall;
@@ -146,19 +146,19 @@ Twist Chain::solve(const Twist& request) noexcept {
   const double inverse_square = 1 / square_;
   for (int k = 0; k < count_; ++k) {
     const Bound& b = bounds_[static_cast<std::size_t>(k)];
-    t.along += b.push * b.along;
-    t.about += (b.push * inverse_square) * b.about;
+    t.translation += b.push * b.normal;
+    t.rotation += (b.push * inverse_square) * b.moment;
   }
   for (int sweep = 0; sweep < k_sweeps; ++sweep) {
     double largest_change = 0;
     for (int k = 0; k < count_; ++k) {
       Bound& b = bounds_[static_cast<std::size_t>(k)];
-      const double weight = 1 + inverse_square * glm::dot(b.about, b.about);
-      const double deficit = b.least - glm::dot(b.along, t.along) - glm::dot(b.about, t.about);
+      const double weight = 1 + inverse_square * glm::dot(b.moment, b.moment);
+      const double deficit = b.least - glm::dot(b.normal, t.translation) - glm::dot(b.moment, t.rotation);
       const double push = std::max(0.0, b.push + deficit / weight), change = push - b.push;
       b.push = push;
-      t.along += change * b.along;
-      t.about += (change * inverse_square) * b.about;
+      t.translation += change * b.normal;
+      t.rotation += (change * inverse_square) * b.moment;
       largest_change = std::max(largest_change, std::abs(change));
     }
     if (largest_change < 0.1 * k_still * voxel_) break;
@@ -245,10 +245,10 @@ void Chain::run(ProxyStep& result) noexcept {
     if (share < 1) add_bound(wall, stopped_ball, ball(tool_, stopped_ball));
     Twist t = solve(twist_between(tool_, hand_));
     // Limits the rotation, so that balls move nearly straight.
-    const double turn = glm::length(t.about);
+    const double turn = glm::length(t.rotation);
     const bool is_whole = turn <= k_longest_turn;
     if (!is_whole) t = (k_longest_turn / turn) * t;
-    if (!(glm::length(t.along) + farthest * glm::length(t.about) > k_still * voxel_)) break;
+    if (!(glm::length(t.translation) + farthest * glm::length(t.rotation) > k_still * voxel_)) break;
     const bool was_stuck = share == 0;
     share = advance(t, wall, stopped_ball);
     if (const double length = length_of_springs(); length < least) best = tool_, least = length;
@@ -264,10 +264,10 @@ void Chain::run(ProxyStep& result) noexcept {
   for (int k = 0; k < count_; ++k) {
     const Bound& b = bounds_[static_cast<std::size_t>(k)];
     if (!(b.push > 0)) continue;
-    sum += b.push * b.along;
+    sum += b.push * b.normal;
     if (hardest == nullptr || b.push > hardest->push) hardest = &b;
-    result.contacts.add({tool_.world_from_local(balls_[b.ball].centre) - balls_[b.ball].radius * b.along,
-                         b.along, b.push, b.wall.shape, side_of(b.wall.is_back)});
+    result.contacts.add({tool_.world_from_local(balls_[b.ball].centre) - balls_[b.ball].radius * b.normal,
+                         b.normal, b.push, b.wall.shape, side_of(b.wall.is_back)});
   }
   const dvec3 back = tool_.position_world - hand_.position_world;
   if (back == dvec3(0) && result.turn_world == dvec3(0)) return;
@@ -279,7 +279,7 @@ void Chain::run(ProxyStep& result) noexcept {
   }
   const double length = glm::length(sum);
   result.set_contact(hardest->wall.shape, side_of(hardest->wall.is_back),
-                     length > 1e-3 * hardest->push ? sum / length : hardest->along);
+                     length > 1e-3 * hardest->push ? sum / length : hardest->normal);
 }
 
 }  // namespace

@@ -83,7 +83,7 @@ class NearPoints {
   const glm::dvec3& local(std::uint32_t point) const noexcept { return shell_.points()[point].position; }
   /// Returns an upper bound of the motion of any point, mm.
   double size_of(const Twist& t) const noexcept {
-    return glm::length(t.along) + shell_.arm() * glm::length(t.about);
+    return glm::length(t.translation) + shell_.arm() * glm::length(t.rotation);
   }
   glm::dvec3 in_scene(const Placement& tool, const glm::dmat3& rotation, const glm::dvec3& p) const noexcept {
     return walls_.frame().volume_from_world(tool.position_world + rotation * p);

@@ -34,8 +34,8 @@ constexpr std::uint32_t k_unknown_count = ~0u;  // ProxyState::balls_inside afte
 
 /// Bound of a wall near a point on a motion, and the friction there.
 struct Bound {
-  dvec3 along, about;  ///< along . t + about . t >= least
-  dvec3 arm;           ///< mm, from the position of the tool
+  dvec3 normal, moment;  ///< normal . translation + moment . rotation >= least
+  dvec3 arm;             ///< mm, from the position of the tool
   dvec3 tangents[2];
   double slip[2] = {0, 0};  ///< friction along the tangents, mm
   double least, room, friction, push = 0;
@@ -139,21 +139,21 @@ void Shell::add_bound(std::size_t n) noexcept {
   const dvec3 normal = near_.normal_of(near);
   if (normal == dvec3(0) || !near.has_wall) return;
   Bound& b = bounds_[bound_count_++];
-  b.along = normal;
+  b.normal = normal;
   b.room = near_.room_of(near);
   b.arm = tool_.rotation * local(near.point);
-  b.about = glm::cross(b.arm, b.along);
+  b.moment = glm::cross(b.arm, b.normal);
   b.least = std::min(k_gap * voxel_ - b.room, 0.1 * voxel_);
   b.near = n;
   const Material& material = material_of(scene_, near.wall.shape, side_of(near.wall.is_back));
   b.friction =
       state_.is_sticking || !state_.had_contact ? material.static_friction : material.dynamic_friction;
-  const dvec3 size = glm::abs(b.along);
+  const dvec3 size = glm::abs(b.normal);
   const dvec3 other = size.x < size.y && size.x < size.z ? dvec3(1, 0, 0)
                       : size.y < size.z                  ? dvec3(0, 1, 0)
                                                          : dvec3(0, 0, 1);
-  b.tangents[0] = glm::normalize(glm::cross(b.along, other));
-  b.tangents[1] = glm::cross(b.along, b.tangents[0]);
+  b.tangents[0] = glm::normalize(glm::cross(b.normal, other));
+  b.tangents[1] = glm::cross(b.normal, b.tangents[0]);
   b.push = b.slip[0] = b.slip[1] = 0;
   for (std::size_t k = 0; k < previous_count_; ++k)
     if (const Push& old = previous_[k]; old.point == near.point && old.shape == near.shape) {
@@ -210,39 +210,39 @@ void Shell::keep_pushes() noexcept {
 Twist Shell::solve(const Twist& request) noexcept {
   Twist t = request;
   const double inverse_square = 1 / square_;
-  const auto add = [&](const dvec3& along, const dvec3& about, double size) {
-    t.along += size * along;
-    t.about += (size * inverse_square) * about;
+  const auto add = [&](const dvec3& direction, const dvec3& moment, double size) {
+    t.translation += size * direction;
+    t.rotation += (size * inverse_square) * moment;
   };
   for (std::size_t k = 0; k < bound_count_; ++k) {
     const Bound& b = bounds_[k];
-    add(b.along, b.about, b.push);
+    add(b.normal, b.moment, b.push);
     for (int i = 0; i < 2; ++i) add(b.tangents[i], glm::cross(b.arm, b.tangents[i]), b.slip[i]);
   }
   for (int sweep = 0; sweep < k_sweeps; ++sweep) {
     double largest_change = 0;
     for (std::size_t k = 0; k < bound_count_; ++k) {
       Bound& b = bounds_[k];
-      const double weight = 1 + inverse_square * glm::dot(b.about, b.about);
-      const double deficit = b.least - glm::dot(b.along, t.along) - glm::dot(b.about, t.about);
+      const double weight = 1 + inverse_square * glm::dot(b.moment, b.moment);
+      const double deficit = b.least - glm::dot(b.normal, t.translation) - glm::dot(b.moment, t.rotation);
       const double push = std::max(0.0, b.push + deficit / weight);
       largest_change = std::max(largest_change, std::abs(push - b.push));
-      add(b.along, b.about, push - b.push);
+      add(b.normal, b.moment, push - b.push);
       b.push = push;
       if (!(b.friction > 0) || (push == 0 && b.slip[0] == 0 && b.slip[1] == 0)) continue;
-      dvec3 about[2];
+      dvec3 moments[2];
       double slip[2];
       for (int i = 0; i < 2; ++i) {
-        about[i] = glm::cross(b.arm, b.tangents[i]);
-        const double moved = glm::dot(b.tangents[i], t.along) + glm::dot(about[i], t.about);
-        slip[i] = b.slip[i] - moved / (1 + inverse_square * glm::dot(about[i], about[i]));
+        moments[i] = glm::cross(b.arm, b.tangents[i]);
+        const double moved = glm::dot(b.tangents[i], t.translation) + glm::dot(moments[i], t.rotation);
+        slip[i] = b.slip[i] - moved / (1 + inverse_square * glm::dot(moments[i], moments[i]));
       }
       const double size = std::sqrt(slip[0] * slip[0] + slip[1] * slip[1]), limit = b.friction * push;
       const double scale = size > limit ? limit / size : 1;
       for (int i = 0; i < 2; ++i) {
         const double change = scale * slip[i] - b.slip[i];
         largest_change = std::max(largest_change, std::abs(change));
-        add(b.tangents[i], about[i], change);
+        add(b.tangents[i], moments[i], change);
         b.slip[i] = scale * slip[i];
       }
     }
@@ -290,7 +290,7 @@ void Shell::run(ProxyStep& result) noexcept {
     }
     Twist t = solve(twist_between(tool_, hand_));
     keep_pushes();
-    const double turn = glm::length(t.about);
+    const double turn = glm::length(t.rotation);
     const bool is_whole = turn <= k_longest_turn;
     if (!is_whole) t = (k_longest_turn / turn) * t;
     if (!(near_.size_of(t) > k_still * voxel_)) break;
@@ -314,9 +314,9 @@ void Shell::report(ProxyStep& result, double share) const noexcept {
   for (std::size_t k = 0; k < bound_count_; ++k) {
     const Bound& b = bounds_[k];
     if (!(b.push > 0)) continue;
-    sum += b.push * b.along;
+    sum += b.push * b.normal;
     if (hardest == nullptr || b.push > hardest->push) hardest = &b;
-    result.contacts.add({tool_.position_world + b.arm, b.along, b.push, near_[b.near].wall.shape,
+    result.contacts.add({tool_.position_world + b.arm, b.normal, b.push, near_[b.near].wall.shape,
                          side_of(near_[b.near].wall.is_back)});
   }
   state_.is_sticking = hardest != nullptr && !has_slipped_;
@@ -331,7 +331,7 @@ void Shell::report(ProxyStep& result, double share) const noexcept {
   const double length = glm::length(sum);
   const Wall& wall = near_[hardest->near].wall;
   result.set_contact(wall.shape, side_of(wall.is_back),
-                     length > 1e-3 * hardest->push ? sum / length : hardest->along);
+                     length > 1e-3 * hardest->push ? sum / length : hardest->normal);
 }
 
 /// Handles the motion of a mesh since the previous step. Returns false if it passed over the tool.

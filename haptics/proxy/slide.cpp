@@ -88,8 +88,8 @@ void Slide<Walls>::planes_at(const glm::dvec3& p, double within, Planes& planes)
     const FrozenPlane& old = frozen_[static_cast<std::size_t>(i)];
     const glm::dvec3& normal = planes[0].normal;
     // A corner that opens outward keeps both planes; around an edge the old one does not apply.
-    const double apart = glm::dot(old.normal, normal), room = glm::dot(old.normal, old.point_world - here);
-    if (apart > 0.9995 || room < 0 || glm::dot(normal, old.point_world - here) > 0) continue;
+    const double cosine = glm::dot(old.normal, normal), room = glm::dot(old.normal, old.point_world - here);
+    if (cosine > 0.9995 || room < 0 || glm::dot(normal, old.point_world - here) > 0) continue;
     Plane& plane = planes[count++];
     plane.is_frozen = true;
     plane.normal = old.normal;
@@ -259,8 +259,8 @@ bool Slide<Walls>::advance(const glm::dvec3& from, const glm::dvec3& to, const P
 template <class Walls>
 double Slide<Walls>::backed_off(double t, const glm::dvec3& at) const noexcept {
   constexpr double k_long = 1000, k_rounding = 4e-12;  // voxels; share of the motion
-  const glm::dvec3 way = hip_ - at;
-  return glm::dot(way, way) > k_long * k_long ? t - k_rounding : t;
+  const glm::dvec3 offset = hip_ - at;
+  return glm::dot(offset, offset) > k_long * k_long ? t - k_rounding : t;
 }
 
 template <class Walls>

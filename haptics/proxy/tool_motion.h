@@ -13,18 +13,20 @@ namespace trephine::haptics {
 
 /// A motion of the tool: translation (mm) and rotation about its position.
 struct Twist {
-  glm::dvec3 along{0.0}, about{0.0};
-  friend Twist operator*(double share, const Twist& t) noexcept { return {share * t.along, share * t.about}; }
+  glm::dvec3 translation{0.0}, rotation{0.0};
+  friend Twist operator*(double share, const Twist& t) noexcept {
+    return {share * t.translation, share * t.rotation};
+  }
 };
 
 // Rotations without sines: the same bits on every machine. They are represented as by turn_between().
 
 /// Returns the rotated orientation; a large rotation is shortened.
-inline glm::dquat turned(const glm::dquat& q, const glm::dvec3& about) noexcept {
-  return glm::normalize(glm::dquat(1, 0.5 * about.x, 0.5 * about.y, 0.5 * about.z) * q);
+inline glm::dquat turned(const glm::dquat& q, const glm::dvec3& rotation) noexcept {
+  return glm::normalize(glm::dquat(1, 0.5 * rotation.x, 0.5 * rotation.y, 0.5 * rotation.z) * q);
 }
 inline Placement moved(const Placement& tool, const Twist& by) noexcept {
-  return {tool.position_world + by.along, turned(tool.rotation, by.about)};
+  return {tool.position_world + by.translation, turned(tool.rotation, by.rotation)};
 }
 
 /// Returns the motion from a tool to the hand.
@@ -37,10 +39,10 @@ inline Twist twist_between(const Placement& tool, const Placement& hand) noexcep
 /// proportional to 4 (1 - cos(a/2)), whose derivative is turn_between().
 inline double length_of_springs(const Placement& tool, const Placement& hand,
                                 double gyration_square) noexcept {
-  const auto [along, about] = twist_between(tool, hand);
-  const double square = glm::dot(about, about),
+  const auto [translation, rotation] = twist_between(tool, hand);
+  const double square = glm::dot(rotation, rotation),
                cosine = std::sqrt(std::max(0.0, 1 - 0.25 * square));  // of half the angle
-  return std::sqrt(glm::dot(along, along) + 2 * gyration_square * square / (1 + cosine));
+  return std::sqrt(glm::dot(translation, translation) + 2 * gyration_square * square / (1 + cosine));
 }
 
 }  // namespace trephine::haptics

@@ -192,14 +192,14 @@ class Sampler {
     take(std::move(all), k_apart * spacing_, grid, points);
     return points.size() > PointShell::k_max_points ? Status(too_many_points(spacing_)) : std::nullopt;
   }
-  static void take(std::vector<Candidate> all, double apart, CellGrid& grid,
+  static void take(std::vector<Candidate> all, double least_distance, CellGrid& grid,
                    std::vector<PointShell::Point>& points) {
     std::sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) {
       return std::tuple(a.order, a.position.x, a.position.y, a.position.z) <
              std::tuple(b.order, b.position.x, b.position.y, b.position.z);
     });
     for (const Candidate& candidate : all) {
-      if (grid.has_within(candidate.position, apart)) continue;
+      if (grid.has_within(candidate.position, least_distance)) continue;
       grid.add(candidate.position);
       points.push_back({candidate.position, -candidate.outward});
     }

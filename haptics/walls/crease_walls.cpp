@@ -14,18 +14,18 @@ namespace trephine::haptics {
 using glm::dvec3;
 using glm::ivec3;
 
-dvec3 turned_away(dvec3 way, std::span<const dvec3> normals) noexcept {
+dvec3 turned_away(dvec3 direction, std::span<const dvec3> normals) noexcept {
   constexpr double k_min = 0.1;  // cosine
   constexpr int k_max_turns = 12;
   for (int i = 0; i < k_max_turns && !normals.empty(); ++i) {
-    const double size = glm::length(way);
+    const double size = glm::length(direction);
     const dvec3& worst = *std::max_element(
         normals.begin(), normals.end(),
-        [&](const dvec3& a, const dvec3& b) { return glm::dot(way, a) < glm::dot(way, b); });
-    if (glm::dot(way, worst) < -k_min * size) break;
-    way -= size / (i + 1) * worst;
+        [&](const dvec3& a, const dvec3& b) { return glm::dot(direction, a) < glm::dot(direction, b); });
+    if (glm::dot(direction, worst) < -k_min * size) break;
+    direction -= size / (i + 1) * worst;
   }
-  return way;
+  return direction;
 }
 
 dvec3 SmoothWalls::above_step(const Wall& wall, const dvec3& p, std::span<const dvec3> normals_world,
@@ -44,17 +44,17 @@ dvec3 SmoothWalls::above_step(const Wall& wall, const dvec3& p, std::span<const 
     const double size = glm::length(g);
     if (size > k_across * whole && count < gradients.size()) gradients[count++] = g / size;
   }
-  dvec3 way(0);
-  for (std::size_t k = 0; k < count; ++k) way -= gradients[k];
-  if (way == dvec3(0) && count > 0) way = -gradients[0];
-  way = turned_away(way, std::span(gradients.data(), count));
+  dvec3 direction(0);
+  for (std::size_t k = 0; k < count; ++k) direction -= gradients[k];
+  if (direction == dvec3(0) && count > 0) direction = -gradients[0];
+  direction = turned_away(direction, std::span(gradients.data(), count));
   dvec3 q = p;
   for (int i = 0; i < 4; ++i) {
     const volume::ValueAndGradient s = value_and_gradient(wall, q);
-    const double slack = k_free * glm::length(s.gradient), slope = -glm::dot(s.gradient, way);
+    const double slack = k_free * glm::length(s.gradient), slope = -glm::dot(s.gradient, direction);
     if (s.value + slack <= 0) return q;
     if (!(slope > 0)) return p;
-    q += (s.value + 2 * slack) / slope * way;
+    q += (s.value + 2 * slack) / slope * direction;
     if (!(glm::dot(q - p, q - p) < k_max_square)) return p;
   }
   return p;

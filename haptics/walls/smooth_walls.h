@@ -242,7 +242,7 @@ struct SmoothWalls::LargeCache {
 };
 
 /// Turns a direction away from all walls, given by their unit normals into the solid, if that is possible.
-glm::dvec3 turned_away(glm::dvec3 way, std::span<const glm::dvec3> normals) noexcept;
+glm::dvec3 turned_away(glm::dvec3 direction, std::span<const glm::dvec3> normals) noexcept;
 /// Returns the longest step tau with c + c' tau + c'' tau^2 / 2 <= 0 for c < 0, c'' >= 0: the distance over
 /// which a value c stays negative.
 double free_step(double c, double derivative, double second_derivative) noexcept;

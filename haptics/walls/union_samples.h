@@ -43,8 +43,8 @@ class UnionSamples {
     double least = 1e300;
     for (int i = 0; i < 8; ++i) {
       const glm::ivec3 corner = cell + glm::ivec3(i & 1, i >> 1 & 1, i >> 2 & 1);
-      const glm::dvec3 way = glm::dvec3(corner) - p;
-      const double distance = glm::dot(way, way);
+      const glm::dvec3 offset = glm::dvec3(corner) - p;
+      const double distance = glm::dot(offset, offset);
       if (const int s = owner(corner); s < ShapeSet::k_max && distance < least) least = distance, nearest = s;
     }
     return nearest;

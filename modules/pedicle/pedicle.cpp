@@ -14,26 +14,26 @@ using glm::dvec3;
 namespace {
 
 /// A track that begins at the end of an earlier one, in about its direction, extends it.
-std::optional<std::size_t> extended_track(const PedicleState& state, const TrackMade& made) {
+std::optional<std::size_t> extended_track(const PedicleState& state, const TrackMade& track) {
   constexpr double k_near = 2, k_straight = 0.94;  // mm; cosine of 20 degrees
   for (std::size_t i = 0; i < state.track_entries.size(); ++i) {
-    const dvec3 earlier = state.track_ends[i] - state.track_entries[i], later = made.end - made.entry;
+    const dvec3 earlier = state.track_ends[i] - state.track_entries[i], later = track.end - track.entry;
     const bool is_straight =
         glm::dot(earlier, later) > k_straight * glm::length(earlier) * glm::length(later);
-    if (glm::length(state.track_ends[i] - made.entry) < k_near && is_straight) return i;
+    if (glm::length(state.track_ends[i] - track.entry) < k_near && is_straight) return i;
   }
   return std::nullopt;
 }
 
-void add_track(PedicleState& state, const TrackMade& made) {
-  if (const auto index = extended_track(state, made)) {
-    state.track_ends[*index] = made.end;
-    state.track_depths[*index] = glm::length(made.end - state.track_entries[*index]);
-    state.track_outside[*index] += made.outside;
+void add_track(PedicleState& state, const TrackMade& track) {
+  if (const auto index = extended_track(state, track)) {
+    state.track_ends[*index] = track.end;
+    state.track_depths[*index] = glm::length(track.end - state.track_entries[*index]);
+    state.track_outside[*index] += track.outside;
     return;
   }
-  state.track_entries.push_back(made.entry), state.track_ends.push_back(made.end);
-  state.track_depths.push_back(made.depth), state.track_outside.push_back(made.outside);
+  state.track_entries.push_back(track.entry), state.track_ends.push_back(track.end);
+  state.track_depths.push_back(track.depth), state.track_outside.push_back(track.outside);
 }
 
 /// Returns the text of a length with one decimal: "21.5 mm".
@@ -79,18 +79,18 @@ void Pedicle::apply(const sim::Command& command, sim::ModuleWork& work) const {
 
 void Pedicle::react(const sim::Event& event, const sim::OperationState&,
                     sim::ModuleReaction& reaction) const {
-  if (const auto* made = event.value.as<TrackMade>()) {
-    add_track(reaction.change_undoable<PedicleState>(), *made);
+  if (const auto* track = event.value.as<TrackMade>()) {
+    add_track(reaction.change_undoable<PedicleState>(), *track);
   } else if (const auto* added = event.value.as<sim::BodyAdded>()) {
     const PedicleState& state = reaction.undoable<PedicleState>();
     if (state.screw_bodies.empty() || state.screw_bodies.back().value != 0) return;
     reaction.change_undoable<PedicleState>().screw_bodies.back() = added->body;
     const PedicleState& now = reaction.undoable<PedicleState>();
     const Screw screw = now.screw(now.screw_bodies.size() - 1);
-    const auto track = static_cast<std::size_t>(now.screw_tracks.back());
+    const auto number = static_cast<std::size_t>(now.screw_tracks.back());
     reaction.raise_event(ScrewPlaced{added->body, screw.diameter, screw.length(), screw.tip_world,
-                                     static_cast<std::int64_t>(track),
-                                     track > 0 ? screw.length() - now.track_depths[track - 1] : 0},
+                                     static_cast<std::int64_t>(number),
+                                     number > 0 ? screw.length() - now.track_depths[number - 1] : 0},
                          screw.entry_world);
   }
 }

@@ -14,7 +14,7 @@ using glm::dvec3;
 namespace {
 
 constexpr double k_radian = 57.295779513082320877;  // degrees
-constexpr double k_apart = 20;                      // mm, least distance between two pins
+constexpr double k_least_distance = 20;             // mm, least distance between two pins
 constexpr double k_in_line = 10;                    // mm, least height of the pins' triangle
 constexpr double k_margin = 20;                     // mm, by which an axis may be shorter than the opening
 
@@ -29,9 +29,9 @@ std::string rounded(double value) { return std::to_string(std::lround(value)); }
 LocatedStatus check_pins(const Pins& pins, const ClampLimits& limits) {
   for (std::size_t i = 0; i < k_pins; ++i) {
     const std::size_t j = (i + 1) % k_pins;
-    if (const double apart = glm::distance(pins[i], pins[j]); apart < k_apart)
+    if (const double distance = glm::distance(pins[i], pins[j]); distance < k_least_distance)
       return LocatedError{"pins " + std::to_string(i + 1) + " and " + std::to_string(j + 1) + " are only " +
-                              rounded(apart) + " mm apart: move one of them",
+                              rounded(distance) + " mm apart: move one of them",
                           pins[i]};
   }
   double longest = 0;

@@ -9,9 +9,12 @@ namespace trephine::view {
 
 class OperationWindow : public Window {
  protected:
-  void open(const workbench::SourceChoice& source, const sim::HandSpec& hand = {}) {
+  void open(const workbench::SourceChoice& source, const sim::HandSpec& hand = {},
+            const std::string& procedure = "") {
     workbench::OperationChoice choice;
     choice.hands = {hand};
+    choice.procedure = procedure;
+    choice.procedure_use = workbench::ProcedureUse::begins_without_tools;
     auto operation = workbench::open_operation(source, choice);
     ASSERT_TRUE(operation) << operation.error().message();
     held_ = std::make_unique<workbench::Operation>(std::move(operation.value()));

@@ -78,7 +78,8 @@ imaging::Panel spine_plan() {
   return panel;
 }
 
-/// Checks that the shown labels are in the picture and cover neither one another, nor markers, nor `taken`.
+/// Checks that the shown labels are in the picture and cover neither one another, nor markers, nor
+/// `occupied`.
 void expect_readable(const imaging::Panel& panel, const imaging::LabelSpace& space, const glm::dvec2& half) {
   const auto placed = imaging::place_labels(panel, space);
   ASSERT_EQ(placed.size(), panel.labels.size());
@@ -99,7 +100,7 @@ void expect_readable(const imaging::Panel& panel, const imaging::LabelSpace& spa
           EXPECT_FALSE(imaging::passes(*placed[j].lead, box)) << placed[j].text;
         }
       }
-    for (const imaging::PictureBox& other : space.taken)
+    for (const imaging::PictureBox& other : space.occupied)
       EXPECT_FALSE(imaging::overlap(box, other)) << placed[i].text;
     for (const imaging::Panel::Line& line : panel.lines)
       for (std::size_t k = 1; k < line.places.size(); ++k)
@@ -119,7 +120,7 @@ void expect_readable(const imaging::Panel& panel, const imaging::LabelSpace& spa
 TEST(PanelLabels, AreOnTheSideOfTheirOwnEntryAndCoverNothing) {
   const imaging::Panel plan = spine_plan();
   imaging::LabelSpace space = space_of(500, 320);
-  space.taken = {{{0, 280}, {500, 320}}, {{240, 250}, {260, 280}}};  // controls, a letter
+  space.occupied = {{{0, 280}, {500, 320}}, {{240, 250}, {260, 280}}};  // controls, a letter
   expect_readable(plan, space, {250, 150});
   const auto placed = imaging::place_labels(plan, space);
   for (std::size_t i = 0; i < placed.size(); ++i) {
@@ -166,7 +167,7 @@ TEST(PanelLabels, AreInsideThePictureAndOutsideTheControls) {
   head.labels.push_back({{-2, 118}, "vertex", imaging::k_plan_colour, false, 1.5});
   head.labels.push_back({{0, 6}, "inion", imaging::k_plan_colour, false, 1.5});
   imaging::LabelSpace space = space_of(360, 300);
-  space.taken = {{{0, 262}, {360, 300}}, {{170, 240}, {190, 262}}};
+  space.occupied = {{{0, 262}, {360, 300}}, {{170, 240}, {190, 262}}};
   expect_readable(head, space, {150, 150});
   for (const imaging::PlacedLabel& label : imaging::place_labels(head, space))
     EXPECT_GT(label.text.size(), 4u);
@@ -184,8 +185,8 @@ TEST(PanelLabels, TheLegendIsWhereTheImageIsEmpty) {
   const std::vector<imaging::PictureBox> corners{
       {{0, 0}, {80, 60}}, {{120, 0}, {200, 60}}, {{0, 140}, {80, 200}}, {{120, 140}, {200, 200}}};
   EXPECT_EQ(imaging::least_covering(panel, 200, 200, corners, {}), 1u);
-  const std::vector<imaging::PictureBox> taken{{{120, 0}, {200, 20}}};
-  EXPECT_EQ(imaging::least_covering(panel, 200, 200, corners, taken), 2u);
+  const std::vector<imaging::PictureBox> occupied{{{120, 0}, {200, 20}}};
+  EXPECT_EQ(imaging::least_covering(panel, 200, 200, corners, occupied), 2u);
   panel.pixels.assign(10000, {16, 16, 18});
   EXPECT_EQ(imaging::least_covering(panel, 200, 200, corners, {}), 0u) << "the usual corner";
 }

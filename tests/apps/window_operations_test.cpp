@@ -1,4 +1,6 @@
 // Whole operations by mouse: a pedicle screw along the plan, and a skull clamp.
+#include <QToolButton>
+
 #include "modules/bone_flap/bone_flap.h"
 #include "modules/pedicle/pedicle.h"
 #include "tests/apps/operation_window_fixture.h"
@@ -169,6 +171,76 @@ TEST_F(WholeOperation, AFlapIsLiftedOffByTheMouse) {
     return moved.x < -8 && moved.y < -8;
   })) << moved.x
       << " " << moved.y << " " << moved.z;
+  EXPECT_EQ(entries(), 0);
+}
+
+/// The shipped tour of the window, by mouse and menus from its first to its last step.
+TEST_F(WholeOperation, TheFirstStepsAreDoneByMouse) {
+  workbench::SourceChoice source("head");
+  source.takes_plan = true;
+  OperationWindow::open(source, {}, "first-steps");
+  const auto is_in_step = [&](int step) { return reaches([&] { return hand().state().step == step; }); };
+  const auto take = [&](const char* name) {
+    auto* which = child<QComboBox>(*window_, "instrument");
+    which->setCurrentIndex(which->findText(name));
+    emit which->activated(which->currentIndex());
+  };
+  /// Moves to a position of the picture, shares of its size, where the tool then touches.
+  const auto touch = [&](double x, double y) {
+    const QPoint at(static_cast<int>(x * window_->canvas()->width()),
+                    static_cast<int>(y * window_->canvas()->height()));
+    QTest::mouseMove(window_->canvas(), at + QPoint(2, 0));
+    QTest::mouseMove(window_->canvas(), at);
+    let_run(300);
+    EXPECT_TRUE(reaches([&] { return hand().touched().has_value(); })) << x << " " << y;
+    return at;
+  };
+  /// Presses a button of the next step when its conditions are met.
+  const auto go_on = [&](const char* button) {
+    QPushButton* found = nullptr;
+    EXPECT_TRUE(reaches([&] {
+      found = window_->findChild<QPushButton*>(button);
+      return found != nullptr && found->isEnabled();
+    })) << button;
+    found->click();
+  };
+  ASSERT_TRUE(is_in_step(0));
+  QTest::keyClick(window_.get(), Qt::Key_A, Qt::ShiftModifier);
+  go_on("next_drill");
+  ASSERT_TRUE(is_in_step(1));
+  take("Burr");
+  ASSERT_TRUE(reaches([&] { return holds("burr"); }));
+  touch(0.5, 0.35);
+  hand().press(true);
+  ASSERT_TRUE(reaches([&] { return hand().state().removed_mm3 > 6; }));
+  keep(*window_, "first-steps-drill");
+  hand().press(false);
+  go_on("next_measure");
+  ASSERT_TRUE(is_in_step(2));
+  QTest::keyClick(window_.get(), Qt::Key_M);
+  for (const double x : {0.45, 0.55}) QTest::mouseClick(window_->canvas(), Qt::LeftButton, {}, touch(x, 0.3));
+  ASSERT_TRUE(is_in_step(3));
+  child<QAction>(*window_, "layout_xray")->trigger();
+  QToolButton* shoot = nullptr;
+  ASSERT_TRUE(reaches([&] {
+    for (QToolButton* button : window_->findChildren<QToolButton*>())
+      if (button->objectName().startsWith("xray_shoot") && button->isVisible() && button->isEnabled())
+        shoot = button;
+    return shoot != nullptr;
+  }));
+  let_run(300);
+  shoot->click();
+  ASSERT_TRUE(is_in_step(4));
+  keep(*window_, "first-steps-x-ray");
+  child<QAction>(*window_, "layout_picture")->trigger();
+  QTest::keyClick(window_.get(), Qt::Key_S, Qt::ShiftModifier);
+  take("Perforator");
+  ASSERT_TRUE(reaches([&] { return holds("perforator"); }));
+  touch(0.42, 0.42);
+  hand().press(true);
+  ASSERT_TRUE(is_in_step(5));
+  hand().press(false);
+  keep(*window_, "first-steps-done");
   EXPECT_EQ(entries(), 0);
 }
 

@@ -169,8 +169,7 @@ TEST_F(Window, AToolThatWorksBehindBoneIsReported) {
   ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 100; }, k_patience));
   const auto point_at = [&](const dvec3& p, double seconds) {
     const glm::dvec2 share = operation.viewport().project(p);
-    QTest::mouseMove(window.canvas(), {static_cast<int>(share.x * window.canvas()->width()),
-                                       static_cast<int>((1 - share.y) * window.canvas()->height())});
+    operation.set_cursor(share.x, share.y);  // before the next frame
     const double t = operation.state().newest.t;
     ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.t > t + seconds; }, k_patience));
   };

@@ -220,6 +220,26 @@ TEST_F(WindowSteps, ButtonsGoThroughTheStepsAndUndoGoesBack) {
     if (const auto* command = std::get_if<sim::CommandItem>(&item))
       if (const auto* go = command->command.request.as<sim::GoToStep>()) requested.push_back(go->step);
   EXPECT_EQ(requested, (std::vector<std::string>{"drill", "judge", "judge"}));
+
+  // A replay shows the steps, without buttons.
+  auto again = sim::SessionReader::open(options_.session_file, flap_catalogue());
+  ASSERT_TRUE(again.is_ok());
+  const auto replay = sim::Replay::open(again.value(), scene_->base);
+  ASSERT_TRUE(replay.is_ok()) << replay.error().message();
+  options_.replay = replay.value().get();
+  options_.replay_seconds = static_cast<double>(again.value().tick_count()) / 1000;
+  options_.recorder = nullptr;
+  MainWindow player(scene_, options_);
+  player.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&player, k_patience));
+  player.replay()->play(false);
+  for (const auto& [seconds, shown] : {std::pair(options_.replay_seconds, "d>-"), std::pair(0.0, ">--")}) {
+    ASSERT_FALSE(player.replay()->seek(seconds).has_value());
+    EXPECT_TRUE(QTest::qWaitFor([&, shown = shown] { return marks(player) == shown; }, k_patience)) << shown;
+  }
+  keep(player, "replayed-steps");
+  EXPECT_TRUE(player.findChildren<WrappingButton*>().isEmpty());
+  player.close();
 }
 
 /// Tools and commands that a step does not allow are disabled with the reason. A tool is taken with the

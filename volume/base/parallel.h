@@ -11,9 +11,9 @@
 namespace trephine {
 
 /// Number of threads that a call may use; 0 requests all cores.
-inline int thread_count(int wanted) {
+inline int thread_count(int requested) {
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  return wanted > 0 ? wanted : cores;
+  return requested > 0 ? requested : cores;
 }
 
 /// Calls body(i) once for each i in [0, count), distributed one by one; returns when all are done. body must

@@ -45,7 +45,7 @@ class Peer final : public UsbLink {
   ~Peer() override { --falcon_.links; }
 
   LinkResult control(std::uint8_t request, std::uint16_t value) noexcept override {
-    if (is_gone_) return LinkResult::gone;
+    if (is_gone_) return LinkResult::disconnected;
     if (request == 3) baud_ = value;
     if (request == 9) latency_ = value;
     if (request == 0) answer_.clear();
@@ -55,7 +55,7 @@ class Peer final : public UsbLink {
   }
   LinkResult write(std::span<const std::uint8_t> bytes, int) noexcept override {
     const std::lock_guard guard(falcon_.lock);
-    if (is_gone_) return LinkResult::gone;
+    if (is_gone_) return LinkResult::disconnected;
     if (baud_ == 2 && falcon_.has_firmware) return run(bytes);
     if (baud_ == 0x4138 && begins_) {
       if (std::vector<std::uint8_t>(bytes.begin(), bytes.end()) ==
@@ -89,7 +89,7 @@ class Peer final : public UsbLink {
     std::this_thread::sleep_for(
         std::chrono::microseconds(answer_.empty() ? 1000 * std::min(timeout_ms, 2) : 300));
     const std::lock_guard guard(falcon_.lock);
-    if (is_gone_) return LinkResult::gone;
+    if (is_gone_) return LinkResult::disconnected;
     // Packets of 64 bytes: two of status, then data.
     std::size_t at = 0;
     do {

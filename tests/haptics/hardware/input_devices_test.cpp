@@ -37,7 +37,7 @@ class MouseLink final : public HidLink {
     for (int i = 0; i <= timeout_ms; ++i) {
       {
         const std::lock_guard guard(mouse_.lock);
-        if (mouse_.is_gone) return LinkResult::gone;
+        if (mouse_.is_gone) return LinkResult::disconnected;
         if (!mouse_.reports.empty()) {
           const auto next = mouse_.reports.front();
           mouse_.reports.pop_front();
