@@ -386,8 +386,13 @@ void BoneView::Parts::lay_out() {
   // Redrawn bone may hide labels, or no longer hide them.
   const std::uint64_t revision = bone->revision();
   has_changed |= std::exchange(labelled_revision, revision) != revision;
-  for (OverlayLayer* layer : {overlays.get(), marks.get()})
-    if (layer != nullptr && (has_changed || layer->labels().is_stale())) layer->labels().lay_out();
+  // Names keep off the labels of marks and measurements, which are in front.
+  if (marks && (has_changed || marks->labels().is_stale())) {
+    marks->labels().lay_out();
+    has_changed = true;
+  }
+  if (has_changed || overlays->labels().is_stale())
+    overlays->labels().lay_out(marks ? marks->labels().boxes() : std::vector<LabelLayer::Box>());
 }
 
 double BoneView::distance_of(const dvec3& low, const dvec3& high) {

@@ -138,7 +138,7 @@ void LabelLayer::set_tool(std::vector<std::array<dvec3, 2>> axes_world) {
     for (const Box& box : p.boxes) p.is_stale |= imaging::passes(line, {box.low, box.high});
 }
 
-void LabelLayer::lay_out() {
+void LabelLayer::lay_out(std::span<const Box> occupied) {
   Parts& p = *parts_;
   p.is_stale = false;
   constexpr double k_away = 26, k_gap = 4, k_border = 6, k_point = 3;  // pixels
@@ -158,6 +158,7 @@ void LabelLayer::lay_out() {
   const bool is_overview = picture.x >= k_narrow * p.scale && height >= overview;
   std::vector<Request> requests;
   imaging::LabelLayout::Obstacles obstacles{{}, p.tool_segments()};
+  for (const Box& box : occupied) obstacles.boxes.push_back({box.low, box.high});
   for (std::size_t i = 0; i < p.labels.size(); ++i) {
     p.labels[i].text->SetVisibility(false);
     if (!p.are_visible && p.labels[i].is_name) continue;

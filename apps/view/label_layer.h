@@ -7,6 +7,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -37,13 +38,14 @@ class LabelLayer {
   /// Sets the factor of the text size.
   void set_text_scale(double factor);
   std::size_t size() const noexcept;
-  /// Positions the labels for the current camera. Call before each frame in which labels or the view changed.
-  void lay_out();
-  /// Returns true if labels changed since the last lay_out().
-  bool is_stale() const noexcept;
   struct Box {
     glm::dvec2 low, high;
   };
+  /// Positions the labels for the current camera, off the boxes of another layer. Call before each frame in
+  /// which labels, those boxes or the view changed.
+  void lay_out(std::span<const Box> occupied = {});
+  /// Returns true if labels changed since the last lay_out().
+  bool is_stale() const noexcept;
   /// Returns the boxes of the shown labels, in pixels from the lower left.
   std::vector<Box> boxes() const;
   /// Returns the lines between the shown labels and their points.

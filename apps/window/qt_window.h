@@ -244,7 +244,8 @@ class MainWindow : public QMainWindow {
   QAction* next_step_action_ = nullptr;  ///< null in a replay
   StepsPanel* steps_ = nullptr;          ///< null: no procedure
   int shown_step_ = -1;
-  ScoreDialog* score_ = nullptr;  ///< null until it is requested
+  bool is_next_step_requested_ = false;  ///< until its conditions are known
+  ScoreDialog* score_ = nullptr;         ///< null until it is requested
   HelpOverlay* help_ = nullptr;
   NoticeLabel* at_tool_ = nullptr;
   EventLog* log_ = nullptr;

@@ -15,6 +15,7 @@ void MainWindow::begin_steps() {
   delete steps_;
   steps_ = nullptr;
   shown_step_ = -1;
+  is_next_step_requested_ = false;
   const StepGuide* guide = steps();
   if (next_step_action_) next_step_action_->setVisible(operation_ && guide != nullptr);
   if (operation_ && guide == nullptr) return allow_everything();
@@ -40,6 +41,7 @@ void MainWindow::show_steps() {
   if (guide.revision() == 0) return;  // no state yet
   steps_->update_from(guide);
   if (!operation_) return;
+  if (std::exchange(is_next_step_requested_, false)) go_to_next_step();
   const int step = static_cast<int>(guide.index());
   if (std::exchange(shown_step_, step) == step) return;
   tool_->permit(
@@ -77,8 +79,10 @@ void MainWindow::go_to_next_step() {
     if (next.is_allowed) return operation_->go_to_step(next.step);
   if (all.empty()) return show_refusal(tr("The next step begins by itself, or this step is the last one."));
   const QString reason = QString::fromStdString(all.front().reason);
-  show_refusal(reason.isEmpty() ? tr("The conditions of the next step are being checked. Try again.")
-                                : reason);
+  if (reason.isEmpty())
+    is_next_step_requested_ = true;  // its conditions are being checked
+  else
+    show_refusal(reason);
 }
 
 /// Judges the recording so far in a dialog.

@@ -284,6 +284,20 @@ TEST_F(PictureLayout, LabelsCoverNeitherTheirPointsNorTheTool) {
   }
 }
 
+/// Labels keep off the boxes of another layer, here those at which they would be without it.
+TEST_F(PictureLayout, LabelsKeepOffThoseOfAnotherLayer) {
+  picture_->set_plan(names(4, 2));
+  picture_->draw();
+  LabelLayer& labels = picture_->view().overlays().labels();
+  const std::vector<LabelLayer::Box> before = labels.boxes();
+  ASSERT_EQ(before.size(), 4u);
+  labels.lay_out(before);
+  std::vector<LabelLayer::Box> all = labels.boxes();
+  EXPECT_EQ(all.size(), 4u);
+  all.insert(all.end(), before.begin(), before.end());
+  EXPECT_EQ(overlaps(all), 0);
+}
+
 TEST_F(PictureLayout, LabelsCanBeHidden) {
   picture_->set_plan(names(3, 1));
   picture_->draw();
