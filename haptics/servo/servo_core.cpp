@@ -165,8 +165,8 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
     // Matter restored before the first tick cannot bury the proxy, because no proxy exists yet.
     if (is_fresh_ && hand.escape_path) escape_path_.serial = hand.escape_path->serial;
     is_fresh_ = false;
-    const bool is_restored = hand.escape_path && hand.escape_path->serial > escape_path_.serial;
-    if (is_restored) {
+    const bool has_restored_matter = hand.escape_path && hand.escape_path->serial > escape_path_.serial;
+    if (has_restored_matter) {
       escape_path_ = *hand.escape_path;
       if (is_escaping_ && escape_path_.count > 0)
         begin_escape(hand, hip);
@@ -186,7 +186,7 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
                                       {hip, std::span(hand.placements.data(), hand.placement_count),
                                        input.pose.orientation, time()});
       if (step_.has_contact) touched_item_ = step_.shape;
-      if (step_.is_buried && is_restored && escape_path_.count > 0) begin_escape(hand, hip);
+      if (step_.is_buried && has_restored_matter && escape_path_.count > 0) begin_escape(hand, hip);
     }
     if (is_escaping_) escape(hand, hip);
     force_cap_ = is_escaping_ ? k_escape_force : std::min(force_limit_, force_cap_ + k_escape_recovery * dt_);
