@@ -73,7 +73,7 @@ bool OperationController::put_piece_back() {
   if ((*state_.overlays)[static_cast<std::size_t>(body)].holder == 0) apply(sim::ReleaseBody());
   // The surface of a piece is in the frame in which it was detached.
   apply(sim::PlaceBody{state_.bodies[static_cast<std::size_t>(body)], dvec3(0), {1, 0, 0, 0}});
-  add_notice("The piece is back in its place.");
+  add_notice("The piece goes back to its place.");
   return true;
 }
 

@@ -130,10 +130,13 @@ void MainWindow::set_from_back(bool is_from_back) {
 
 void MainWindow::look_from(char side) {
   viewport()->look_from(side);
+  if (grid_->arrangement() == Layout::picture) return;
   if (side == 'P' && !panes_.panes().is_from_back())
-    show_message(tr("Panes show the patient's left on the right. Panes, View from the back, mirrors them."));
+    show_message(
+        tr("The panes show the patient's left on the right. To mirror them: Slices > View from the back."));
   if (side == 'A' && panes_.panes().is_from_back())
-    show_message(tr("Panes show the patient's left on the left. Panes, View from the back, mirrors them."));
+    show_message(
+        tr("The panes show the patient's left on the left. To mirror them: Slices > View from the back."));
 }
 
 /// Builds the menu of the scan's labels, each shown, translucent or hidden in the ray-cast image.

@@ -123,15 +123,19 @@ struct Opened {
     run.engine().freeze();
     engine = run.engine();
   }
+  /// Sets the start of a window over it, seen from above, without a recording.
+  void start(WindowOptions& options) const {
+    options.start = WindowStart{*engine};
+    options.recorder = nullptr;
+    options.session_file.clear();
+    options.side = 'S';
+  }
 };
 
 /// A tool that is pressed over an opening works at the structure in it, not at the bone close behind that.
 TEST_F(Window, APressedToolStaysAtTheStructureInAnOpening) {
   const Opened opened(true, -14);
-  options_.start = WindowStart{*opened.engine};
-  options_.recorder = nullptr;
-  options_.session_file.clear();
-  options_.side = 'S';
+  opened.start(options_);
   MainWindow window(nullptr, options_);
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
@@ -158,10 +162,7 @@ TEST_F(Window, APressedToolStaysAtTheStructureInAnOpening) {
 /// A tool that slides behind bone while it is pressed is reported once, and not in sight.
 TEST_F(Window, AToolThatWorksBehindBoneIsReported) {
   const Opened opened(false, -9);
-  options_.start = WindowStart{*opened.engine};
-  options_.recorder = nullptr;
-  options_.session_file.clear();
-  options_.side = 'S';
+  opened.start(options_);
   MainWindow window(nullptr, options_);
   window.show();
   ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
@@ -201,10 +202,7 @@ TEST_F(Window, AReleasedToolRestsOverAnOpening) {
   for (const bool has_dura : {true, false}) {
     SCOPED_TRACE(has_dura ? "over dura" : "over nothing");
     const Opened opened(has_dura);
-    options_.start = WindowStart{*opened.engine};
-    options_.recorder = nullptr;
-    options_.session_file.clear();
-    options_.side = 'S';
+    opened.start(options_);
     MainWindow window(nullptr, options_);
     window.show();
     ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));

@@ -219,12 +219,13 @@ TEST_F(Dicom, EchoesAndPhasesAreSeparateVolumes) {
         slice.modality = "MR", slice.number = 4 * v + k + 1, slice.position = {0, 0, 2.0 * k};
         slice.values.assign(64, 10 * v + k);
         DicomFile file = slice_file(slice);
-        if (is_echo) file.set(0x00180081, "DS", std::to_string(5 * v + 5));
+        // In the order of numbers, not of texts or of their lengths.
+        if (is_echo) file.set(0x00180081, "DS", std::vector{"5", "12.5", "100"}[static_cast<std::size_t>(v)]);
         file.write(path(name_of(slice.number)));
       }
     EXPECT_EQ(open().size.z, 4);
     ASSERT_EQ(facts_.size(), 3u);
-    EXPECT_EQ(facts_[1].mark, is_echo ? "echo time 10" : "repetition 2");
+    EXPECT_EQ(facts_[1].mark, is_echo ? "echo time 12.5" : "repetition 2");
     OpenOptions options;
     for (int v = 1; v <= 3; ++v) {
       options.volume = v;

@@ -86,6 +86,15 @@ TEST(Files, AShearedVolumeIsResampledToRightAnglesInPlace) {
   ASSERT_FALSE(write_volume(scratch / "s.mha", v).has_value());
   const Volume w = open_volume(scratch / "s.mha").value().volume;
   EXPECT_TRUE(w.frame.is_orthogonal());
+  // Every corner is within the grid.
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 p = glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1) * glm::dvec3(v.size - 1);
+    const glm::dvec3 at = w.frame.volume_from_world(v.frame.world_from_volume(p));
+    for (int a = 0; a < 3; ++a) {
+      EXPECT_GE(at[a], -1e-5) << corner;
+      EXPECT_LE(at[a], w.size[a] - 1 + 1e-5) << corner;
+    }
+  }
   // The sphere is unchanged: its centre of mass and its volume.
   glm::dvec3 centre(0);
   double count = 0;
