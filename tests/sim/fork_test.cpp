@@ -42,8 +42,8 @@ TEST(ForkedSession, EqualsTheFirstPartAndIsContinued) {
     EXPECT_GT(ticks.value() + 2000, std::min<std::uint64_t>(tick, 6000));
     const Verdict verdict = replay(fork, base);
     expect_same(verdict);
-    // Commands between the last tick of the part and the next one may be in the part.
-    EXPECT_EQ(state_at(fork, base, ticks.value()), state_at(path, base, ticks.value()));
+    // A block may end before or after the commands that follow its last tick. Compares before that tick.
+    EXPECT_EQ(state_at(fork, base, ticks.value() - 1), state_at(path, base, ticks.value() - 1));
     {
       auto opened = SessionReader::open(fork, drilling_catalogue());
       ASSERT_TRUE(opened.is_ok()) << opened.error().message();
