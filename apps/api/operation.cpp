@@ -87,7 +87,7 @@ struct Operation::Data {
     sim::Outcome outcome = run->apply_whole(command);
     changed = sim::united(changed, outcome.box);
     if (outcome.refused) outcome.refused->kind = ErrorKind::refused;
-    return std::move(outcome.refused);
+    return std::move(outcome.refused ? outcome.refused : outcome.failed);
   }
 };
 

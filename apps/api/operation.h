@@ -175,7 +175,8 @@ class Operation {
   Result<Touch> step(const Pose& pose);
   /// Executes one tick per pose of one hand; one result per tick.
   Result<std::vector<Touch>> run(std::span<const Pose> poses);
-  /// Executes a command, and finishes the job that it starts. An error changes nothing. By struct:
+  /// Executes a command, and finishes the job that it starts. Error, of kind `refused`, if the state does not
+  /// allow it or its job fails; then nothing can be undone that could not be undone before. By struct:
   /// `command(sim::Note{"text"})`; by words: `command("burr", "diameter=3")`.
   Status command(const Command& command);
   Status command(std::string_view name, std::string_view words = {}, int hand = 0);

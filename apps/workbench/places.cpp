@@ -53,9 +53,11 @@ double first_surface(const haptics::TouchScene& scene, const Version& version, c
   return inside;
 }
 
-double thickness_below(const dvec3& point, const dvec3& outward, const haptics::TouchScene& scene) {
+/// Returns the depth (mm) at which the solid below a point ends; 0 if that is deeper than `deepest`.
+double thickness_below(const dvec3& point, const dvec3& outward, const haptics::TouchScene& scene,
+                       double deepest = k_deepest) {
   double end = 0;
-  for (double depth = 0.25; depth < k_deepest; depth += 0.25) {
+  for (double depth = 0.25; depth < deepest; depth += 0.25) {
     const glm::ivec3 v = volume::voxel_of(scene.base->frame.volume_from_world(point - depth * outward));
     if (scene.base->contains(v) && scene.items[0].bits->is_solid(v)) end = depth;
     if (depth - end > k_gap) return end;
@@ -126,15 +128,23 @@ Result<Place> find_place(const data_tools::ScriptPlace& request, const haptics::
                .remedy = "choose other directions, or the shape with iso"};
 }
 
-Place place_of(const volume::PlannedTrajectory& trajectory, const data_tools::ScriptPlace& request) {
+Place place_of(const volume::PlannedTrajectory& trajectory, const data_tools::ScriptPlace& request,
+               const haptics::TouchScene& scene, const Version& untouched) {
+  constexpr double k_outside = 5;  // mm
   Place place;
   place.name = request.name;
   place.point = trajectory.entry_world;
-  place.thickness = glm::length(trajectory.entry_world - trajectory.target_world);
+  place.trajectory_length = glm::length(trajectory.entry_world - trajectory.target_world);
   place.outward = glm::normalize(trajectory.entry_world - trajectory.target_world);
   place.along = along_of(place.outward, request.up);
   place.across = glm::cross(place.outward, place.along);
-  place.is_planned = true;
+  const dvec3 start = place.at({0, 0, k_outside});
+  const double hit = first_solid(scene, untouched, start, trajectory.target_world);
+  if (hit < 0) return place;
+  const double length = k_outside + place.trajectory_length;
+  const dvec3 solid = start + hit * (trajectory.target_world - start);
+  place.thickness = thickness_below(solid, place.outward, scene, (1 - hit) * length + k_gap);
+  if (place.thickness == 0) place.thickness = (1 - hit) * length;  // its target is in the solid
   return place;
 }
 
@@ -149,12 +159,14 @@ std::vector<haptics::PosePath::Sample> samples_at(const Place& place, const data
                                                   const haptics::TouchScene& scene,
                                                   const Version& untouched) {
   // Depth of a blind hole, 8 mm, if the solid has no end.
-  const double through = place.thickness > 0 ? place.thickness : 8;
+  const double through = place.trajectory_length > 0 ? place.trajectory_length
+                         : place.thickness > 0       ? place.thickness
+                                                     : 8;
   const glm::dquat turn = hand.shaft ? turn_of_shaft(place.direction(*hand.shaft)) : glm::dquat(1, 0, 0, 0);
   std::vector<haptics::PosePath::Sample> samples;
   for (const auto& [t, x, y, z, button, share] : hand.points) {
     const dvec3 above = place.at({x, y, k_above}), below = place.at({x, y, -k_above});
-    const double hit = place.is_planned ? -1 : first_surface(scene, untouched, above, below);
+    const double hit = place.trajectory_length > 0 ? -1 : first_surface(scene, untouched, above, below);
     const dvec3 surface = hit < 0 ? place.at({x, y, 0}) : above + hit * (below - above);
     samples.push_back({t, {surface + (z - share * through) * place.outward, turn, button != 0 ? 1u : 0u}});
   }
@@ -162,7 +174,9 @@ std::vector<haptics::PosePath::Sample> samples_at(const Place& place, const data
 }
 
 bool is_open(const Place& place, const haptics::TouchScene& scene, const Version& version) {
-  const double end = (place.thickness > 0 ? place.thickness : k_deepest) + 2.5;
+  const double end = 2.5 + (place.trajectory_length > 0 ? place.trajectory_length
+                            : place.thickness > 0       ? place.thickness
+                                                        : k_deepest);
   const haptics::TouchItem& item = scene.items[0];
   for (double depth = -5; depth < end; depth += 0.1) {
     const dvec3 p = scene.base->frame.volume_from_world(place.at({0, 0, -depth}));

@@ -14,8 +14,9 @@ namespace trephine::workbench {
 struct Place {
   std::string name;
   glm::dvec3 point{0.0}, along{1, 0, 0}, across{0, 1, 0}, outward{0, 0, 1};
-  double thickness = 0;     ///< mm, along the normal; 0: no end within 20 mm
-  bool is_planned = false;  ///< on a trajectory: heights are from its entry, not from the surface
+  double thickness = 0;  ///< mm, of the solid along the normal; 0: no end within 20 mm, or no solid
+  /// Length of the trajectory, from whose entry heights are measured, mm; 0: a point of the surface.
+  double trajectory_length = 0;
 
   /// World direction of local coordinates (along, across, outward).
   glm::dvec3 direction(const glm::dvec3& local) const noexcept {
@@ -29,8 +30,10 @@ struct Place {
 /// Error if there is no such crossing.
 Result<Place> find_place(const data_tools::ScriptPlace& request, const haptics::TouchScene& scene,
                          const volume::Version& untouched);
-/// Returns the entry of a trajectory as a place: outward along it, with its length as thickness.
-Place place_of(const volume::PlannedTrajectory& trajectory, const data_tools::ScriptPlace& request);
+/// Returns the entry of a trajectory as a place: outward along it. Its thickness is that of the first solid
+/// that the trajectory meets, from 5 mm outside its entry to its target.
+Place place_of(const volume::PlannedTrajectory& trajectory, const data_tools::ScriptPlace& request,
+               const haptics::TouchScene& scene, const volume::Version& untouched);
 /// Converts a hand's points to poses. They are relative to the place: along, across, height over the surface.
 std::vector<haptics::PosePath::Sample> samples_at(const Place& place, const data_tools::ScriptHand& hand,
                                                   const haptics::TouchScene& scene,

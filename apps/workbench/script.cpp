@@ -244,7 +244,8 @@ void ScriptRun::perform(const Performer& performer) {
 Result<Place> ScriptRun::find_trajectory_place(const ScriptPlace& request) const {
   std::string known;
   for (const volume::PlannedTrajectory& trajectory : operation_.spec.plan.trajectories) {
-    if (trajectory.name == request.trajectory) return place_of(trajectory, request);
+    if (trajectory.name == request.trajectory)
+      return place_of(trajectory, request, *operation_.scene(), volume::Version(operation_.scene()->base));
     known += (known.empty() ? "" : ", ") + trajectory.name;
   }
   return Error{.what = "unknown trajectory",
@@ -307,7 +308,8 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, PictureTaker 
     for (; next_command < commands_.size() && commands_[next_command].from->at <= until; ++next_command) {
       const sim::Outcome outcome = run.apply_whole(commands_[next_command].command);
       changed = sim::united(changed, outcome.box);
-      watch.record_command(*commands_[next_command].from, t, outcome.refused);
+      watch.record_command(*commands_[next_command].from, t,
+                           outcome.refused ? outcome.refused : outcome.failed);
     }
   };
   std::vector<haptics::Pose> poses(paths_.size());
@@ -363,10 +365,17 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
       live.snapshot().wait();  // until the command was applied
       sim::LiveState latest = live.fetch_state();
       Live::CommandResult command_result{latest.refused, 0};
+      const auto take_failure = [&] {
+        // A search for free pieces may also fail meanwhile.
+        if (latest.failed && latest.failed->where == commands_[result.results.size()].from->name)
+          command_result.refused = latest.failed;
+      };
+      take_failure();
       // Its job ends before the next command, as without threads.
       while (latest.pending_jobs > 0 && progress(t / duration_)) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
         latest = live.fetch_state();
+        take_failure();
       }
       command_result.done_at = latest.newest.t + 0.5 / script_.rate_hz;  // the next tick includes it
       result.results.push_back(command_result);

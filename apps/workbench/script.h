@@ -43,7 +43,7 @@ class ScriptRun {
     haptics::ServoReport servo;
     int stalls = 0;  ///< number of resets after the servo missed its watchdog
     struct CommandResult {
-      Status refused;
+      Status refused;      ///< or failed: its job had no effect
       double done_at = 0;  ///< s, including the job that it started
     };
     std::vector<CommandResult> results;  ///< of the commands, by time

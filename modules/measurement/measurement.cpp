@@ -233,6 +233,7 @@ struct Result final : sim::JobResult {
   Measured measured;
   std::uint64_t fingerprint = 0;
   std::uint64_t hash() const override { return fingerprint; }
+  std::string_view failure() const noexcept override { return measured.problem; }
 };
 
 std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {

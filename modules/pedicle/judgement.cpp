@@ -19,6 +19,9 @@ namespace {
 struct JudgementResult final : sim::JobResult {
   ScrewJudged judged;
   LocatedStatus error;
+  std::string_view failure() const noexcept override {
+    return error ? std::string_view(error->reason) : std::string_view();
+  }
   std::uint64_t hash() const override {
     MixHash mix;
     sim::add_value(mix, judged);

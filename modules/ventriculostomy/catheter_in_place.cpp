@@ -14,6 +14,8 @@ using sim::field;
 
 namespace {
 
+constexpr const char* k_has_left = "the catheter is no longer in the head";
+
 struct LeaveResult final : sim::JobResult {
   std::vector<sim::NewBody> catheters;
   dvec3 start{0.0}, tip{0.0};
@@ -26,6 +28,7 @@ struct LeaveResult final : sim::JobResult {
     return mix.value();
   }
   std::span<const sim::NewBody> bodies() const noexcept override { return catheters; }
+  std::string_view failure() const noexcept override { return catheters.empty() ? k_has_left : ""; }
 };
 
 /// Returns a tube with a round tip, world frame. `length`: mm, from the tip back along `ahead`.
@@ -73,8 +76,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
 
 void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
   const auto& output = static_cast<const LeaveResult&>(result);
-  if (output.catheters.empty())
-    return work.raise_event(CatheterNotLeft{"the catheter is not in the head any more"}, {});
+  if (output.catheters.empty()) return work.raise_event(CatheterNotLeft{k_has_left}, {});
   auto& left = work.change_undoable<CathetersInPlace>();
   left.bodies.push_back({}), left.starts.push_back(output.start), left.tips.push_back(output.tip);
   left.diameters.push_back(output.diameter);

@@ -105,6 +105,9 @@ class JobResult {
   virtual const Detachment* detachment() const noexcept { return nullptr; }
   /// Implants that the job adds, adopted with the result.
   virtual std::span<const NewBody> bodies() const noexcept { return {}; }
+  /// Reason why the job failed: the operation has not changed. Empty if it succeeded. adopt() is called in
+  /// both cases, and emits the event.
+  virtual std::string_view failure() const noexcept { return {}; }
 };
 
 /// Input of a job; immutable.

@@ -382,6 +382,7 @@ void LiveSession::show(const Outcome& outcome, bool is_command) {
 
 void LiveSession::update_state(const Outcome& outcome) {
   if (outcome.refused) state_.refused = outcome.refused;
+  if (outcome.failed) state_.failed = outcome.failed;
   if (outcome.event_count > 0) {
     const Chronicle& chronicle = engine_.now().chronicle;
     for (std::size_t i = chronicle.size() - outcome.event_count; i < chronicle.size(); ++i)
@@ -430,6 +431,7 @@ LiveState LiveSession::fetch_state() {
   LiveState copy = state_;
   state_.changed = k_no_voxels;
   state_.refused.reset();
+  state_.failed.reset();
   state_.events.clear();
   return copy;
 }

@@ -35,6 +35,7 @@ struct LiveState {
   std::size_t history_bytes = 0;        ///< of all branches, at the end of the last stroke
   std::vector<ForbiddenWatch> watches;  ///< of the first hand, one per forbidden structure
   std::optional<Error> refused;         ///< new: of the newest refused command
+  std::optional<Error> failed;          ///< new: of the newest job that had no effect; `where`: its name
   std::vector<Event> events;            ///< new: the newest k_max_events
   static constexpr std::size_t k_max_events = 256;
   bool can_undo = false, can_redo = false;

@@ -83,6 +83,7 @@ Outcome Lockstep::apply_whole(const Command& command) {
   issue_next(done);
   add(outcome, done);
   if (done.job_hash) outcome.job_hash = done.job_hash;
+  outcome.failed = std::move(done.failed);
   return outcome;
 }
 

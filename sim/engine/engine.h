@@ -24,6 +24,7 @@ struct Outcome {
   bool is_changed = false;                               ///< servos have a new scene to adopt
   volume::VoxelBox box = k_no_voxels;                    ///< voxels that may look different
   Status refused = std::nullopt;                         ///< reason why nothing was done
+  Status failed = std::nullopt;                          ///< reason why the job that ended had no effect
   std::size_t event_count = 0;                           ///< number of new events in the chronicle
   Id job;                                                ///< job that began or ended
   std::optional<std::uint64_t> job_hash = std::nullopt;  ///< of the adopted result

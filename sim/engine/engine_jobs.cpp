@@ -87,7 +87,14 @@ void Engine::adopt_or_discard(const AdoptJob& request, Outcome& outcome) {
     return kept.first == job.id;
   });
   const void* parameters = job.parameters->data();
+  const auto fail = [&](std::string why) {
+    outcome.failed = Error{.what = "the command has had no effect",
+                           .where = std::string(job.parameters->name()),
+                           .found = std::move(why),
+                           .kind = ErrorKind::refused};
+  };
   const auto discard = [&](std::string why) {
+    fail(why);
     pending_events_.push_back(
         {now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, std::move(why)}});
   };
@@ -99,6 +106,7 @@ void Engine::adopt_or_discard(const AdoptJob& request, Outcome& outcome) {
   if (is_outdated) return discard(k_anatomy_changed);
   if (!result) result = job.run();
   outcome.job_hash = result->hash();
+  if (!result->failure().empty()) fail(std::string(result->failure()));
   const Detachment* detachment = result->detachment();
   if (detachment)
     if (std::string why = reason_not_to_adopt(*detachment); !why.empty()) return discard(std::move(why));

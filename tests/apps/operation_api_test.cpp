@@ -219,6 +219,12 @@ TEST(OperationApi, CommandsByWordsAndByStructReportWhatIsWrong) {
   error = operation.command("hold-body", "body=3");
   ASSERT_TRUE(error);
   EXPECT_EQ(error->kind, ErrorKind::refused);
+  // So is a command whose job fails.
+  error = operation.command("place-screw", "entry=900,0,0 target=900,0,9 diameter=6 length=35");
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->kind, ErrorKind::refused);
+  EXPECT_EQ(error->where, "place-screw");
+  EXPECT_EQ(error->found, "there is no bone along the screw");
   EXPECT_FALSE(operation.command("burr", "diameter=5"));
   EXPECT_FALSE(operation.command(sim::Note{"text"}));
   // Nothing to undo is no error.

@@ -43,6 +43,24 @@ TEST_F(Command, PedicleScrewsArePlayedJudgedAndReplayed) {
   }
 }
 
+/// A job that fails is not done: the script says so, and a later undo would remove an earlier change.
+TEST_F(Command, AScriptReportsAJobThatFails) {
+  const std::string head =
+      "schema = 1\nscan = \"spine\"\nrate = 250\n[[hands]]\npoints = [[0, 0, 0, 90], [1, 0, 0, 90]]\n"
+      "[[do]]\nat = 0.2\ncommand = \"place-screw\"\n"
+      "with = \"diameter=6 length=35 entry=60,-50,60 target=60,-40,60\"\n";
+  write("failed.toml", head);
+  write("refused.toml", head + "refused = \"no bone along\"\n");
+  for (const std::string how : {"", " --live --record live.session"}) {
+    const Ended failed = run("run failed.toml --json" + how);
+    EXPECT_EQ(failed.exit_code, 1) << failed.err;
+    EXPECT_NE(failed.out.find("there is no bone along the screw"), std::string::npos) << failed.out;
+    fs::remove(file("live.session"));
+    EXPECT_EQ(json("run refused.toml" + how)["is_met"], true) << how;
+    fs::remove(file("live.session"));
+  }
+}
+
 /// Slices of 3 mm do not decide a grade near its limit, and the judgement states that.
 TEST_F(Command, APedicleScrewOnARealScanIsMarkedUncertain) {
   if (data_tools::real_data().empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";

@@ -83,7 +83,7 @@ TEST_F(Command, AScriptWorksAlongATrajectory) {
         "schema = 1\nscan = \"spine\"\nrate = 250\n[[places]]\nname = \"screw\"\n"
         "trajectory = \"L4 left pedicle\"\n[[hands]]\nplace = \"screw\"\nshaft = [0, 0, 1]\n"
         "points = [[0, 0, 0, 10], [0.5, 0, 0, 10], [1, 3, 0, 10]]\n" +
-            expect("thickness_mm screw", 0, 20, 60));
+            expect("thickness_mm screw", 0, 3, 60));
   const Json run_report = json("run t.toml --record t.session");
   EXPECT_EQ(run_report["is_met"], true) << run_report.dump(1);
   ASSERT_EQ(run("phantom spine --case c").exit_code, 0);
@@ -113,6 +113,23 @@ TEST_F(Command, AScriptWorksAlongATrajectory) {
         "schema = 1\nscan = \"spine\"\n[[places]]\nname = \"screw\"\ntrajectory = \"L9\"\n"
         "from = [[0, 0, 1]]\n[[hands]]\nplace = \"screw\"\npoints = [[0, 0, 0, 10]]\n");
   EXPECT_EQ(run("run both.toml").exit_code, 2);
+}
+
+/// A trajectory of 40 mm passes 7.2 mm of a shell; its length is not the thickness of the shell.
+TEST_F(Command, AScriptMeasuresTheSolidAlongATrajectory) {
+  ASSERT_EQ(run("phantom shell --size 72 -o shell.mha").exit_code, 0);
+  ASSERT_EQ(run("import shell.mha -o c --iso 0").exit_code, 0);
+  write("c/case.toml", read(file("c/case.toml")) +
+                           "[[trajectories]]\nname = \"through\"\nentry = [58, 0, 0]\ntarget = [18, 0, 0]\n"
+                           "[[trajectories]]\nname = \"in air\"\nentry = [20, 0, 0]\ntarget = [0, 0, 0]\n");
+  std::string places;
+  for (const char* name : {"through", "in air"})
+    places += std::string("[[places]]\nname = \"") + name + "\"\ntrajectory = \"" + name + "\"\n";
+  write("t.toml", "schema = 1\nscan = \"c\"\nrate = 250\n" + places +
+                      "[[hands]]\nplace = \"through\"\npoints = [[0, 0, 0, 30], [0.1, 0, 0, 30]]\n" +
+                      expect("thickness_mm through", 0, 6.2, 8.2) + expect("thickness_mm in air", 0, 0, 0));
+  const Json outcome = json("run t.toml");
+  EXPECT_EQ(outcome["is_met"], true) << outcome.dump(1);
 }
 
 TEST_F(Command, AScriptsHandYieldsLiveAndWithoutThreadsAlike) {
