@@ -4,6 +4,8 @@
 #include <fcntl.h>
 #include <filesystem>
 #include <fstream>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <sstream>
 #include <unistd.h>
 
@@ -151,6 +153,31 @@ Status write_further_files(const std::string& folder, const CasePlan& plan,
   return std::nullopt;
 }
 
+/// Error if a position of the plan is far outside the scan, as in a wrong unit or frame.
+Status check_positions(const CasePlan& plan, const volume::Volume& scan, const std::string& where) {
+  constexpr double k_farthest = 300;  // mm
+  Status error;
+  const auto check = [&](const char* kind, const std::string& name, const glm::dvec3& p) {
+    const glm::dvec3 nearest =
+        glm::clamp(scan.frame.volume_from_world(p), glm::dvec3(0), glm::dvec3(scan.size - 1));
+    const double distance = glm::length(p - scan.frame.world_from_volume(nearest));
+    if (error || distance <= k_farthest) return;
+    error = Error{
+        .what = "a position of the plan is far outside the scan",
+        .where = where,
+        .found = std::string(kind) + " " + name + ": " + text_of(std::round(distance)) + " mm from the scan",
+        .expected = "at most " + text_of(k_farthest) + " mm",
+        .remedy = "state positions in mm, in the frame of the scan (LPS)"};
+  };
+  for (const volume::PlannedTrajectory& t : plan.trajectories)
+    check("trajectory", t.name, t.entry_world), check("trajectory", t.name, t.target_world);
+  for (const volume::PlannedLandmark& l : plan.landmarks) check("landmark", l.name, l.position_world);
+  for (const volume::PlannedOutline& o : plan.outlines)
+    for (const glm::dvec3& p : o.points_world) check("outline", o.name, p);
+  for (const volume::PlannedPlane& p : plan.planes) check("plane", p.name, p.point_world);
+  return error;
+}
+
 }  // namespace
 
 bool is_case_folder(const std::string& path) {
@@ -190,6 +217,7 @@ Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options
   if (!scan) return scan.error();
   OpenedCase result{std::move(plan).value(), std::move(scan).value()};
   volume::Volume& v = result.scan.volume;
+  if (Status error = check_positions(result.plan, v, where)) return *error;
   v.is_hounsfield = result.plan.is_hounsfield;
   result.scan.format = "case";
   result.scan.modality = result.plan.modality;
@@ -238,6 +266,7 @@ Status write_case(const std::string& path, const CasePlan& plan, const volume::V
   // Check that the written plan can be read.
   if (const Result<CasePlan> reparsed = parse_case(text, where + "/" + k_plan_file); !reparsed)
     return reparsed.error();
+  if (Status error = check_positions(plan, scan, where)) return error;
   const auto report_progress = [&progress](double share) { return !progress || progress(share); };
   const Error interrupted_error{
       "the import was interrupted; nothing was written", where, "", "", "", ErrorKind::interrupted};

@@ -54,6 +54,10 @@ CaseMaterial read_material(TomlReader& reader, const toml::table& t, const std::
   CaseMaterial material;
   for (const auto& [key, number, high] : k_material_keys)
     material.*number = reader.number(t, prefix + std::string(key), 0, high);
+  if (material.static_friction && material.dynamic_friction > material.static_friction)
+    reader.fail(t.at(prefix + "dynamic_friction"), "the dynamic friction is larger than the static friction",
+                text_of(*material.dynamic_friction) + " and " + text_of(*material.static_friction),
+                "dynamic_friction <= static_friction", "swap the two values");
   return material;
 }
 
@@ -139,7 +143,13 @@ CaseModel read_model(TomlReader& reader, const toml::value& value) {
   return model;
 }
 
-volume::PlannedTrajectory read_trajectory(TomlReader& reader, const toml::value& value) {
+/// `labels`: names, the background first.
+bool is_label(const std::string& name, const std::vector<std::string>& labels) {
+  return !labels.empty() && std::find(labels.begin() + 1, labels.end(), name) != labels.end();
+}
+
+volume::PlannedTrajectory read_trajectory(TomlReader& reader, const toml::value& value,
+                                          const std::vector<std::string>& labels) {
   const toml::table& t =
       reader.table(value, {"name", "entry", "target", "diameter", "group", "side", "vertebra"});
   volume::PlannedTrajectory result;
@@ -154,6 +164,8 @@ volume::PlannedTrajectory read_trajectory(TomlReader& reader, const toml::value&
   result.group = reader.text(t, "group").value_or("");
   result.side = reader.text(t, "side").value_or("");
   result.vertebra = reader.text(t, "vertebra").value_or("");
+  if (!result.vertebra.empty() && !labels.empty() && !is_label(result.vertebra, labels))
+    reader.fail(t.at("vertebra"), "unknown vertebra", result.vertebra, "a name under [labels]");
   return result;
 }
 
@@ -193,7 +205,7 @@ volume::PlannedTarget read_target(TomlReader& reader, const toml::value& value,
   const toml::table& t = reader.table(value, {"name", "label"});
   const volume::PlannedTarget target{reader.text(t, "name").value_or(""),
                                      reader.text(t, "label").value_or("")};
-  if (std::find(labels.begin(), labels.end(), target.label) == labels.end())
+  if (!is_label(target.label, labels))
     reader.fail(value, "a target has an unknown label", target.label, "a name under [labels]");
   return target;
 }
@@ -239,6 +251,33 @@ ScanQuality read_quality(TomlReader& reader, const toml::value& value) {
   quality.edges = static_cast<int>(reader.number(t, "edges", 0, 1e6).value_or(0));
   quality.is_rough = reader.boolean(t, "rough").value_or(false);
   return quality;
+}
+
+std::string name_of(const toml::value& value) {
+  const auto name = value.is_table() ? value.as_table().find("name") : toml::table::const_iterator();
+  return value.is_table() && name != value.as_table().end() && name->second.is_string()
+             ? name->second.as_string().str
+             : "";
+}
+
+/// Error if two of these tables have the same name.
+void check_unique(TomlReader& reader, const toml::table& top, std::initializer_list<const char*> lists) {
+  std::set<std::string> names;
+  for (const char* list : lists)
+    for (const toml::value* v : reader.tables(top, list))
+      if (const std::string name = name_of(*v); !names.insert(name).second && !name.empty())
+        reader.fail(*v, "two objects have the same name", name, "a name for each object",
+                    "rename one of them");
+}
+
+/// Returns the line of the last object of a list with this name; 0 without one.
+int line_of_object(TomlReader& reader, const toml::table& top, const std::string& list,
+                   const std::string& name) {
+  int line = 0;
+  if (const auto at = top.find(list); at == top.end() || !at->second.is_array()) return 0;
+  for (const toml::value* v : reader.tables(top, list))
+    if (name_of(*v) == name) line = TomlReader::line_of(*v);
+  return line;
 }
 
 }  // namespace
@@ -292,16 +331,17 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
       }
     }
   }
-  for (const toml::value* v : reader.tables(top, "structures"))
-    plan.structures.push_back(read_structure(reader, *v, plan.label_names.size()));
   for (const toml::value* v : reader.tables(top, "volumes")) plan.volumes.push_back(read_volume(reader, *v));
-  for (const CaseStructure& s : plan.structures)
+  for (const toml::value* v : reader.tables(top, "structures")) {
+    const CaseStructure& s =
+        plan.structures.emplace_back(read_structure(reader, *v, plan.label_names.size()));
     if (!s.volume.empty() && std::none_of(plan.volumes.begin(), plan.volumes.end(),
                                           [&](const CaseVolume& volume) { return volume.name == s.volume; }))
-      reader.fail(root, "a structure names an unknown volume", s.volume, "the name of one of [[volumes]]");
+      reader.fail(*v, "a structure names an unknown volume", s.volume, "the name of one of [[volumes]]");
+  }
   for (const toml::value* v : reader.tables(top, "models")) plan.models.push_back(read_model(reader, *v));
   for (const toml::value* v : reader.tables(top, "trajectories"))
-    plan.trajectories.push_back(read_trajectory(reader, *v));
+    plan.trajectories.push_back(read_trajectory(reader, *v, plan.label_names));
   for (const toml::value* v : reader.tables(top, "landmarks"))
     plan.landmarks.push_back(read_landmark(reader, *v));
   for (const toml::value* v : reader.tables(top, "outlines"))
@@ -316,9 +356,13 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
     plan.quality = read_quality(reader, quality->second);
   if (plan.structures.empty())
     reader.fail(root, "the case has no structure", "", "at least one [[structures]]");
+  // Commands and events name a structure or a model by its name alone.
+  check_unique(reader, top, {"structures", "models"});
+  check_unique(reader, top, {"volumes"});
   if (reader.error()) return *reader.error();
   if (Status error = volume::check(plan)) {
-    error->where = where + ", " + error->where;
+    const int line = line_of_object(reader, top, error->where, error->found);
+    error->where = where + ", " + (line > 0 ? "line " + std::to_string(line) : error->where);
     return *error;
   }
   return plan;

@@ -51,8 +51,10 @@ class TomlReader {
     if (it->second.is_integer()) v = static_cast<double>(it->second.as_integer());
     if (it->second.is_floating()) v = it->second.as_floating();
     if (v >= low && v <= high) return v;
-    fail(it->second, "the value of " + key + " is out of range", value_text(it->second),
-         "a number from " + text_of(low) + " to " + text_of(high));
+    const bool is_number = it->second.is_integer() || it->second.is_floating();
+    fail(it->second, "the value of " + key + (is_number ? " is out of range" : " is not a number"),
+         value_text(it->second), "a number from " + text_of(low) + " to " + text_of(high),
+         it->second.is_string() ? "write the number without quotation marks" : "");
     return std::nullopt;
   }
   std::optional<std::string> text(const toml::table& t, const std::string& key,
@@ -62,8 +64,15 @@ class TomlReader {
     if (it->second.is_string() && !it->second.as_string().str.empty() &&
         it->second.as_string().str.size() <= max_length)
       return it->second.as_string().str;
-    fail(it->second, "the value of " + key + " is not text", value_text(it->second),
-         "\"text\" of 1 to " + std::to_string(max_length) + " characters");
+    if (!it->second.is_string())
+      fail(it->second, "the value of " + key + " is not text", value_text(it->second), "\"text\"",
+           "write it with quotation marks");
+    else if (it->second.as_string().str.empty())
+      fail(it->second, "the value of " + key + " is empty", "", "\"text\"", "remove the line");
+    else
+      fail(it->second, "the value of " + key + " is too long",
+           std::to_string(it->second.as_string().str.size()) + " characters",
+           "at most " + std::to_string(max_length));
     return std::nullopt;
   }
   /// Returns the texts of a list; empty if the key is absent.
@@ -99,7 +108,8 @@ class TomlReader {
         if (v.is_integer()) p[a] = static_cast<double>(v.as_integer());
       }
     if (std::abs(p.x) < 1e6 && std::abs(p.y) < 1e6 && std::abs(p.z) < 1e6) return p;
-    fail(value, "the value of " + key + " is not a point", value_text(value), "[x, y, z], LPS");
+    fail(value, "the value of " + key + " is not a point", value_text(value),
+         "[x, y, z]: three numbers, each less than 1000000");
     return std::nullopt;
   }
   /// Returns the tables of an array of tables; empty if the key is absent.
@@ -117,17 +127,21 @@ class TomlReader {
     const std::string known = "schema " + std::to_string(newest);
     const auto schema = top.find("schema");
     if (schema == top.end() || !schema->second.is_integer())
-      return Error{.what = "the " + what + " has no schema",
-                   .where = where_,
-                   .expected = "schema = " + std::to_string(newest)};
+      return Error{
+          .what = "the " + what + " has no schema",
+          .where = where_ + ", line " + std::to_string(schema == top.end() ? 1 : line_of(schema->second)),
+          .found = schema == top.end() ? "" : value_text(schema->second),
+          .expected = "schema = " + std::to_string(newest)};
     const auto file_schema = schema->second.as_integer();
     if (file_schema > newest)
       return Error{.what = "the " + what + " was written by a newer trephine",
-                   .where = where_,
+                   .where = where_ + ", line " + std::to_string(line_of(schema->second)),
                    .found = "schema " + std::to_string(file_schema),
                    .expected = known + " or older",
                    .remedy = "open it with that version"};
-    if (file_schema < 1) fail(schema->second, "unknown schema", "", "schema = 1");
+    if (file_schema < 1)
+      fail(schema->second, "unknown schema", std::to_string(file_schema),
+           "schema = " + std::to_string(newest));
     return std::nullopt;
   }
   /// Returns the line of a value or a table, from 1.
@@ -149,10 +163,20 @@ class TomlReader {
   const std::optional<Error>& error() const { return error_; }
 
  private:
+  /// Returns a value in one line of at most 80 characters.
   static std::string value_text(const toml::value& v) {
-    std::ostringstream out;
-    out << v;
-    return out.str().substr(0, 80);
+    if (v.is_table()) return "a table";
+    if (!v.is_array()) {
+      std::ostringstream out;
+      out << v;
+      return out.str().substr(0, 80);
+    }
+    std::string list = "[";
+    for (const toml::value& one : v.as_array()) {
+      if (list.size() > 1) list += ", ";
+      list += value_text(one);
+    }
+    return (list + "]").substr(0, 80);
   }
 
   std::string where_;

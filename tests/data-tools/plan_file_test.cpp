@@ -112,7 +112,7 @@ TEST_F(Plans, CasesKeepLandmarks) {
 TEST_F(Plans, CasesKeepPlansAndMaterials) {
   CasePlan plan;
   plan.name = "x";
-  plan.label_names = {"background", "tumour"};
+  plan.label_names = {"background", "tumour", "L4"};
   CaseStructure bone;
   bone.shape.name = "bone";
   bone.shape.low = 300;
@@ -145,6 +145,73 @@ TEST_F(Plans, CasesKeepPlansAndMaterials) {
     }
     other.replace(at, std::string(found).size(), replacement);
     EXPECT_FALSE(parse_case(other, "case.toml").is_ok()) << replacement;
+  }
+}
+
+/// Case with two structures, one per line number in the test below.
+constexpr const char* k_case = R"(schema = 2
+name = "x"
+hounsfield = true
+[labels]
+names = ["L4", "cord"]
+[[structures]]
+name = "bone"
+low = 300
+static_friction = 0.2
+dynamic_friction = 0.1
+[[structures]]
+name = "cord"
+label = 2
+[[models]]
+name = "nerve"
+file = "nerve.ply"
+[[trajectories]]
+name = "screw"
+entry = [1, 2, 3]
+target = [4, 5, 6]
+side = "left"
+vertebra = "L4"
+[[outlines]]
+name = "flap"
+points = [[0, 0, 0], [10, 0, 0], [0, 10, 0]]
+)";
+
+TEST_F(Plans, ErrorsOfCasesNameLineValueAndRemedy) {
+  const auto valid = parse_case(k_case, "case.toml");
+  ASSERT_TRUE(valid.is_ok()) << valid.error().message();
+  const struct {
+    const char *found, *replacement;
+    int line;
+    const char* message;
+  } rows[] = {
+      {"schema = 2", "schema = \"2\"", 1, "\"2\""},
+      {"schema = 2", "schema = 9", 1, "schema 9"},
+      {"schema = 2", "schema = 0", 1, "schema = 2"},
+      {"low = 300", "low = \"300\"", 8, "without quotation marks"},
+      {"low = 300", "low = 1e9", 8, "out of range"},
+      {"name = \"bone\"", "name = 7", 7, "with quotation marks"},
+      {"name = \"bone\"", "name = \"\"", 7, "is empty"},
+      {"dynamic_friction = 0.1", "dynamic_friction = 0.3", 10, "0.3 and 0.2"},
+      {"name = \"cord\"\nlabel", "name = \"bone\"\nlabel", 11, "two objects have the same name"},
+      {"name = \"nerve\"", "name = \"cord\"", 14, "two objects have the same name"},
+      {"label = 2", "label = 2\nvolume = \"mr\"", 11, "unknown volume"},
+      {"target = [4, 5, 6]", "target = [1, 2, 3]", 17, "another point as target"},
+      {"target = [4, 5, 6]", "target = [4, 5]", 20, "found:    [4, 5]\n"},
+      {"side = \"left\"", "side = \"upper\"", 17, "side left, right or none"},
+      {"vertebra = \"L4\"", "vertebra = \"L9\"", 22, "L9"},
+      {", [0, 10, 0]]", "]", 23, "3 to 256 points"},
+      {", [0, 10, 0]]", ", [5, 0, 0]]", 23, "not on one line"},
+  };
+  for (const auto& row : rows) {
+    SCOPED_TRACE(row.replacement);
+    std::string text = k_case;
+    const std::size_t at = text.find(row.found);
+    ASSERT_NE(at, std::string::npos);
+    const auto refused =
+        parse_case(text.replace(at, std::string(row.found).size(), row.replacement), "c/case.toml");
+    ASSERT_FALSE(refused.is_ok());
+    EXPECT_EQ(refused.error().where, "c/case.toml, line " + std::to_string(row.line));
+    EXPECT_NE(refused.error().message().find(row.message), std::string::npos) << refused.error().message();
   }
 }
 

@@ -53,6 +53,17 @@ Error invalid(const char* kind, const std::string& name, std::string expected) {
           .expected = std::move(expected)};
 }
 
+/// Returns true if three of the points are not on one line.
+bool encloses_area(const std::vector<glm::dvec3>& points) {
+  constexpr double k_least = 1e-6;  // mm2
+  const auto farthest = std::max_element(points.begin(), points.end(), [&](const auto& a, const auto& b) {
+    return glm::length(a - points[0]) < glm::length(b - points[0]);
+  });
+  return std::any_of(points.begin(), points.end(), [&](const glm::dvec3& p) {
+    return glm::length(glm::cross(p - points[0], *farthest - points[0])) > k_least;
+  });
+}
+
 Status check_score(const std::vector<ScoreLimit>& score) {
   if (score.size() > k_max_planned)
     return invalid("score", std::to_string(score.size()), "at most " + std::to_string(k_max_planned));
@@ -93,10 +104,12 @@ Status check(const SurgicalPlan& plan) {
   }
   for (const PlannedLandmark& l : plan.landmarks)
     if (!is_position(l.position_world)) return invalid("landmarks", l.name, "a position");
-  for (const PlannedOutline& o : plan.outlines)
+  for (const PlannedOutline& o : plan.outlines) {
     if (o.points_world.size() < 3 || o.points_world.size() > k_max_planned ||
         !std::all_of(o.points_world.begin(), o.points_world.end(), is_position))
       return invalid("outlines", o.name, "3 to " + std::to_string(k_max_planned) + " points");
+    if (!encloses_area(o.points_world)) return invalid("outlines", o.name, "points that are not on one line");
+  }
   for (const PlannedPlane& p : plan.planes)
     if (!is_position(p.point_world) || !(std::abs(glm::length(p.normal_world) - 1) < 1e-9))
       return invalid("planes", p.name, "a point and a unit normal");

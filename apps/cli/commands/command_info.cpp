@@ -10,7 +10,9 @@
 #include "apps/workbench/event_text.h"
 #include "data-tools/files/atomic_file.h"
 #include "data-tools/files/output_set.h"
+#include "data-tools/meshes/mesh_reading.h"
 #include "modules/catalogue.h"
+#include "sim/api/forbidden.h"
 #include "volume/cuts/shape_choice.h"
 
 namespace trephine::cli {
@@ -238,6 +240,36 @@ void report_plan(const data_tools::CasePlan& plan, bool is_hounsfield, Outcome& 
   }
 }
 
+/// Reports further volumes and models of a case. Error if a model cannot be used.
+Status report_files(const data_tools::CasePlan& plan, Outcome& outcome) {
+  Json& json = outcome.json;
+  for (const char* list : {"volumes", "models"}) json[list] = Json::array();
+  for (const data_tools::CaseVolume& volume : plan.volumes) {
+    json["volumes"].push_back({{"name", volume.name}, {"file", volume.file}});
+    outcome.print("  volume {name}: {file}", json["volumes"].back());
+  }
+  for (const data_tools::CaseModel& model : plan.models) {
+    const auto read = data_tools::read_polygon_model(model.path);
+    if (!read) return read.error();
+    if (model.is_forbidden) {
+      const haptics::MeshTree surface(read.value().vertices, read.value().triangles);
+      if (const auto solid = sim::Forbidden::build(model.name, surface, {}); !solid) return solid.error();
+    }
+    json["models"].push_back({{"name", model.name},
+                              {"file", model.file},
+                              {"matter", volume::k_matters[static_cast<std::size_t>(model.matter)]},
+                              {"triangles", read.value().triangles.size() / 3},
+                              {"touchable", model.is_touchable},
+                              {"forbidden", model.is_forbidden},
+                              {"notices", read.value().notices}});
+    outcome.print(std::string("  model {name}: {file}, {matter}, {triangles} triangles") +
+                      (model.is_touchable ? "" : ", not touched") + (model.is_forbidden ? ", forbidden" : ""),
+                  json["models"].back());
+    for (const std::string& notice : read.value().notices) outcome.print("    " + notice);
+  }
+  return std::nullopt;
+}
+
 Result<Outcome> run_info(const InfoArguments& arguments) {
   const bool wants_quality = arguments.has_quality || !arguments.chart.empty();
   const bool is_session = workbench::is_session_file(arguments.source.path);
@@ -290,7 +322,10 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
                 {{"near", json_of(near)}, {"far", json_of(far)}});
   outcome.print(std::string("  values {min} to {max}") + (v.is_hounsfield ? " HU" : ", not known to be HU") +
                 ", mean {mean:.1f}");
-  if (source.plan) report_plan(*source.plan, v.is_hounsfield, outcome);
+  if (source.plan) {
+    report_plan(*source.plan, v.is_hounsfield, outcome);
+    if (Status error = report_files(*source.plan, outcome)) return *error;
+  }
   // Quality stored in the case, or measured here.
   std::optional<data_tools::ScanQuality> quality;
   volume::Shape shape;
