@@ -81,11 +81,14 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
   if (request.target.empty() ||
       (!anatomy.base->labels.is_empty() && anatomy.base->label_value(request.target) > 0))
     return std::nullopt;
+  std::string known;  // the background is no target
+  for (std::size_t i = 1; i < anatomy.base->label_names.size(); ++i)
+    known += (i > 1 ? ", " : "") + anatomy.base->label_names[i];
   return Error{.what = "unknown label",
                .where = "judge-flap target",
                .found = request.target,
-               .expected = "a label of the scan",
-               .remedy = "choose a label of the scan"};
+               .expected = known.empty() ? "a scan with labels" : known,
+               .remedy = known.empty() ? "add labels to the scan" : "choose one of these"};
 }
 
 }  // namespace

@@ -331,6 +331,7 @@ std::string to_words(const Schema& schema, const void* value) {
 
 Status from_words(const Schema& schema, void* value, std::string_view words) {
   constexpr std::string_view k_spaces = " \t\n";
+  std::vector<std::string_view> names;
   for (;;) {
     words.remove_prefix(std::min(words.size(), words.find_first_not_of(k_spaces)));
     if (words.empty()) break;
@@ -361,6 +362,13 @@ Status from_words(const Schema& schema, void* value, std::string_view words) {
                    .where = std::string(schema.name),
                    .found = std::string(word),
                    .expected = "NAME=VALUE with one of the names: " + names_of(schema)};
+    if (std::find(names.begin(), names.end(), found->name) != names.end())
+      return Error{.what = "a field is given twice",
+                   .where = std::string(schema.name) + ' ' + std::string(name),
+                   .found = std::string(word),
+                   .expected = "each name at most once",
+                   .remedy = "remove one of the two"};
+    names.push_back(found->name);
     const FieldPointer pointer = found->pointer_in(value);
     if (!read_value(*found, pointer, text))
       return Error{.what = "invalid value",

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sim/session/session_reader.h"
+#include "volume/base/text.h"
 
 namespace trephine::sim {
 
@@ -74,11 +75,19 @@ Result<std::uint64_t> fork_session(const std::string& path, std::uint64_t tick,
         kept + 1 < logs.size() ? all[logs[kept + 1]].head.first_tick : reader.value().tick_count();
     if (end > tick) break;
   }
+  const auto seconds = [&](std::uint64_t ticks) {
+    return text_of(static_cast<double>(ticks) / reader.value().header().rate_hz) + " s";
+  };
+  if (tick > reader.value().tick_count())
+    return Error{.what = "the time is after the end of the session",
+                 .where = where,
+                 .found = seconds(tick),
+                 .expected = "at most " + seconds(reader.value().tick_count())};
   if (kept == 0)
     return Error{.what = "no part of the session ends before this time",
                  .where = where,
-                 .found = std::to_string(tick) + " ticks",
-                 .expected = logs.size() > 1 ? "at least " + std::to_string(all[logs[1]].head.first_tick)
+                 .found = seconds(tick),
+                 .expected = logs.size() > 1 ? "at least " + seconds(all[logs[1]].head.first_tick)
                                              : "a session with ticks"};
   std::vector<Block> chosen;
   std::size_t log = 0;

@@ -173,8 +173,8 @@ void SessionWriter::add(const haptics::ServoRecord& record, Engine& engine, cons
   {
     const std::lock_guard guard(lock_);
     items_.add(record);
-    seal_if_long();
     last_tick_ = record.tick;
+    seal_if_long();
     ticks_ = std::max(ticks_, record.tick + 1);
     // A continued session begins at whichever tick comes first.
     while (next_ticks_.size() <= record.hand)
@@ -229,7 +229,8 @@ void SessionWriter::ask_sync(const Engine& engine) {
 void SessionWriter::seal_if_long() {
   // Bounds the blocks of a run faster than real time, since damage costs a block.
   constexpr std::size_t k_longest = 1 << 13;
-  if (items_.size() >= k_longest) seal();
+  constexpr std::uint64_t k_most_ticks = 1000;  // a quiet tick takes a byte
+  if (items_.size() >= k_longest || last_tick_ >= items_.first_tick() + k_most_ticks) seal();
 }
 
 void SessionWriter::seal() {

@@ -104,6 +104,7 @@ TEST(Fields, ValuesOutOfRangeAreRefusedByName) {
     EXPECT_NE(error->message().find(field), std::string::npos) << error->message();
     EXPECT_NE(error->message().find(expected), std::string::npos) << error->message();
   };
+  refused("radius=2 count=1 radius=2", "everything radius", "at most once");
   refused("radius=31", "everything radius", "0.1 to 30 mm");
   refused("radius=nan", "everything radius", "number");
   refused("radius=2mm", "everything radius", "number");

@@ -324,8 +324,8 @@ Run build_resume(Options& options) {
   options.add("--path", a->path, "Continue with a path instead of a window").type("PATH.csv");
   options
       .add("--at", a->at,
-           "Continue in a new session from this time instead of the end; it starts at most one block of the "
-           "log before this time")
+           "Continue in a new session from this time instead of the end; it starts up to 1000 ticks "
+           "earlier, where the log has a block")
       .type("S");
   options.add("--record", a->record, "The new session, with --at").type("FILE");
   add_devices(options, a->device);
