@@ -136,7 +136,7 @@ std::string status_text(const OperationController& operation, double rate_hz) {
   char text[400];
   std::snprintf(
       text, sizeof text,
-      "force %.2f N\nremoved %.0f mm\xc2\xb3 in %zu stroke%s\ndepth %.1f mm\nservo %.0f Hz, step %.1f "
+      "force %.2f N\nremoved %.0f mm\xc2\xb3 in %zu change%s\ndepth %.1f mm\nservo %.0f Hz, step %.1f "
       "\xc2\xb5s%s%s",
       glm::length(s.newest.force_world), s.removed_mm3, s.strokes, s.strokes == 1 ? "" : "s",
       operation.depth(), rate_hz, operation.servo().step_p50_us, operation.fault_text().empty() ? "" : "\n",

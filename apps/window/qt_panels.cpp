@@ -160,7 +160,7 @@ void HelpOverlay::paintEvent(QPaintEvent*) {
       {QT_TR_NOOP("Drag right, Ctrl + arrows"), QT_TR_NOOP("turn the picture; Shift + right: move it")},
       {QT_TR_NOOP("Ctrl + wheel"), QT_TR_NOOP("zoom")},
       {QT_TR_NOOP("+  and  -"), QT_TR_NOOP("select a larger or a smaller burr")},
-      {QT_TR_NOOP("Ctrl+Z, Ctrl+Y  (U, Y)"), QT_TR_NOOP("undo or redo a stroke")},
+      {QT_TR_NOOP("Ctrl+Z, Ctrl+Y  (U, Y)"), QT_TR_NOOP("undo or redo a change")},
       {QT_TR_NOOP("Ctrl+B, Ctrl+G"), QT_TR_NOOP("start a branch here; go to another branch")},
       {QT_TR_NOOP("Ctrl+D"), QT_TR_NOOP("compare with another state")},
       {QT_TR_NOOP("M"), QT_TR_NOOP("ruler: click two positions, in the picture or in slices")},

@@ -216,13 +216,18 @@ void StepsPanel::build_buttons(const StepGuide& guide) {
 /// Fits the width to the text size, and the height of the list to its rows; the current row is visible.
 void StepsPanel::lay_out() {
   constexpr int k_columns = 26;  // average characters
+  constexpr int k_margins = 48;  // pixels above, below and between the three parts, together
   const int width = k_columns * fontMetrics().averageCharWidth();
   widget()->setMinimumWidth(width);
   const QLayout* rows = list_->widget()->layout();
   list_->setMaximumHeight(std::max(1, rows->heightForWidth(std::max(width, list_->viewport()->width()))));
-  // All steps are visible unless they need more than half of the panel.
+  // All steps are visible unless they need more than half of the panel, and the texts the rest.
+  const QLayout* texts = details_->widget()->layout();
+  const int details_height = texts->heightForWidth(std::max(width, details_->viewport()->width()));
+  const int rest = widget()->height() - title_->heightForWidth(std::max(width, title_->width())) -
+                   details_height - k_margins;
   list_->setMinimumHeight(
-      std::min(list_->maximumHeight(), std::max(4 * fontMetrics().height(), widget()->height() / 2)));
+      std::min(list_->maximumHeight(), std::max({4 * fontMetrics().height(), widget()->height() / 2, rest})));
   if (shown_step_ < 0) return;
   // Deferred until the rows have their heights.
   QTimer::singleShot(0, list_, [list = list_, row = rows_[static_cast<std::size_t>(shown_step_)].title] {

@@ -365,11 +365,11 @@ void MainWindow::show_state() {
   force_bar_->show_force(force, haptics::ForceOptions().force_limit);
   if (is_sound_on_) sound_.show(force, record.pose.is_pressed(), record.has_contact);
   const double removed = operation_ ? operation_->state().removed_mm3 : replay_->engine().removed_mm3();
-  const std::size_t strokes = operation_ ? operation_->state().strokes : replay_->engine().stroke_count();
-  removed_->setText(removed > 0 ? QString("%1 mm\u00b3 removed, %2 stroke%3")
+  const std::size_t changes = operation_ ? operation_->state().strokes : replay_->engine().stroke_count();
+  removed_->setText(removed > 0 ? QString("%1 mm\u00b3 removed, %2 change%3")
                                       .arg(removed, 0, 'f', 1)
-                                      .arg(strokes)
-                                      .arg(strokes == 1 ? "" : "s")
+                                      .arg(changes)
+                                      .arg(changes == 1 ? "" : "s")
                                 : QString("nothing removed yet"));
   const bool can_undo = operation_ && operation_->state().can_undo,
              can_redo = operation_ && operation_->state().can_redo;
@@ -383,6 +383,7 @@ void MainWindow::show_state() {
       tool_->show(shown_tool_);
       fit_panel();
     }
+    if (!operation_->is_changing_instrument() && notice_->text() == preparing_text()) notice_->clear();
     if (!refused.empty()) {
       show_message("The command was refused: " +
                    QString::fromStdString(refused).trimmed().replace('\n', "; ").simplified());

@@ -104,6 +104,8 @@ class MainWindow : public QMainWindow {
   void build_measure_menu();
   QStringList names_of(sim::FieldInfo::Names kind);
   void show_message(const QString& text);
+  /// Message that is shown until a new tool can be used.
+  static QString preparing_text() { return tr("Preparing the tool ..."); }
   void show_refusal(const QString& reason);
   void follow_cursor();
   void build_panel();

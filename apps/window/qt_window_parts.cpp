@@ -75,7 +75,7 @@ void MainWindow::build_panel() {
     if (operation_->tool().is_empty() || operation_->tool().name() != instrument.name())
       depth_->setValue(k_usual_press);
     operation_->take_instrument(std::move(instrument));
-    if (operation_->is_changing_instrument()) show_message(tr("Preparing the tool ..."));
+    if (operation_->is_changing_instrument()) show_message(preparing_text());
   };
   grid->addWidget(tool_, 0, 0, 1, 3);
   depth_ = make_slider("depth", 1, 24, k_usual_press);
@@ -88,8 +88,9 @@ void MainWindow::build_panel() {
   grid->addWidget(new QLabel(tr("Press")), 1, 0);
   grid->addWidget(depth_, 1, 1);
   grid->addWidget(depth_text, 1, 2);
-  undo_ = make_button("undo", tr("Undo"), tr("Undo the last stroke  (Ctrl+Z)"));
-  redo_ = make_button("redo", tr("Redo"), tr("Redo the stroke  (Ctrl+Y)"));
+  undo_ =
+      make_button("undo", tr("Undo"), tr("Undo the last change: a stroke, a command or a step  (Ctrl+Z)"));
+  redo_ = make_button("redo", tr("Redo"), tr("Redo the change  (Ctrl+Y)"));
   connect(undo_, &QPushButton::clicked, this, [this] { operation_->undo(); });
   connect(redo_, &QPushButton::clicked, this, [this] { operation_->redo(); });
   auto* history = new QHBoxLayout;
@@ -266,7 +267,7 @@ void MainWindow::build_history_panel() {
   auto* row = new QHBoxLayout(panel);
   row->setContentsMargins(8, 2, 8, 2);
   history_ = make_slider("history", 0, 0, 0);
-  history_->setToolTip(tr("Undo and redo strokes"));
+  history_->setToolTip(tr("Undo and redo changes"));
   history_->setPageStep(1);
   history_text_ = new QLabel;
   history_text_->setObjectName("history_text");
@@ -289,7 +290,7 @@ void MainWindow::show_history() {
   history_->setRange(static_cast<int>(state.first_stroke), static_cast<int>(state.all_strokes));
   history_->setEnabled(state.all_strokes > state.first_stroke);
   if (!history_->isSliderDown()) history_->setValue(static_cast<int>(state.strokes));
-  QString text = QString("stroke %1 of %2").arg(state.strokes).arg(state.all_strokes);
+  QString text = QString("change %1 of %2").arg(state.strokes).arg(state.all_strokes);
   if (state.branch != sim::Engine::k_first_branch) text += " on " + QString::fromStdString(state.branch);
   if (state.history_bytes > 0)
     text += QString("   %1 MB").arg(static_cast<double>(state.history_bytes) / 1e6, 0, 'f', 1);

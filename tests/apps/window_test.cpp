@@ -86,7 +86,7 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
     keep(window, "drilling");
     QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
     EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().strokes == 1; }, k_patience));
-    EXPECT_TRUE(child<QLabel>(window, "removed")->text().contains("1 stroke"));
+    EXPECT_TRUE(child<QLabel>(window, "removed")->text().contains("1 change"));
 
     // Undo by button, redo by key, undo by menu.
     const double removed = window.operation()->state().removed_mm3;
@@ -210,7 +210,7 @@ TEST_F(Window, MovesThroughStrokesAndComparesThem) {
   ASSERT_TRUE(is_at(3));
   EXPECT_EQ(slider->maximum(), 3);
   EXPECT_TRUE(QTest::qWaitFor(
-      [&] { return child<QLabel>(window, "history_text")->text().contains("stroke 3 of 3"); }, k_patience));
+      [&] { return child<QLabel>(window, "history_text")->text().contains("change 3 of 3"); }, k_patience));
   EXPECT_TRUE(QTest::qWaitFor([&] { return child<QLabel>(window, "history_text")->text().contains("MB"); },
                               k_patience));
   // Dragged faster than the edits follow.
