@@ -5,6 +5,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "volume/base/axes.h"
+
 namespace trephine::view {
 
 using glm::dvec3;
@@ -19,7 +21,7 @@ constexpr double k_hollow = 3;               // mm; largest hollow (marrow space
 
 /// Returns two unit vectors perpendicular to a shaft.
 std::array<dvec3, 2> across(const dvec3& shaft) {
-  const dvec3 axis = std::abs(shaft.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
+  const dvec3 axis = volume::axis_aside(shaft);
   const dvec3 a = glm::normalize(glm::cross(shaft, axis));
   return {a, glm::cross(shaft, a)};
 }

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "apps/view/structures.h"
+#include "volume/base/axes.h"
 #include "volume/cuts/removal.h"
 #include "volume/scan/traversal.h"
 
@@ -280,8 +281,8 @@ void OpenedStructures::Solid::paint(DrawMesh& mesh) const {
   std::vector<double> shares(colours.size());
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const dvec3 at(mesh.vertices[i]), normal(mesh.normals[i]);
-    const dvec3 other = std::abs(normal.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0),
-                right = glm::normalize(glm::cross(normal, other)), up = glm::cross(right, normal);
+    const dvec3 other = volume::axis_aside(normal), right = glm::normalize(glm::cross(normal, other)),
+                up = glm::cross(right, normal);
     std::fill(shares.begin(), shares.end(), 0.0);
     for (const Near& near : k_near)
       if (const auto label = label_below(at + voxel * (near.right * right + near.up * up), normal))

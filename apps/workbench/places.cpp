@@ -148,6 +148,56 @@ Place place_of(const volume::PlannedTrajectory& trajectory, const data_tools::Sc
   return place;
 }
 
+namespace {
+Place place_of(const Place& named, const sim::Body& body, const haptics::Placement& pose) {
+  Place place = named;
+  place.point = pose.world_from_local(body.piece->middle_world);
+  place.along = pose.rotation * dvec3(1, 0, 0);
+  place.across = pose.rotation * dvec3(0, 1, 0);
+  place.outward = pose.rotation * dvec3(0, 0, 1);
+  return place;
+}
+
+const sim::Body* find_body(const Place& place, const sim::OperationState& operation) {
+  for (const sim::Body& body : operation.undoable.bodies)
+    if (static_cast<std::int64_t>(body.id.value) == place.body) return &body;
+  return nullptr;
+}
+
+Error unknown_position(const Place& place, const char* found, const char* expected) {
+  return {.what = "the position of a body is unknown",
+          .where = "place " + place.name,
+          .found = "body " + std::to_string(place.body) + found,
+          .expected = expected};
+}
+constexpr const char *k_missing = " does not exist at this time",
+                     *k_earlier = "a body that is detached earlier";
+}  // namespace
+
+Result<Place> current_place(const Place& place, const sim::Engine& engine) {
+  if (place.body == 0) return place;
+  const sim::Body* body = find_body(place, engine.now());
+  if (!body) return unknown_position(place, k_missing, k_earlier);
+  return place_of(place, *body, engine.place_of(*body));
+}
+
+Result<std::vector<Place>> places_in(const sim::OperationState& operation, const std::vector<Place>& places,
+                                     const std::string& words) {
+  std::vector<Place> resolved = places;
+  for (Place& place : resolved) {
+    if (place.body == 0 || words.find("{" + place.name) == std::string::npos) continue;
+    const sim::Body* body = find_body(place, operation);
+    if (!body) return unknown_position(place, k_missing, k_earlier);
+    if (body->holder >= 0) return unknown_position(place, " is held", "a body that is released");
+    const double since =
+        (static_cast<double>(operation.next_tick) - static_cast<double>(body->motion.begin_tick)) *
+        operation.dt;
+    if (since < body->motion.seconds) return unknown_position(place, " moves", "a body at rest");
+    place = place_of(place, *body, body->place);
+  }
+  return resolved;
+}
+
 glm::dquat turn_of_shaft(const dvec3& shaft) noexcept {
   const dvec3 upright(0, 0, 1), to = glm::normalize(shaft), axis = glm::cross(upright, to);
   const double cosine = glm::dot(upright, to);

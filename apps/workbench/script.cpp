@@ -260,6 +260,10 @@ Status ScriptRun::find_places(const std::string& where, const Performer* perform
   const haptics::TouchScene& scene = *operation_.scene();
   const volume::Version untouched(scene.base);
   for (const ScriptPlace& request : script_.places) {
+    if (request.body > 0) {
+      places_.push_back({.name = request.name, .body = request.body});
+      continue;
+    }
     Result<Place> place =
         request.trajectory.empty() ? find_place(request, scene, untouched) : find_trajectory_place(request);
     if (!place) {
@@ -279,6 +283,16 @@ Status ScriptRun::find_places(const std::string& where, const Performer* perform
         paths_[h] = std::move(path).value();
       }
   return std::nullopt;
+}
+
+/// Returns a command with the positions that bodies have in this state.
+Result<sim::Command> ScriptRun::command_at(const TimedCommand& timed,
+                                           const sim::OperationState& state) const {
+  if (std::none_of(places_.begin(), places_.end(), [](const Place& place) { return place.body > 0; }))
+    return timed.command;
+  const Result<std::vector<Place>> places = places_in(state, places_, timed.from->words);
+  if (!places) return places.error();
+  return command_of(*timed.from, places.value(), "script");
 }
 
 std::vector<std::unique_ptr<haptics::Device>> ScriptRun::devices() const {
@@ -306,10 +320,15 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, PictureTaker 
   volume::VoxelBox changed = sim::k_no_voxels;
   const auto command_until = [&](double until, double t) {
     for (; next_command < commands_.size() && commands_[next_command].from->at <= until; ++next_command) {
-      const sim::Outcome outcome = run.apply_whole(commands_[next_command].command);
+      const TimedCommand& timed = commands_[next_command];
+      const Result<sim::Command> command = command_at(timed, run.engine().now());
+      if (!command) {
+        watch.record_command(*timed.from, t, command.error());
+        continue;
+      }
+      const sim::Outcome outcome = run.apply_whole(command.value());
       changed = sim::united(changed, outcome.box);
-      watch.record_command(*commands_[next_command].from, t,
-                           outcome.refused ? outcome.refused : outcome.failed);
+      watch.record_command(*timed.from, t, outcome.refused ? outcome.refused : outcome.failed);
     }
   };
   std::vector<haptics::Pose> poses(paths_.size());
@@ -361,14 +380,19 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
     if (state.newest.faults & haptics::fault_stale_scene) live.reset_faults(), ++result.stalls;
     const double t = state.newest.t;
     while (result.results.size() < commands_.size() && due(commands_[result.results.size()].from->at) <= t) {
-      live.apply(commands_[result.results.size()].command);
+      const TimedCommand& timed = commands_[result.results.size()];
+      const Result<sim::Command> command = command_at(timed, *live.snapshot().get());
+      if (!command) {
+        result.results.push_back({command.error(), live.fetch_state().newest.t + 0.5 / script_.rate_hz});
+        continue;
+      }
+      live.apply(command.value());
       live.snapshot().wait();  // until the command was applied
       sim::LiveState latest = live.fetch_state();
       Live::CommandResult command_result{latest.refused, 0};
       const auto take_failure = [&] {
         // A search for free pieces may also fail meanwhile.
-        if (latest.failed && latest.failed->where == commands_[result.results.size()].from->name)
-          command_result.refused = latest.failed;
+        if (latest.failed && latest.failed->where == timed.from->name) command_result.refused = latest.failed;
       };
       take_failure();
       // Its job ends before the next command, as without threads.

@@ -60,12 +60,14 @@ std::vector<Slot> slots_of(const std::string& caption) {
 /// Checks the place of a measurement such as "open PLACE".
 Status check_place(const std::string& measurement, const std::vector<Place>& places) {
   const std::string prefix = measurement.substr(0, measurement.find(' ') + 1);
-  if (find(places, measurement.substr(prefix.size()))) return std::nullopt;
+  const Place* const found = find(places, measurement.substr(prefix.size()));
+  if (found && found->body == 0) return std::nullopt;
   std::string known;
-  for (const Place& place : places) known.append(known.empty() ? "" : ", ").append(prefix + place.name);
+  for (const Place& place : places)
+    if (place.body == 0) known.append(known.empty() ? "" : ", ").append(prefix + place.name);
   return Error{.what = "unknown measurement",
                .found = measurement,
-               .expected = places.empty() ? "[[places]] first" : known,
+               .expected = known.empty() ? "[[places]] of the anatomy first" : known,
                .remedy = "choose one of these"};
 }
 

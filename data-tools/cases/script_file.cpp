@@ -81,11 +81,15 @@ ScriptHand read_hand(TomlReader& reader, const toml::value& value) {
 }
 
 ScriptPlace read_place(TomlReader& reader, const toml::value& value) {
-  const toml::table& t = reader.table(value, {"name", "trajectory", "from", "up", "thickness"});
+  const toml::table& t = reader.table(value, {"name", "trajectory", "body", "from", "up", "thickness"});
   ScriptPlace place;
   place.line = TomlReader::line_of(value);
   place.name = reader.text(t, "name").value_or("");
   place.trajectory = reader.text(t, "trajectory").value_or("");
+  const double body = reader.number(t, "body", 1, 1e6).value_or(0);
+  if (body != std::floor(body))
+    reader.fail(t.at("body"), "body is not a whole number", text_of(body), "1, 2, ...");
+  place.body = static_cast<std::int64_t>(body);
   place.up = read_direction(reader, value, reader.point(t, "up"), place.up);
   place.min_thickness = reader.number(t, "thickness", 0, 20).value_or(0);
   const auto from = t.find("from");
@@ -96,11 +100,10 @@ ScriptPlace read_place(TomlReader& reader, const toml::value& value) {
       else
         reader.fail(item, "from is not a list of directions", "", "from = [[x, y, z], ...]");
     }
-  if (place.name.empty() || place.from.empty() == place.trajectory.empty())
-    reader.fail(
-        value, "a place is not complete", "",
-        "name = \"text\", and either from = [[x, y, z], ...], directions from the middle of the scan, "
-        "or trajectory = \"text\"");
+  if (place.name.empty() || !place.from.empty() + !place.trajectory.empty() + (place.body > 0) != 1)
+    reader.fail(value, "a place is not complete", "",
+                "name = \"text\", and one of from = [[x, y, z], ...], directions from the middle of the "
+                "scan, trajectory = \"text\", and body = number");
   return place;
 }
 
@@ -206,7 +209,13 @@ void check_places(TomlReader& reader, const Script& script) {
       if (place.name == name) return;
     reader.fail(line, "unknown place", name, known.empty() ? "[[places]] first" : known);
   };
-  for (const ScriptHand& hand : script.hands) check(hand.place, hand.line);
+  for (const ScriptHand& hand : script.hands) {
+    check(hand.place, hand.line);
+    for (const ScriptPlace& place : script.places)
+      if (place.name == hand.place && place.body > 0)
+        reader.fail(hand.line, "the points of a hand cannot be relative to a body", hand.place,
+                    "a place of the anatomy", "use the place of a body in commands and pictures");
+  }
   for (const ScriptPicture& picture : script.pictures) check(picture.place, picture.line);
   for (std::size_t i = 0; i < script.pictures.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)

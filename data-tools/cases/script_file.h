@@ -12,12 +12,13 @@
 
 namespace trephine::data_tools {
 
-/// A named surface point of the touchable shape, found after the scan is opened, or the entry of a
-/// trajectory.
+/// A named surface point of the touchable shape, found after the scan is opened, the entry of a trajectory,
+/// or the middle of a body, which moves with it.
 struct ScriptPlace {
   int line = 0;
   std::string name;
-  std::string trajectory;        ///< of the plan; empty: a surface point
+  std::string trajectory;        ///< of the plan; empty: a surface point or a body
+  std::int64_t body = 0;         ///< number of the body; 0: of the anatomy
   std::vector<glm::dvec3> from;  ///< directions (LPS) from the scan's centre, in the order of trial
   double min_thickness = 0;      ///< of the solid below it, mm
   glm::dvec3 up{0, 0, 1};        ///< upward direction (LPS) in the view from outside

@@ -120,6 +120,12 @@ Status check_judging(const JudgeFlap& request, const sim::OperationState& operat
     return Error{.what = "there is no bone flap to judge",
                  .where = "judge-flap",
                  .remedy = "cut a flap first (cut-flap)"};
+  if (!request.outline.empty() && !request.planned.empty())
+    return Error{.what = "two outlines to compare with",
+                 .where = "judge-flap",
+                 .found = "outline and planned",
+                 .expected = "at most one of them",
+                 .remedy = "omit one"};
   return check_outline("judge-flap outline", request.outline, operation);
 }
 

@@ -6,6 +6,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "volume/base/axes.h"
 #include "volume/base/deterministic_math.h"
 
 namespace trephine::bone_flap {
@@ -85,7 +86,7 @@ bool Pyramid::contains(const dvec3& p_world) const noexcept {
 }
 
 void set_orthogonal_axes(const dvec3& normal, dvec3& right, dvec3& up) noexcept {
-  right = glm::normalize(glm::cross(std::abs(normal.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0), normal));
+  right = glm::normalize(glm::cross(volume::axis_aside(normal), normal));
   up = glm::cross(normal, right);
 }
 

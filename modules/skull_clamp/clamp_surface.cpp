@@ -4,6 +4,7 @@
 #include <glm/geometric.hpp>
 #include <vector>
 
+#include "volume/base/axes.h"
 #include "volume/base/deterministic_math.h"
 #include "volume/surface/lathe.h"
 
@@ -83,7 +84,7 @@ std::shared_ptr<const haptics::MeshTree> clamp_surface(const ClampPose& pose, co
 }
 
 std::array<dvec3, 2> across(const dvec3& along) noexcept {
-  const dvec3 aside = std::abs(along.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
+  const dvec3 aside = volume::axis_aside(along);
   const dvec3 first = glm::normalize(glm::cross(along, aside));
   return {first, glm::cross(along, first)};
 }

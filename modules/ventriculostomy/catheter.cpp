@@ -4,6 +4,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include "volume/base/axes.h"
 #include "volume/scan/bone_labels.h"
 #include "volume/scan/traversal.h"
 
@@ -203,7 +204,7 @@ std::string name_of_label(const volume::Volume& scan, int label) {
 }
 
 std::array<dvec3, 2> across(const dvec3& along) noexcept {
-  const dvec3 aside = std::abs(along.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
+  const dvec3 aside = volume::axis_aside(along);
   const dvec3 first = glm::normalize(glm::cross(along, aside));
   return {first, glm::cross(along, first)};
 }

@@ -64,6 +64,7 @@ refused = true
 [[do]]
 at = 1.95
 command = "free-pieces"
+refused = "no part is disconnected"
 [[do]]
 at = 1.96
 hand = 1
@@ -81,7 +82,7 @@ most = 8
   const Json report = json("run a.toml --record a.session -o left.mha");
   EXPECT_TRUE(report["is_met"]);
   EXPECT_EQ(report["ticks"], 1251);  // up to the last expectation
-  ASSERT_EQ(report["checks"].size(), 7u);
+  ASSERT_EQ(report["checks"].size(), 8u);
   EXPECT_EQ(report["checks"][0]["line"], 14);
   const Json again = json("replay a.session --scan s.mha --verify");
   EXPECT_TRUE(again["is_same"]);

@@ -132,6 +132,38 @@ TEST_F(Command, AScriptMeasuresTheSolidAlongATrajectory) {
   EXPECT_EQ(outcome["is_met"], true) << outcome.dump(1);
 }
 
+/// A place on a body moves with it, in commands and pictures.
+TEST_F(Command, AScriptsPlaceOnABodyMovesWithIt) {
+  const std::string cut =
+      "schema = 1\nscan = \"head\"\nplan = true\nrate = 250\n[[places]]\nname = \"flap\"\nbody = 1\n"
+      "[[hands]]\npoints = [[0, 0, 0, 200], [1, 0, 0, 200]]\n"
+      "[[do]]\nat = 0.1\ncommand = \"measure\"\nwith = \"kind=ruler at={flap};0,0,0\"\n"
+      "refused = \"does not exist\"\n"
+      "[[do]]\nat = 0.2\ncommand = \"cut-flap\"\nwith = \"outline=craniotomy\"\n";
+  const std::string moved =
+      "[[do]]\nat = 0.4\ncommand = \"place-body\"\nwith = \"body=1 position=30,0,0 rotation=0,0,0,1\"\n"
+      "[[do]]\nat = 0.5\ncommand = \"measure\"\nwith = \"kind=ruler at={flap};{flap 0,0,12}\"\n" +
+      expect("measured length", 0.6, 11.999, 12.001) +
+      // A half turn about z: the body's x axis is opposite to that of the world.
+      "[[do]]\nat = 0.7\ncommand = \"measure\"\nwith = \"kind=ruler at={flap};{flap 10,0,0}\"\n" +
+      "[[pictures]]\nfile = \"flap.png\"\nplace = \"flap\"\ndistance = 150\n";
+  write("f.toml", cut + moved);
+  for (const std::string how : {"", " --live --record live.session"}) {
+    const Json outcome = json("run f.toml --pictures . " + how);
+    EXPECT_EQ(outcome["is_met"], true) << outcome["checks"].dump(1);
+    EXPECT_TRUE(fs::exists(file("flap.png")));
+    fs::remove(file("flap.png"));
+  }
+  write("none.toml", cut +
+                         "[[do]]\nat = 0.3\ncommand = \"undo\"\n[[pictures]]\nfile = \"flap.png\"\n"
+                         "place = \"flap\"\ndistance = 150\n");
+  EXPECT_NE(run("run none.toml --pictures .").err.find("does not exist at this time"), std::string::npos);
+  write("hand.toml",
+        "schema = 1\nscan = \"head\"\n[[places]]\nname = \"flap\"\nbody = 1\n[[hands]]\n"
+        "place = \"flap\"\npoints = [[0, 0, 0, 10]]\n");
+  EXPECT_NE(run("run hand.toml").err.find("cannot be relative to a body"), std::string::npos);
+}
+
 TEST_F(Command, AScriptsHandYieldsLiveAndWithoutThreadsAlike) {
   ASSERT_EQ(run("phantom sphere --size 64 --spacing 1.5 --psf 1 --set radius=40 -o s.mha").exit_code, 0);
   // A hand of 0.3 N/mm aimed 1 mm into bone presses with less than 0.3 N; a stiff one is 1 mm in.

@@ -339,7 +339,7 @@ TEST_F(Command, ACaseIsASourceEverywhere) {
   expect_fault("schema = 3\nname = \"x\"\n", "newer", "");
   expect_fault("schema = 1\nname = \n", "not TOML", "2");
   expect_fault("name = \"x\"\n", "schema", "");
-  expect_fault("schema = 1\nname = \"x\"\n[[structures]]\nname = \"a\"\nlow = \"b\"\n", "out of range", "5");
+  expect_fault("schema = 1\nname = \"x\"\n[[structures]]\nname = \"a\"\nlow = \"b\"\n", "not a number", "5");
   expect_fault("schema = 1\nname = \"x\"\n[[structures]]\nname = \"a\"\n", "neither a window nor a label",
                "3");
   expect_fault("schema = 1\nname = \"x\"\n[[structures]]\nname = \"a\"\nlow = 5\nhigh = 1\n", "lower limit",

@@ -106,7 +106,7 @@ TEST(ProcedureFile, ErrorsHaveTheirLine) {
       {changed("to = \"done\"\n", ""), "no destination", 13},
       {changed("to = \"done\"", "to = \"dome\""), "unknown step", 13},
       {changed(", min = 2.5", ""), "a condition is not complete", 16},
-      {changed("min = 2.5", "min = \"2\""), "out of range", 16},
+      {changed("min = 2.5", "min = \"2\""), "not a number", 16},
       {changed("min = 1, max = 9", "min = 9, max = 1"), "reversed", 17},
       {changed("name = \"done\"", "name = \"drill\""), "two steps have the same name", 18},
       {changed("end = true", "end = false"), "no end can be reached", 6},

@@ -5,6 +5,8 @@
 #include <glm/geometric.hpp>
 #include <string>
 
+#include "volume/base/axes.h"
+
 namespace trephine::volume {
 
 double ToolBody::reach() const noexcept {
@@ -94,7 +96,7 @@ ToolPose between(const ToolPose& a, const ToolPose& b, double share) noexcept {
     if (glm::dot(sum, sum) > 1e-12) {
       mid = glm::normalize(sum);
     } else {
-      const glm::dvec3 other = std::abs(a.axis_world.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+      const glm::dvec3 other = axis_aside(a.axis_world);
       mid = glm::normalize(glm::cross(a.axis_world, other));
     }
     const bool is_first = share < 0.5;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "volume/base/axes.h"
 #include "volume/cuts/version.h"
 #include "volume/fields/quadratic_patch.h"
 #include "volume/fields/soft_field.h"
@@ -151,8 +152,7 @@ class SmoothSurface {
       const glm::dvec3 n = gradient / steepness, to_x = x_world - y;
       const double height = -j.value / steepness;
       // Two tangents, and the second derivatives along them.
-      const glm::dvec3 u =
-          glm::normalize(glm::cross(n, std::abs(n.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
+      const glm::dvec3 u = glm::normalize(glm::cross(n, axis_aside(n)));
       const glm::dvec3 w = glm::cross(n, u);
       const glm::dvec3 u_voxel = frame_.vector_volume_from_world(u),
                        w_voxel = frame_.vector_volume_from_world(w);

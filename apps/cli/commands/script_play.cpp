@@ -48,7 +48,7 @@ class ScriptPictures {
       picture_->request(moment.engine.current(), moment.changed);
     }
     picture_->wait();
-    aim(request);
+    if (Status error = aim(request, moment.engine)) return error;
     const auto h = static_cast<std::size_t>(request.hand);
     const haptics::ServoRecord& hand = moment.hands[h];
     if (request.has_tool)
@@ -69,18 +69,22 @@ class ScriptPictures {
   double seconds() const noexcept { return seconds_; }
 
  private:
-  void aim(const data_tools::ScriptPicture& request) {
+  Status aim(const data_tools::ScriptPicture& request, const sim::Engine& engine) {
     from_ = glm::normalize(request.from);
     const dvec3 up(0, 0, 1);
-    for (const workbench::Place& place : run_->places())
-      if (place.name == request.place) {
-        from_ = glm::normalize(place.direction(request.from));
-        return picture_->view().aim_camera(place.at(request.aim), from_, up, *request.distance);
+    for (const workbench::Place& named : run_->places())
+      if (named.name == request.place) {
+        const Result<workbench::Place> place = workbench::current_place(named, engine);
+        if (!place) return place.error();
+        from_ = glm::normalize(place.value().direction(request.from));
+        picture_->view().aim_camera(place.value().at(request.aim), from_, up, *request.distance);
+        return std::nullopt;
       }
     dvec3 low, high;
     picture_->view().bounds(low, high);
     picture_->view().aim_camera(0.5 * (low + high) + request.aim, from_, up,
                                 request.distance.value_or(view::BoneView::distance_of(low, high)));
+    return std::nullopt;
   }
 
   const workbench::ScriptRun* run_;
