@@ -119,12 +119,12 @@ QWidget* StartPage::make_tile(const StartTile& tile) {
                                  Qt::SmoothTransformation)
                          .copy(0, 0, k_tile_width - 16, k_picture_height));
   picture->setAlignment(Qt::AlignCenter);
-  auto* title = new QLabel(text_of(tile.title));
+  auto* title = new QLabel(wrapping_text_of(tile.title));
   QFont bold;
   bold.setBold(true);
   title->setFont(bold);
   title->setWordWrap(true);
-  auto* text = new QLabel(text_of(tile.text));
+  auto* text = new QLabel(wrapping_text_of(tile.text));
   text->setWordWrap(true);
   for (QLabel* label : {picture, title, text}) {
     label->setAttribute(Qt::WA_TransparentForMouseEvents);
@@ -185,8 +185,8 @@ QWidget* StartPage::make_sessions() {
     sessions_->addItem(text);
   }
   sessions_->setCurrentRow(0);
-  constexpr int k_rows = 5, k_frame = 8;  // pixels
-  sessions_->setFixedHeight(k_rows * sessions_->sizeHintForRow(0) + k_frame);
+  constexpr int k_rows = 5;
+  sessions_->setFixedHeight(k_rows * sessions_->sizeHintForRow(0) + 2 * sessions_->frameWidth());
   column->addWidget(sessions_);
   auto* row = new QHBoxLayout;
   resume_ = new QPushButton(tr("Continue"));

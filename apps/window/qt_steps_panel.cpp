@@ -135,7 +135,7 @@ StepsPanel::StepsPanel(const volume::SurgicalProcedure& procedure, QWidget* pare
 void StepsPanel::build_rows(const volume::SurgicalProcedure& procedure) {
   for (const volume::ProcedureStep& step : procedure.steps) {
     Row row{new QLabel, make_text("step_row")};
-    row.title->setText(text_of(StepGuide::title_of(step)));
+    row.title->setText(wrapping_text_of(StepGuide::title_of(step)));
     rows_.push_back(row);
   }
 }
@@ -177,10 +177,10 @@ void StepsPanel::show_step(const StepGuide& guide) {
   title_->setText(tr("Step %1 of %2: %3")
                       .arg(guide.index() + 1)
                       .arg(rows_.size())
-                      .arg(text_of(StepGuide::title_of(step))));
-  hint_->setText(text_of(step.hint));
+                      .arg(wrapping_text_of(StepGuide::title_of(step))));
+  hint_->setText(wrapping_text_of(step.hint));
   hint_->setVisible(!step.hint.empty());
-  note_->setText(text_of(step.note));
+  note_->setText(wrapping_text_of(step.note));
   note_box_->setVisible(!step.note.empty());
   build_buttons(guide);
   details_->verticalScrollBar()->setValue(0);

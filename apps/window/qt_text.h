@@ -7,5 +7,9 @@
 namespace trephine::view {
 
 inline QString text_of(const std::string& text) { return QString::fromStdString(text); }
+/// Returns a text for a label that wraps, which does not break "X-ray".
+inline QString wrapping_text_of(const std::string& text) {
+  return text_of(text).replace("X-ray", QString("X%1ray").arg(QChar(0x2011)));
+}
 
 }  // namespace trephine::view
