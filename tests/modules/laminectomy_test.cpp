@@ -140,6 +140,20 @@ struct Pixels {
   }
 };
 
+/// A skull that lost bone is no vertebra, which is known without a search for its canal. Stray voxels of a
+/// vertebra do not make it large.
+TEST(LaminectomyOutcome, ALabelOfTheSizeOfASkullIsNoVertebra) {
+  const Spine spine(dvec3(1), 20, 0);
+  volume::Volume copy = volume::copy_of(*spine.scan).value();
+  for (std::size_t i = 0; i < 20; ++i) copy.labels[i] = copy.labels[copy.labels.size() - 1 - i] = 2;
+  EXPECT_TRUE(volume::find_vertebra({volume::Field(copy, spine.bone.shape()), 2}, nullptr));
+  for (std::size_t i = 0; i < copy.labels.size(); ++i) copy.labels[i] = 2;
+  copy.frame = volume::Frame::from_spacing(copy.frame.origin(), 2.0 * copy.frame.spacing()).value();
+  const auto refused = volume::find_vertebra({volume::Field(copy, spine.bone.shape()), 2}, nullptr);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().reason, "the label is larger than a vertebra: set a position in its canal");
+}
+
 TEST(LaminectomyOutcome, AFrameFollowsItsVertebra) {
   const std::pair<dvec3, double> grids[] = {{dvec3(1), 15}, {dvec3(0.5, 0.5, 3), 15}, {dvec3(0.7), 0}};
   for (const auto& [spacing, shear] : std::span(grids).first(is_whole() ? 3 : 2)) {

@@ -114,6 +114,23 @@ std::vector<dvec3> points_of(const Volume& scan, int label) {
   return points;
 }
 
+/// Returns true if the points extend further than those of any vertebra, apart from 2 % of them, such as
+/// stray voxels of a segmentation.
+bool is_too_large(const std::vector<dvec3>& points) {
+  constexpr double k_largest = 150;  // mm; a lumbar vertebra is at most 120 mm wide
+  std::vector<double> along(points.size());
+  for (int a = 0; a < 3; ++a) {
+    std::transform(points.begin(), points.end(), along.begin(), [a](const dvec3& p) { return p[a]; });
+    const auto low = along.begin() + static_cast<std::ptrdiff_t>(points.size() / 100),
+               high = along.end() - 1 - static_cast<std::ptrdiff_t>(points.size() / 100);
+    std::nth_element(along.begin(), low, along.end());
+    const double least = *low;
+    std::nth_element(along.begin(), high, along.end());
+    if (*high - least > k_largest) return true;
+  }
+  return false;
+}
+
 /// Finds the point from which most directions across meet the label: the hole in its ring. False: no hole.
 bool find_hole(const Volume& scan, int label, const std::vector<dvec3>& points, dvec3& hole) {
   constexpr double k_grid = 2, k_step = 1, k_far = 25;  // mm
@@ -440,6 +457,9 @@ Result<VertebraFrame, LocatedError> find_vertebra(const CanalWalls& walls, const
     frame.middle = *canal_world;
   } else if (label < 0) {
     return LocatedError{"no vertebra selected: set its label, or a position in its canal", {}};
+  } else if (is_too_large(points)) {
+    return LocatedError{"the label is larger than a vertebra: set a position in its canal",
+                        points[points.size() / 2]};
   } else if (!find_hole(scan, label, points, frame.middle)) {
     return LocatedError{"the vertebra's label encloses no canal: set a position in it",
                         points[points.size() / 2]};
