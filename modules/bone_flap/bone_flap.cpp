@@ -37,6 +37,7 @@ struct FlapResult final : sim::JobResult {
   struct Piece {
     FlapPiece event;
     dvec3 middle_world;
+    int part;
   };
   std::vector<Piece> pieces;
   std::vector<StructureClearance> structures;
@@ -211,8 +212,7 @@ class Flap {
         return static_cast<std::int64_t>(id.value) == event.number;
       });
       fates[p] = event.is_detached ? sim::PartFate::piece : sim::PartFate::stays;
-      if (event.is_detached) result_->cut.flap_size += candidate.size;
-      result_->pieces.push_back({event, candidate.middle});
+      result_->pieces.push_back({event, candidate.middle, candidate.part});
     }
     for (const sim::Id& id : request_.leave)
       if (id.value == 0 || id.value > result_->pieces.size()) {
@@ -227,6 +227,7 @@ class Flap {
     }
     result_->cut.flaps = 1;
     result_->detached = sim::detach_parts(shape_, parts, fates, input_.solids, version_);
+    set_sizes(fates);
     if (request_.smoothing > 0) {
       volume::RemovalEditor editor(result_->detached.rest, input_.solids);
       const std::shared_ptr<const volume::Version> sharp = result_->detached.rest;
@@ -238,6 +239,18 @@ class Flap {
     }
     result_->detached.box = sim::united(result_->detached.box, box_);
     return std::nullopt;
+  }
+
+  /// Sets the sizes of detached pieces to those of their bodies. Bodies are in the order of the parts.
+  void set_sizes(const std::vector<sim::PartFate>& fates) {
+    const auto& bodies = result_->detached.pieces;
+    for (FlapResult::Piece& piece : result_->pieces) {
+      if (!piece.event.is_detached) continue;
+      const auto body = static_cast<std::size_t>(
+          std::count(fates.begin(), fates.begin() + piece.part, sim::PartFate::piece));
+      if (body < bodies.size()) piece.event.size = bodies[body]->mm3;
+      result_->cut.flap_size += piece.event.size;
+    }
   }
 
   /// Returns true if most of a part is inside the outline. Sets its size, mm3, and its centre, world.

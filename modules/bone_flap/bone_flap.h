@@ -118,7 +118,7 @@ struct FlapFailed {
 class BoneFlap final : public sim::Module {
  public:
   std::string_view name() const noexcept override { return "bone_flap"; }
-  std::uint32_t version() const noexcept override { return 2; }  // 2: flaps are compared with the plan
+  std::uint32_t version() const noexcept override { return 3; }  // 3: volumes are those of the bodies
   std::span<const sim::ValueType* const> commands() const override;
   std::span<const sim::JobType* const> jobs() const override;
   std::span<const sim::ValueType* const> events() const override;
