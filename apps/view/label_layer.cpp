@@ -50,7 +50,7 @@ struct LabelLayer::Parts {
   std::vector<Label> labels;
   vtkNew<vtkPolyData> leads;
   vtkNew<vtkActor2D> lines;
-  bool are_visible = true;
+  Names names = Names::in_front;
   double scale = 1;
   std::vector<LabelLayer::Box> boxes;  ///< of the newest frame
   std::vector<imaging::Segment> segments;
@@ -111,11 +111,11 @@ void LabelLayer::add(const dvec3& at_world, const std::string& text, const dvec3
   parts_->is_stale = true;
 }
 
-void LabelLayer::set_visible(bool are_visible) {
-  parts_->are_visible = are_visible;
+void LabelLayer::set_names(Names names) {
+  parts_->names = names;
   parts_->is_stale = true;
 }
-bool LabelLayer::is_visible() const noexcept { return parts_->are_visible; }
+LabelLayer::Names LabelLayer::names() const noexcept { return parts_->names; }
 void LabelLayer::set_text_scale(double factor) {
   parts_->scale = factor;
   parts_->is_stale = true;
@@ -150,25 +150,19 @@ void LabelLayer::lay_out(std::span<const Box> occupied) {
   };
   const int* window = p.renderer->GetSize();
   const dvec2 picture(window[0], window[1]);
-  // A small picture, and one of a part of the body, have room only for names of visible points.
-  constexpr double k_narrow = 430;  // pixels
-  vtkCamera* camera = p.renderer->GetActiveCamera();
-  const double height =
-      2 * camera->GetDistance() * std::tan(0.5 * glm::radians(camera->GetViewAngle()));  // mm
-  const bool is_overview = picture.x >= k_narrow * p.scale && height >= overview;
   std::vector<Request> requests;
   imaging::LabelLayout::Obstacles obstacles{{}, p.tool_segments()};
   for (const Box& box : occupied) obstacles.boxes.push_back({box.low, box.high});
   for (std::size_t i = 0; i < p.labels.size(); ++i) {
     p.labels[i].text->SetVisibility(false);
-    if (!p.are_visible && p.labels[i].is_name) continue;
+    if (p.names == Names::none && p.labels[i].is_name) continue;
     const dvec3& at = p.labels[i].at;
     const dvec3 display = display_of(p.renderer, at);
     if (display[0] < 0 || display[1] < 0 || display[0] > window[0] || display[1] > window[1] ||
         display[2] > 1 || display[2] < 0)
       continue;
     const bool is_behind = is_hidden(at);
-    if (is_behind && !is_overview && p.labels[i].is_name) continue;
+    if (is_behind && p.names == Names::in_front && p.labels[i].is_name) continue;
     p.labels[i].text->SetInput((p.labels[i].name + (is_behind ? " (behind)" : "")).c_str());
     p.labels[i].text->GetTextProperty()->SetOpacity(is_behind ? 0.55 : 1);
     double size[2];

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -26,15 +27,16 @@ class LabelLayer {
   LabelLayer& operator=(const LabelLayer&) = delete;
 
   void clear();
-  /// `is_name`: set_visible() hides the label.
+  /// `is_name`: set_names() hides the label.
   void add(const glm::dvec3& at_world, const std::string& text, const glm::dvec3& colour,
            bool is_name = true);
-  /// Shows or hides names. Numbers of draggable points and warnings always remain.
-  void set_visible(bool are_visible);
-  double overview = 0;  ///< mm; a picture of less height omits the names of hidden points
+  /// Names that are shown: those of points that are not hidden, all, or none. Numbers of draggable points and
+  /// warnings always remain.
+  enum class Names : std::uint8_t { in_front, all, none };
+  void set_names(Names names);
+  Names names() const noexcept;
   /// Returns true if a point is hidden: its label is then dimmed and marked "(behind)". Called in lay_out().
   std::function<bool(const glm::dvec3& at_world)> is_hidden = [](const glm::dvec3&) { return false; };
-  bool is_visible() const noexcept;
   /// Sets the factor of the text size.
   void set_text_scale(double factor);
   std::size_t size() const noexcept;

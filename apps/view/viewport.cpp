@@ -83,8 +83,6 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
     const VertexMatter matter = matter_of_detached(*scene_, p, normal);
     return {bone_colour(matter), matter.normal_world};
   };
-  const dvec3 body = high_ - low_;
-  view_.overlays().labels().overview = 0.75 * std::max({body.x, body.y, body.z});
   view_.overlays().labels().is_hidden = [this](const dvec3& at) {
     constexpr double k_deep = 6;           // mm; a point on the surface of bone is not hidden by it
     constexpr double k_transparent = 0.5;  // opacity below which bone hides nothing

@@ -57,6 +57,7 @@ MainWindow::MainWindow(std::shared_ptr<const haptics::TouchScene> scene, const W
   servo_->setObjectName("servo");
   fault_ = new QLabel;
   fault_->setObjectName("fault");
+  fault_->setMinimumWidth(fault_->fontMetrics().horizontalAdvance(tr("drawing, %1 %").arg(99)));
   notice_ = new ElidedLabel;
   notice_->setObjectName("notice");
   statusBar()->addWidget(servo_);

@@ -34,9 +34,16 @@ void MainWindow::tilt(double right, double up) {
 }
 
 void MainWindow::toggle_names() {
-  LabelLayer& names = viewport()->view().overlays().labels();
-  names.set_visible(!names.is_visible());
-  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->set_names_visible(names.is_visible());
+  using Names = LabelLayer::Names;
+  LabelLayer& labels = viewport()->view().overlays().labels();
+  const Names next = labels.names() == Names::in_front ? Names::all
+                     : labels.names() == Names::all    ? Names::none
+                                                       : Names::in_front;
+  labels.set_names(next);
+  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->set_names_visible(next != Names::none);
+  show_message(next == Names::in_front ? tr("names of points in front of the bone")
+               : next == Names::all    ? tr("names of all points")
+                                       : tr("names are hidden"));
 }
 
 void MainWindow::turn(double right, double up) {

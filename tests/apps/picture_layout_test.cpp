@@ -28,6 +28,7 @@ class PictureLayout : public ::testing::Test {
     scene_ = scenes::phantom_scene("sphere", small);
     version_ = haptics::untouched(scene_);
     picture_ = std::make_unique<Viewport>(scene_, surface_->window(), true);
+    picture_->view().overlays().labels().set_names(LabelLayer::Names::all);  // these points are in the ball
     picture_->request_all(version_);
     picture_->look_from(0);
     picture_->complete();
@@ -302,9 +303,18 @@ TEST_F(PictureLayout, LabelsCanBeHidden) {
   picture_->set_plan(names(3, 1));
   picture_->draw();
   EXPECT_EQ(picture_->view().overlays().labels().boxes().size(), 3u);
-  picture_->view().overlays().labels().set_visible(false);
+  LabelLayer& labels = picture_->view().overlays().labels();
+  labels.set_names(LabelLayer::Names::none);
   picture_->draw();
-  EXPECT_TRUE(picture_->view().overlays().labels().boxes().empty());
+  EXPECT_TRUE(labels.boxes().empty());
+  // Names of hidden points are shown only if all are requested.
+  labels.is_hidden = [](const dvec3&) { return true; };
+  labels.set_names(LabelLayer::Names::in_front);
+  picture_->draw();
+  EXPECT_TRUE(labels.boxes().empty());
+  labels.set_names(LabelLayer::Names::all);
+  picture_->draw();
+  EXPECT_EQ(labels.boxes().size(), 3u);
 }
 
 TEST_F(PictureLayout, TurningKeepsTheHeadUp) {
