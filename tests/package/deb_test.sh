@@ -41,7 +41,7 @@ env -u DISPLAY root/usr/bin/trephine view s.mha --iso 300 --screenshot s.png >/d
 [ -s root/usr/share/applications/trephine.desktop ] && [ -s root/usr/share/icons/hicolor/scalable/apps/trephine.svg ]
 [ -s root/usr/lib/udev/rules.d/60-trephine.rules ]
 # The Python module and the program of cohorts.
-PYTHONPATH=root/usr/lib/python3/dist-packages /usr/bin/python3 -c "
+env -u LD_LIBRARY_PATH PYTHONPATH=root/usr/lib/python3/dist-packages /usr/bin/python3 -c "
 import trephine
 operation = trephine.Operation.open(trephine.Scan.phantom('sphere', spacing=(2, 2, 2)), iso=300)
 assert operation.run([[0, 0, 60], [0, 0, 20]]).contact.any()"
