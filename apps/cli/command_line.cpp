@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
-#include <numeric>
 #include <optional>
 #include <sstream>
 
 #include "apps/cli/commands.h"
+#include "volume/base/edit_distance.h"
 
 namespace trephine::cli {
 namespace {
@@ -77,21 +77,6 @@ Error to_error(const CLI::ParseError& error, const std::string& program, const s
                  .remedy = help};
   if (name.empty() || name.starts_with("-")) return {message, "", "", "", "see: " + program + " --help"};
   return {message, name, "", "", "see: " + program + " " + name + " --help"};
-}
-
-/// Number of letters to change, add or omit to turn one word into the other (Levenshtein 1966).
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (const char letter : a) {
-    std::size_t diagonal = row[0]++;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t changed = diagonal + (letter != b[j]);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({changed, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
 }
 
 /// Error for a word that is not a command, with the command of the most similar name; nullopt for commands.

@@ -16,7 +16,7 @@ using volume::SurgicalProcedure;
 namespace {
 
 /// Measurements of every operation, and prefixes of those that contain another name.
-constexpr std::string_view k_measurements[] = {"removed_mm3", "strokes", "bodies", "step_seconds"};
+constexpr std::string_view k_measurements[] = {"removed_mm3", "changes", "bodies", "step_seconds"};
 constexpr std::string_view k_events = "events ", k_nearest = "nearest_mm ", k_visits = "visits ";
 
 /// True for measures of modules.
@@ -25,8 +25,9 @@ bool is_module_measure(std::string_view name) {
          !name.starts_with(k_events) && !name.starts_with(k_nearest) && !name.starts_with(k_visits);
 }
 
-/// Returns the measures of an operation on a small cube before its first command.
-std::vector<sim::Measure> new_measures() {
+}  // namespace
+
+std::vector<sim::Measure> initial_measures(const sim::Module* module) {
   constexpr int k_size = 12;
   Result<volume::Volume> cube = volume::make_volume(glm::ivec3(k_size), {});
   if (!cube) return {};
@@ -37,10 +38,10 @@ std::vector<sim::Measure> new_measures() {
   OperationChoice choice;
   choice.shape.iso = 500;
   const Result<Operation> operation = make_operation(std::move(source), choice);
-  return operation ? operation.value().engine().measures() : std::vector<sim::Measure>();
+  if (!operation) return {};
+  const sim::Engine engine = operation.value().engine();
+  return module ? module->measures(engine.now()) : engine.measures();
 }
-
-}  // namespace
 
 Result<data_tools::ProcedureFile> open_known_procedure(const std::string& name_or_path) {
   Result<data_tools::ProcedureFile> file = data_tools::open_procedure(name_or_path);
@@ -66,7 +67,7 @@ Status choose_procedure(const OperationChoice& choice, sim::SceneDescription& sp
 }
 
 std::vector<std::string> late_measures_of(const SurgicalProcedure& procedure) {
-  const std::vector<sim::Measure> known = new_measures();
+  const std::vector<sim::Measure> known = initial_measures();
   std::vector<std::string> names;
   for (const ProcedureStep& step : procedure.steps)
     for (const StepTransition& transition : step.transitions)

@@ -56,6 +56,16 @@ haptics::PosePath from_zero(const haptics::PosePath& path) {
 
 namespace {
 
+Error unknown_place(const std::string& found, std::span<const Place> places) {
+  std::string known;
+  for (const Place& place : places) known.append(known.empty() ? "{" : ", {").append(place.name).append("}");
+  return {.what = "unknown place, or its offset is not X,Y,Z",
+          .where = "with",
+          .found = "{" + found + "}",
+          .expected = known + ", with an offset {NAME X,Y,Z}",
+          .remedy = "correct the name, or add it to [[places]]"};
+}
+
 /// Replaces places in the words of a command by coordinates: `{site}` by those of the place, `{site 5,0,2}`
 /// by those 5 mm to its right, 0 mm upward and 2 mm above it. The error names an unknown place.
 Result<std::string> words_with_positions(const ScriptCommand& command, std::span<const Place> places) {
@@ -78,11 +88,7 @@ Result<std::string> words_with_positions(const ScriptCommand& command, std::span
     const bool is_read =
         space == std::string::npos ||
         std::sscanf(inside.c_str() + space, "%lf,%lf,%lf%c", &offset.x, &offset.y, &offset.z, &extra) == 3;
-    if (place == places.end() || !is_read)
-      return Error{.what = "the position cannot be parsed",
-                   .where = "with",
-                   .found = "{" + inside + "}",
-                   .expected = "{NAME} of the script's places, or {NAME X,Y,Z}"};
+    if (place == places.end() || !is_read) return unknown_place(inside, places);
     const dvec3 p = place->at(offset);
     words.append(text_of(p.x)).append(",").append(text_of(p.y)).append(",");
     words.append(text_of(p.z));
@@ -102,6 +108,8 @@ Result<sim::Command> command_of(const ScriptCommand& request, std::span<const Pl
   Status error = command ? std::nullopt : Status(command.error());
   if (!error && !request.refusal) error = command.value().request.check();
   if (!error) return command;
+  // Positions of places are not known yet: the words of the script say more.
+  if (request.words.find('{') != std::string::npos) error->found = request.words;
   error->where = at_line(where, request.line) + (error->where.empty() ? "" : ": " + error->where);
   return *error;
 }
@@ -187,7 +195,7 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
   }
   SourceChoice source(scan_of(script, folder));
   source.takes_plan = script.takes_plan;
-  if (script.takes_plan && !is_builtin(script.scan))
+  if (script.takes_plan && !is_builtin(script.scan) && std::filesystem::exists(source.path))
     return Error{.what = "only built-in phantoms have a built-in plan",
                  .where = where + ": plan",
                  .found = script.scan,

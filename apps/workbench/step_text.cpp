@@ -45,7 +45,7 @@ std::string number_text(double number) {
 
 bool is_one(const std::optional<double>& limit) { return limit && *limit == 1; }
 
-/// Returns the sentence about a number of countable objects, such as "strokes".
+/// Returns the sentence about a number of countable objects, such as "changes".
 std::string count_sentence(const StepCondition& condition, const std::string& plural,
                            const std::string& singular, const std::optional<double>& value) {
   const bool is_single = condition.maximum ? is_one(condition.maximum) : is_one(condition.minimum);

@@ -204,10 +204,11 @@ Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options
     if (std::error_code error; fs::is_regular_file(part.path, error)) return std::nullopt;
     return Error{
         .what = std::string("the case lacks a ") + what,
-        .where = where,
+        .where = where + ", line " + std::to_string(part.line),
         .found = part.file,
         .expected = "a file in the folder of the case",
-        .remedy = std::string("copy the whole case again, or remove the ") + what + " from case.toml"};
+        .remedy = std::string("correct the name of the file, copy the whole case again, or remove the ") +
+                  what + " from case.toml"};
   };
   for (CaseVolume& volume : plan.value().volumes)
     if (Status error = find_file("volume", volume)) return *error;

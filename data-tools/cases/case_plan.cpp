@@ -117,6 +117,7 @@ CaseStructure read_structure(TomlReader& reader, const toml::value& value, std::
 template <class Part>
 void read_name_and_file(TomlReader& reader, const toml::value& value, const toml::table& t, const char* what,
                         Part& part) {
+  part.line = TomlReader::line_of(value);
   part.name = reader.text(t, "name").value_or("");
   part.file = reader.text(t, "file").value_or("");
   check_name(reader, value, part.name);

@@ -31,6 +31,7 @@ struct CaseVolume {
   std::string file;                           ///< name of the file in the folder
   std::string path;                           ///< of the file; set by open_case()
   std::optional<volume::Matter> matter = {};  ///< for images
+  int line = 0;                               ///< in case.toml; 0: unknown
 };
 
 struct CaseStructure {
@@ -51,6 +52,7 @@ struct CaseModel {
   volume::Matter matter = volume::Matter::titanium;
   bool is_forbidden = false;  ///< a tool must not enter it
   bool is_touchable = true;   ///< stops the proxy
+  int line = 0;               ///< in case.toml; 0: unknown
 };
 
 /// Contents of case.toml; docs/file-formats.md describes every key.

@@ -512,18 +512,16 @@ std::vector<sim::Measure> BoneFlap::measures(const sim::OperationState& operatio
                                 {"sawn walls", world->wall, "mm2"}};
   const FlapPreview* preview = operation.result_of<FlapPreview>();
   all.push_back({"previews", preview != nullptr && !preview->lid.empty() ? 1.0 : 0.0, ""});
+  // Without a judgement they are stale, so that scripts and procedures may name them in advance.
   const FlapJudged* judged = judgement_of(operation);
-  if (judged == nullptr) return all;
-  all.push_back({"flap length", judged->length, "mm"});
-  all.push_back({"flap width", judged->width, "mm"});
-  if (judged->has_target) {
-    all.push_back({"target exposed", judged->exposed, "%"});
-    all.push_back({"target margin", judged->margin, "mm"});
-  }
-  if (judged->has_plan) {
-    all.push_back({"distance from planned outline", judged->plan_mean, "mm"});
-    all.push_back({"largest distance from planned outline", judged->plan_worst, "mm"});
-  }
+  const FlapJudged none, &j = judged ? *judged : none;
+  const bool has_target = judged && j.has_target, has_plan = judged && j.has_plan;
+  all.push_back({"flap length", j.length, "mm", !judged});
+  all.push_back({"flap width", j.width, "mm", !judged});
+  all.push_back({"target exposed", j.exposed, "%", !has_target});
+  all.push_back({"target margin", j.margin, "mm", !has_target});
+  all.push_back({"distance from planned outline", j.plan_mean, "mm", !has_plan});
+  all.push_back({"largest distance from planned outline", j.plan_worst, "mm", !has_plan});
   return all;
 }
 

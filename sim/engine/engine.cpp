@@ -469,7 +469,7 @@ double Engine::clearance(std::size_t hand, std::size_t structure) const {
 
 std::vector<Measure> Engine::measures() const {
   std::vector<Measure> result{{"removed", removed_mm3(), "mm3"},
-                              {"strokes", static_cast<double>(stroke_count()), ""},
+                              {"changes", static_cast<double>(stroke_count()), ""},
                               {"undos", static_cast<double>(now_.chronicle.undos), ""}};
   for (std::size_t s = 0; s < forbidden_.size(); ++s) {
     ForbiddenWatch worst;

@@ -1,21 +1,30 @@
 #include "sim/engine/measurement.h"
 
+#include <algorithm>
+
+#include "volume/base/edit_distance.h"
+
 namespace trephine::sim {
 
 namespace {
 
-constexpr const char* k_names[] = {"removed_mm3", "strokes", "bodies", "step_seconds"};
+constexpr const char* k_names[] = {"removed_mm3", "changes", "bodies", "step_seconds"};
 constexpr std::string_view k_events = "events ", k_nearest = "nearest_mm ", k_visits = "visits ";
 
 std::string rest_of(const std::string& name, std::string_view prefix) { return name.substr(prefix.size()); }
 
 Error unknown(const std::string& name, const std::vector<std::string>& known) {
-  std::string expected;
-  for (const std::string& one : known) expected.append(expected.empty() ? "" : ", ").append(one);
+  std::string expected, nearest;
+  std::size_t least = 4;  // letters
+  for (const std::string& one : known) {
+    expected.append(expected.empty() ? "" : ", ").append(one);
+    if (const std::size_t distance = edit_distance(one, name); distance < least)
+      nearest = one, least = distance;
+  }
   return {.what = "unknown measurement",
           .found = name,
           .expected = std::move(expected),
-          .remedy = "choose one of these"};
+          .remedy = nearest.empty() ? "choose one of these" : "did you mean " + nearest + "?"};
 }
 
 }  // namespace
@@ -24,7 +33,7 @@ std::optional<double> Measurements::value_of(const std::string& name) {
   const OperationState& now = engine_->now();
   const ProcedurePosition& position = now.undoable.procedure;
   if (name == "removed_mm3") return engine_->removed_mm3();
-  if (name == "strokes") return static_cast<double>(engine_->stroke_count());
+  if (name == "changes") return static_cast<double>(engine_->stroke_count());
   if (name == "bodies") return static_cast<double>(now.undoable.bodies.size());
   if (position.step >= 0) {
     if (name == "step_seconds") return static_cast<double>(now.next_tick - position.entered_tick) * now.dt;
@@ -95,7 +104,8 @@ Status check_measurement(const std::string& name, const Engine& engine, const Ca
     if (known.empty()) known.push_back("a plan with a procedure");
   } else {
     known = measurement_names();
-    for (const Measure& one : engine.measures()) known.push_back(one.name);
+    for (const Measure& one : engine.measures())
+      if (std::find(known.begin(), known.end(), one.name) == known.end()) known.push_back(one.name);
   }
   if (std::find(known.begin(), known.end(), name) != known.end()) return std::nullopt;
   return unknown(name, known);

@@ -422,11 +422,11 @@ TEST_F(Command, DemoLeavesPicturesAndAReport) {
   EXPECT_EQ(keys_of(report),
             with_common({"source", "shape", "ready_seconds", "live_seconds", "drawing_seconds", "ticks",
                          "contact_ticks", "max_force_n", "bone_thickness_mm", "removed_mm3_total",
-                         "removed_mm3", "is_through", "strokes", "servo", "memory", "pictures", "checks"}));
+                         "removed_mm3", "is_through", "changes", "servo", "memory", "pictures", "checks"}));
   EXPECT_EQ(report["is_through"], true);
   EXPECT_GT(report["removed_mm3_total"], 100);
   EXPECT_GT(report["contact_ticks"], 5000);
-  EXPECT_EQ(report["strokes"], 1);
+  EXPECT_EQ(report["changes"], 1);
   EXPECT_GT(report["removed_mm3"]["label-2"], 30);
   EXPECT_EQ(demo["pictures"].size(), 3u);
   // A recording that one of its own files would replace.

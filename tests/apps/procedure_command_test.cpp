@@ -133,7 +133,7 @@ TEST_F(Command, NamesOfAProcedureAreCompared) {
   // Commands of every step, and measures that only some operations have.
   for (const auto& [from, to, code, words] :
        {std::tuple("\"look-at\"", "\"look-aat\"", 2, "unknown command"),
-        std::tuple("removed_mm3", "flap length", 0, "check the spelling: flap length"),
+        std::tuple("removed_mm3", "flap lenght", 0, "check the spelling: flap lenght"),
         std::tuple("removed_mm3", "flap area", 0, "no error"),
         std::tuple("burr kinematic=no", "*", 0, "no error")}) {
     std::string other = text;

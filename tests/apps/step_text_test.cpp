@@ -9,7 +9,7 @@ namespace {
 TEST(StepText, DescribesUnmetConditions) {
   EXPECT_EQ(describe_unmet({"anchors", 3, {}}, 2), "At least 3 anchors are needed; there are 2.");
   EXPECT_EQ(describe_unmet({"flaps", 1, {}}, 0), "At least 1 flap is needed; there are 0.");
-  EXPECT_EQ(describe_unmet({"strokes", {}, 1}, 4), "At most 1 stroke is allowed; there are 4.");
+  EXPECT_EQ(describe_unmet({"changes", {}, 1}, 4), "At most 1 change is allowed; there are 4.");
   EXPECT_EQ(describe_unmet({"bodies", 2, {}}, 1), "At least 2 detached pieces are needed; there is 1.");
   EXPECT_EQ(describe_unmet({"removed_mm3", 100, 200}, 40.256),
             "The removed volume must be at least 100 mm³ and at most 200 mm³; it is 40.26 mm³.");

@@ -34,7 +34,7 @@ const std::string k_small =
     "to = \"done\"\n"                                           // 14
     "on = \"request\"\n"                                        // 15
     "when = [{measurement = \"removed_mm3\", min = 2.5},\n"     // 16
-    "        {measurement = \"strokes\", min = 1, max = 9}]\n"  // 17
+    "        {measurement = \"changes\", min = 1, max = 9}]\n"  // 17
     "[[steps]]\n"                                               // 18
     "name = \"done\"\n"                                         // 19
     "on_entry = [\"note text=over\"]\n"                         // 20
@@ -64,7 +64,7 @@ TEST(ProcedureFile, ReadsEveryKey) {
   EXPECT_FALSE(drill.is_end);
   ASSERT_EQ(drill.transitions.size(), 1u);
   EXPECT_EQ(drill.transitions[0],
-            (volume::StepTransition{"done", "request", {{"removed_mm3", 2.5, {}}, {"strokes", 1, 9}}}));
+            (volume::StepTransition{"done", "request", {{"removed_mm3", 2.5, {}}, {"changes", 1, 9}}}));
   EXPECT_TRUE(done.is_end);
   EXPECT_EQ(done.on_entry, std::vector<std::string>{"note text=over"});
   EXPECT_EQ(read.value().lines[0].line, 6);
@@ -131,7 +131,7 @@ TEST(ProcedureFile, ErrorsHaveTheirLine) {
   // A transition without a cause, and files without what every procedure needs.
   const std::string no_cause = changed(
       "on = \"request\"\nwhen = [{measurement = \"removed_mm3\", min = 2.5},\n        {measurement = "
-      "\"strokes\", min = 1, max = 9}]\n",
+      "\"changes\", min = 1, max = 9}]\n",
       "");
   for (const auto& [text, words] :
        {std::pair(no_cause, "has no cause"), std::pair(changed("schema = 1\n", ""), "has no schema"),

@@ -52,7 +52,7 @@ double lens(double a, double b, double d) {
 
 double measure(const sim::Engine& engine, const std::string& name) {
   for (const sim::Measure& m : engine.measures())
-    if (m.name == name) return m.value;
+    if (m.name == name && !m.is_stale) return m.value;
   return std::nan("");
 }
 

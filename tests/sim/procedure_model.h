@@ -104,7 +104,7 @@ class Model {
   std::optional<double> value_of(const std::string& name, const Facts& facts) const {
     if (name == "removed_mm3") return facts.removed;
     if (name == "marks") return static_cast<double>(facts.marks);
-    if (name == "strokes")
+    if (name == "changes")
       return static_cast<double>(branches_.at(branch_).second) + (is_changed_ && !in_stroke() ? 1 : 0);
     if (name == "step_seconds") return static_cast<double>(ticks_ - now_.entered_tick) * 1e-3;
     if (name == "found") return facts.is_found_stale ? std::nullopt : std::optional(facts.found);

@@ -29,7 +29,7 @@ volume::SurgicalProcedure random_procedure(std::mt19937& random) {
       case 3:
         return {"visits s1", {}, static_cast<double>(random() % 4)};
       case 4:
-        return {"strokes", static_cast<double>(random() % 6), {}};
+        return {"changes", static_cast<double>(random() % 6), {}};
       case 5:
         return {"step_seconds", 0.002 * static_cast<double>(random() % 3), {}};
       case 6:

@@ -275,7 +275,7 @@ TEST(Measurements, AreOfAHandOrOfAll) {
   EXPECT_EQ(value("visits mark", {}), 1);
   EXPECT_EQ(value("visits drill", {}), 0);
   EXPECT_NEAR(value("step_seconds", {}).value(), 0.01, 1e-9);
-  EXPECT_EQ(value("strokes", {}), 1);  // the mark
+  EXPECT_EQ(value("changes", {}), 1);  // the mark
   EXPECT_EQ(value("found", {.accepts_stale = false}), 0);
   // A later cut makes the result stale: unknown in conditions, and still known in scripts.
   std::vector<HandStart> cutting = bench.hands(1);
@@ -291,7 +291,7 @@ TEST(Measurements, AreOfAHandOrOfAll) {
   // Conditions with unknown values are not met.
   EXPECT_FALSE(Measurements(other, {.accepts_stale = false}).meets({"found", -1e300, {}}));
   EXPECT_FALSE(Measurements(other, {}).meets({"nothing", {}, 1.0}));
-  EXPECT_TRUE(Measurements(other, {}).meets({"strokes", 2.0, 2.0}));
+  EXPECT_TRUE(Measurements(other, {}).meets({"changes", 2.0, 2.0}));
 }
 
 /// A log of two refused commands, a mark that begins a step, and ticks.

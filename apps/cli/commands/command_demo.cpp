@@ -71,7 +71,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
           report.removed_mm3_by_label[i];
   json["removed_mm3"] = by_label;
   json["is_through"] = is_through;
-  json["strokes"] = static_cast<int>(report.measure("strokes"));
+  json["changes"] = static_cast<int>(report.measure("changes"));
   const haptics::ServoReport& servo = played.live->servo;
   json["servo"] = servo_json(servo);
   json["servo"]["rate_hz"] = operation.spec.rate_hz;

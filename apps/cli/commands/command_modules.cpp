@@ -1,5 +1,6 @@
 // modules: lists instruments, commands and events from the tables of the modules.
 #include "apps/cli/commands.h"
+#include "apps/workbench/procedure_names.h"
 #include "apps/workbench/script.h"
 #include "modules/catalogue.h"
 
@@ -71,7 +72,13 @@ Result<Outcome> run_modules(const ModulesArguments& arguments) {
     for (const sim::ValueType* type : module->commands()) add(*type, "command");
     for (const sim::JobType* type : module->jobs()) add(*type->parameters, "job");
     for (const sim::ValueType* type : module->events()) add(*type, "event");
-    outcome.json["modules"].push_back({{"name", name}, {"version", module->version()}, {"parts", parts}});
+    Json measures = Json::array();
+    for (const sim::Measure& one : workbench::initial_measures(module)) {
+      measures.push_back({{"name", one.name}, {"unit", one.unit}});
+      outcome.print("  measure {name}" + std::string(one.unit.empty() ? "" : ", {unit}"), measures.back());
+    }
+    outcome.json["modules"].push_back(
+        {{"name", name}, {"version", module->version()}, {"parts", parts}, {"measures", measures}});
   }
   if (!is_found)
     return Error{.what = "unknown module",
@@ -90,7 +97,8 @@ Run build_modules(Options& options) {
 
 }  // namespace
 
-const Command k_modules{"modules", "List instruments, commands and events with their parameters",
+const Command k_modules{"modules",
+                        "List instruments, commands and events with their parameters, and measures",
                         "  trephine modules\n  trephine modules drilling --json", build_modules};
 
 }  // namespace trephine::cli

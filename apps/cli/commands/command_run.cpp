@@ -100,6 +100,7 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   json["content_hash"] = hash_text(version.content_hash());
   json["is_met"] = report.is_met();
   json["checks"] = checks_json(report);
+  json["places"] = places_json(*played.value().run);
   if (!request.pictures.empty()) json["pictures"] = played.value().pictures;
   if (const auto& live = played.value().live) json["servo"] = servo_json(live->servo);
   const auto failed = std::count_if(report.checks.begin(), report.checks.end(),

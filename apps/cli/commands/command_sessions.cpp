@@ -162,7 +162,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   json["commands"] = counts.commands;
   json["versions"] = counts.versions;
   json["checkpoints"] = counts.checkpoints;
-  json["strokes"] = engine.stroke_count();
+  json["changes"] = engine.stroke_count();
   Json branches = Json::array({engine.branch().name});
   for (const sim::Branch& branch : engine.other_branches()) branches.push_back(branch.name);
   json["branches"] = branches;

@@ -197,6 +197,20 @@ Json servo_json(const haptics::ServoReport& servo) {
           {"notice", servo.notice}};
 }
 
+Json places_json(const workbench::ScriptRun& run) {
+  Json list = Json::array();
+  for (const workbench::Place& place : run.places()) {
+    if (place.body > 0)
+      list.push_back({{"name", place.name}, {"body", place.body}});
+    else
+      list.push_back({{"name", place.name},
+                      {"at", json_of(place.point)},
+                      {"outward", json_of(place.outward)},
+                      {"thickness_mm", place.thickness}});
+  }
+  return list;
+}
+
 Json checks_json(const workbench::ScriptReport& report) {
   Json list = Json::array();
   for (const workbench::ScriptCheck& c : report.checks)

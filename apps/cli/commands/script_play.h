@@ -41,6 +41,8 @@ Result<PlayedScript> play_script(const ScriptRequest& request);
 /// Report of a servo: {rate, steps in us, lateness, ...}.
 Json servo_json(const haptics::ServoReport& servo);
 /// Checks of a script: [{line, at_seconds, what, found, is_met}, ...].
+/// Returns where the places of the script are on its scan.
+Json places_json(const workbench::ScriptRun& run);
 Json checks_json(const workbench::ScriptReport& report);
 /// Adds a line for each check of the row `checks`. `unmet`: word for those that are not met, 6 characters.
 void print_checks(Rows& rows, const char* unmet = "FAILED");
