@@ -164,6 +164,18 @@ const sim::Body* find_body(const Place& place, const sim::OperationState& operat
   return nullptr;
 }
 
+/// Returns true if a command names the place in braces, and no other place whose name begins with this one.
+bool is_named_in(const std::string& words, const std::string& name, const std::vector<Place>& places) {
+  for (std::size_t at = words.find('{'); at != std::string::npos; at = words.find('{', at + 1)) {
+    const std::string inside = words.substr(at + 1, words.find('}', at) - at - 1);
+    if (inside == name) return true;
+    const bool is_other =
+        std::any_of(places.begin(), places.end(), [&](const Place& one) { return one.name == inside; });
+    if (!is_other && inside.substr(0, inside.rfind(' ')) == name) return true;
+  }
+  return false;
+}
+
 Error unknown_position(const Place& place, const char* found, const char* expected) {
   return {.what = "the position of a body is unknown",
           .where = "place " + place.name,
@@ -185,7 +197,7 @@ Result<std::vector<Place>> places_in(const sim::OperationState& operation, const
                                      const std::string& words) {
   std::vector<Place> resolved = places;
   for (Place& place : resolved) {
-    if (place.body == 0 || words.find("{" + place.name) == std::string::npos) continue;
+    if (place.body == 0 || !is_named_in(words, place.name, places)) continue;
     const sim::Body* body = find_body(place, operation);
     if (!body) return unknown_position(place, k_missing, k_earlier);
     if (body->holder >= 0) return unknown_position(place, " is held", "a body that is released");

@@ -87,7 +87,8 @@ Result<std::string> words_with_positions(const ScriptCommand& command, std::span
     char extra = 0;
     const bool is_read =
         space == std::string::npos ||
-        std::sscanf(inside.c_str() + space, "%lf,%lf,%lf%c", &offset.x, &offset.y, &offset.z, &extra) == 3;
+        (std::sscanf(inside.c_str() + space, "%lf,%lf,%lf%c", &offset.x, &offset.y, &offset.z, &extra) == 3 &&
+         std::max({std::abs(offset.x), std::abs(offset.y), std::abs(offset.z)}) < 1e6);
     if (place == places.end() || !is_read) return unknown_place(inside, places);
     const dvec3 p = place->at(offset);
     words.append(text_of(p.x)).append(",").append(text_of(p.y)).append(",");

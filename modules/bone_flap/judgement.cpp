@@ -126,6 +126,12 @@ Status check_judging(const JudgeFlap& request, const sim::OperationState& operat
                  .found = "outline and planned",
                  .expected = "at most one of them",
                  .remedy = "omit one"};
+  constexpr std::size_t k_least = 3;
+  if (!request.planned.empty() && request.planned.size() < k_least)
+    return Error{.what = "the planned outline has too few points",
+                 .where = "judge-flap planned",
+                 .found = std::to_string(request.planned.size()),
+                 .expected = "at least three"};
   return check_outline("judge-flap outline", request.outline, operation);
 }
 

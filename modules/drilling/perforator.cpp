@@ -43,6 +43,15 @@ bool has_bone_ahead(const dvec3& end, const dvec3& shaft, const sim::Work& work)
   });
 }
 
+/// Returns true if a point on the drill's end has been in bone. On a tilted surface a part of the end is
+/// still outside while the tip drills, which does not release the clutch.
+bool has_entered(const dvec3& end, const dvec3& shaft, const sim::Work& work) {
+  constexpr double k_farthest = 6;  // mm
+  for (double back = 0; back <= k_farthest; back += k_hole_step)
+    if (work.is_removed_matter(end + back * shaft)) return true;
+  return false;
+}
+
 /// Returns true if bone holds the inner drill: ahead of its tip, and of most of its end. A single thick place
 /// does not hold it while the rest of the end is through.
 bool is_held(const Perforator& p, const PerforatorState& state, const sim::Work& work) {
@@ -54,7 +63,7 @@ bool is_held(const Perforator& p, const PerforatorState& state, const sim::Work&
   const double back = std::sqrt(radius * radius - aside * aside);
   const auto count = std::count_if(std::begin(k_around), std::end(k_around), [&](const double(&around)[2]) {
     const dvec3 end = state.centre + aside * (around[0] * u + around[1] * v) - back * state.shaft;
-    return has_bone_ahead(end, state.shaft, work);
+    return has_bone_ahead(end, state.shaft, work) || !has_entered(end, state.shaft, work);
   });
   return 2 * static_cast<std::size_t>(count) > std::size(k_around);
 }

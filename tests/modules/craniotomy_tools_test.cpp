@@ -156,6 +156,18 @@ TEST(Perforator, ASpurUnderTheTipDoesNotHoldIt) {
   EXPECT_NEAR(stops[0].second.z, -0.4, 0.9);
 }
 
+/// On a ridge most of the drill's end is still outside the bone while its tip drills. It is not through
+/// there.
+TEST(Perforator, ARidgeDoesNotReleaseItAtItsEntry) {
+  const auto ridge = [](const dvec3& p) { return vault_at(p + dvec3(0, 0, 2 * std::abs(p.x - 0.1))); };
+  ToolBench bench(perforator({.diameter = 14, .inner = 11, .feed = 3}), ridge, dvec3(0.7), {-10, -10, -16},
+                  {10, 10, 17});
+  drill_to_the_stop(bench);
+  const auto stops = bench.events<PerforatorStopped>();
+  ASSERT_EQ(stops.size(), 1u);
+  EXPECT_NEAR(stops[0].first.depth, 7, 1);
+}
+
 /// The threshold finds bone down to a blurred edge, 1.2 mm below the upper face of the dura. The clutch
 /// follows the labels where the scan has them.
 TEST(Perforator, ABlurredEdgeBelowTheDuraDoesNotHoldIt) {
