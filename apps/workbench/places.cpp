@@ -180,7 +180,8 @@ Error unknown_position(const Place& place, const char* found, const char* expect
   return {.what = "the position of a body is unknown",
           .where = "place " + place.name,
           .found = "body " + std::to_string(place.body) + found,
-          .expected = expected};
+          .expected = expected,
+          .kind = ErrorKind::refused};
 }
 constexpr const char *k_missing = " does not exist at this time",
                      *k_earlier = "a body that is detached earlier";

@@ -110,7 +110,7 @@ Result<sim::Command> command_of(const ScriptCommand& request, std::span<const Pl
   if (!error && !request.refusal) error = command.value().request.check();
   if (!error) return command;
   // Positions of places are not known yet: the words of the script say more.
-  if (request.words.find('{') != std::string::npos) error->found = request.words;
+  if (words && request.words.find('{') != std::string::npos) error->found = request.words;
   error->where = at_line(where, request.line) + (error->where.empty() ? "" : ": " + error->where);
   return *error;
 }
@@ -294,11 +294,13 @@ Status ScriptRun::find_places(const std::string& where, const Performer* perform
   return std::nullopt;
 }
 
+bool ScriptRun::has_places_on_bodies() const noexcept {
+  return std::any_of(places_.begin(), places_.end(), [](const Place& place) { return place.body > 0; });
+}
+
 /// Returns a command with the positions that bodies have in this state.
 Result<sim::Command> ScriptRun::command_at(const TimedCommand& timed,
                                            const sim::OperationState& state) const {
-  if (std::none_of(places_.begin(), places_.end(), [](const Place& place) { return place.body > 0; }))
-    return timed.command;
   const Result<std::vector<Place>> places = places_in(state, places_, timed.from->words);
   if (!places) return places.error();
   return command_of(*timed.from, places.value(), "script");
@@ -325,12 +327,13 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, PictureTaker 
   const auto ticks = static_cast<std::uint64_t>(std::llround(duration_ * script_.rate_hz)) + 1;
   const auto hands = devices();
   for (const auto& hand : hands) (void)hand->open();  // these devices cannot fail
+  const bool has_bodies = has_places_on_bodies();
   std::size_t next_command = 0;
   volume::VoxelBox changed = sim::k_no_voxels;
   const auto command_until = [&](double until, double t) {
     for (; next_command < commands_.size() && commands_[next_command].from->at <= until; ++next_command) {
       const TimedCommand& timed = commands_[next_command];
-      const Result<sim::Command> command = command_at(timed, run.engine().now());
+      const Result<sim::Command> command = has_bodies ? command_at(timed, run.engine().now()) : timed.command;
       if (!command) {
         watch.record_command(*timed.from, t, command.error());
         continue;
@@ -372,6 +375,7 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
   for (const auto& hand : hands) borrowed.push_back(hand.get());
   sim::LiveSession live(borrowed, operation_.engine(), operation_.servo(), &recorder);
   Live result;
+  const bool has_bodies = has_places_on_bodies();
   if (script_.free_pieces) live.watch_pieces(*script_.free_pieces);
   if (Status error = live.start()) return *error;
   const auto progress = listener.progress("playing live");
@@ -390,7 +394,8 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
     const double t = state.newest.t;
     while (result.results.size() < commands_.size() && due(commands_[result.results.size()].from->at) <= t) {
       const TimedCommand& timed = commands_[result.results.size()];
-      const Result<sim::Command> command = command_at(timed, *live.snapshot().get());
+      const Result<sim::Command> command =
+          has_bodies ? command_at(timed, *live.snapshot().get()) : timed.command;
       if (!command) {
         result.results.push_back({command.error(), live.fetch_state().newest.t + 0.5 / script_.rate_hz});
         continue;

@@ -63,6 +63,7 @@ class ScriptRun {
       : script_(script), operation_(std::move(operation)) {}
   Result<Place> find_trajectory_place(const data_tools::ScriptPlace& request) const;
   Status find_places(const std::string& where, const Performer* performer);
+  bool has_places_on_bodies() const noexcept;
   Result<sim::Command> command_at(const TimedCommand& timed, const sim::OperationState& state) const;
   void perform(const Performer& performer);
   double planned_duration() const;

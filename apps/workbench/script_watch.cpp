@@ -71,6 +71,17 @@ Status check_place(const std::string& measurement, const std::vector<Place>& pla
                .remedy = "choose one of these"};
 }
 
+std::string one_line_text(const Error& error) {
+  std::string text = error.what;
+  const auto add = [&text](const char* prefix, const std::string& part) {
+    if (!part.empty()) text.append(prefix).append(part);
+  };
+  add("; found: ", error.found);
+  add("; expected: ", error.expected);
+  add("; remedy: ", error.remedy);
+  return text;
+}
+
 }  // namespace
 
 std::vector<std::string> quantity_names() {
@@ -164,26 +175,15 @@ Status ScriptWatch::take_due(double t, const ScriptMoment& moment) {
   };
   for (; is_due(requests_, next_request_); ++next_request_) check(*requests_[next_request_], moment);
   for (; take_picture_ && is_due(pictures_, next_picture_); ++next_picture_) {
-    if (Status error =
-            take_picture_(*pictures_[next_picture_], moment, caption_of(*pictures_[next_picture_], moment)))
-      return error;
+    const ScriptPicture& picture = *pictures_[next_picture_];
+    Status error = take_picture_(picture, moment, caption_of(picture, moment));
+    if (error && error->kind != ErrorKind::refused) return error;
+    if (error)  // such as that of a body that does not exist
+      report_.checks.push_back({picture.line, picture.file + " is taken", t, false, one_line_text(*error)});
     changed_ = sim::k_no_voxels;
   }
   return std::nullopt;
 }
-
-namespace {
-std::string one_line_text(const Error& error) {
-  std::string text = error.what;
-  const auto add = [&text](const char* prefix, const std::string& part) {
-    if (!part.empty()) text.append(prefix).append(part);
-  };
-  add("; found: ", error.found);
-  add("; expected: ", error.expected);
-  add("; remedy: ", error.remedy);
-  return text;
-}
-}  // namespace
 
 void ScriptWatch::record_command(const ScriptCommand& command, double t, const Status& refused) {
   if (!refused && !command.refusal) return;

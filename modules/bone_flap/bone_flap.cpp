@@ -44,9 +44,7 @@ struct FlapResult final : sim::JobResult {
   sim::Detachment detached;
   std::uint64_t fingerprint = 0;
 
-  std::string_view failure() const noexcept override {
-    return error ? std::string_view(error->reason) : std::string_view();
-  }
+  std::string_view failure() const noexcept override { return reason_of(error); }
   std::uint64_t hash() const override { return fingerprint; }
   const sim::Detachment* detachment() const noexcept override { return error ? nullptr : &detached; }
   void seal() {

@@ -92,8 +92,8 @@ class Drilling final : public sim::Module {
  public:
   std::string_view name() const noexcept override { return "drilling"; }
   std::uint32_t version() const noexcept override {
-    return 6;
-  }  // 6: the clutch of a perforator examines the whole end
+    return 7;
+  }  // 7: an end that is still outside the bone does not release the clutch of a perforator
   std::span<const sim::InstrumentType* const> instruments() const override;
   std::span<const sim::ValueType* const> events() const override;
   std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;

@@ -36,8 +36,7 @@ ToolBody body_of(const Craniotome& c) { return ToolBody::cylinder(0.5 * c.diamet
 
 /// Returns eight unit vectors across a shaft.
 std::array<dvec3, 8> directions_across(const dvec3& shaft) {
-  const dvec3 aside = volume::axis_aside(shaft);
-  const dvec3 a = glm::normalize(glm::cross(shaft, aside)), b = glm::cross(shaft, a);
+  const auto [a, b] = volume::axes_across(shaft);
   constexpr double k_half = 0.70710678118654752;
   return {a, b, -a, -b, k_half * (a + b), k_half * (a - b), -k_half * (a + b), k_half * (b - a)};
 }

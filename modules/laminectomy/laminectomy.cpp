@@ -20,9 +20,7 @@ struct JudgementResult final : sim::JobResult {
   LocatedStatus error;
   std::uint64_t fingerprint = 0;
 
-  std::string_view failure() const noexcept override {
-    return error ? std::string_view(error->reason) : std::string_view();
-  }
+  std::string_view failure() const noexcept override { return reason_of(error); }
   std::uint64_t hash() const override { return fingerprint; }
   void seal() {
     MixHash mix;

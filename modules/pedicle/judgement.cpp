@@ -19,9 +19,7 @@ namespace {
 struct JudgementResult final : sim::JobResult {
   ScrewJudged judged;
   LocatedStatus error;
-  std::string_view failure() const noexcept override {
-    return error ? std::string_view(error->reason) : std::string_view();
-  }
+  std::string_view failure() const noexcept override { return reason_of(error); }
   std::uint64_t hash() const override {
     MixHash mix;
     sim::add_value(mix, judged);

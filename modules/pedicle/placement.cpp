@@ -19,9 +19,7 @@ struct PlacementResult final : sim::JobResult {
   Screw screw;
   std::int64_t track = 0;
   LocatedStatus error;
-  std::string_view failure() const noexcept override {
-    return error ? std::string_view(error->reason) : std::string_view();
-  }
+  std::string_view failure() const noexcept override { return reason_of(error); }
   std::uint64_t hash() const override {
     MixHash mix;
     if (error) sim::add_bytes(mix, error->reason);

@@ -39,7 +39,7 @@ class Parts {
  private:
   /// Adds a solid whose axis is turned from z to a unit direction.
   void add(const dvec3& from, const dvec3& along, const volume::TurnedSolid& solid) {
-    const auto [u, v] = across(along);
+    const auto [u, v] = volume::axes_across(along);
     const auto first = static_cast<std::uint32_t>(vertices_.size());
     for (const dvec3& p : solid.vertices) vertices_.push_back(from + p.x * u + p.y * v + p.z * along);
     for (const std::uint32_t corner : solid.triangles) triangles_.push_back(first + corner);
@@ -81,12 +81,6 @@ std::shared_ptr<const haptics::MeshTree> clamp_surface(const ClampPose& pose, co
   for (const ClampRod& rod : clamp_rods(pose, tips_world, up_world, arm_depth))
     parts.rod(rod.from, rod.to, rod.radius);
   return parts.finish();
-}
-
-std::array<dvec3, 2> across(const dvec3& along) noexcept {
-  const dvec3 aside = volume::axis_aside(along);
-  const dvec3 first = glm::normalize(glm::cross(along, aside));
-  return {first, glm::cross(along, first)};
 }
 
 }  // namespace trephine::skull_clamp

@@ -24,7 +24,5 @@ std::vector<ClampRod> clamp_rods(const ClampPose& pose, const Pins& tips_world, 
 std::shared_ptr<const haptics::MeshTree> clamp_surface(const ClampPose& pose, const Pins& tips_world,
                                                        const glm::dvec3& up_world,
                                                        double arm_depth = ClampSize().arm_depth);
-/// Returns two unit vectors at right angles to a unit vector, and to each other.
-std::array<glm::dvec3, 2> across(const glm::dvec3& along) noexcept;
 
 }  // namespace trephine::skull_clamp

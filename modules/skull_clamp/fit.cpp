@@ -35,9 +35,7 @@ struct FitResult final : sim::JobResult {
   ClampFitted fitted;
   LocatedStatus error;
 
-  std::string_view failure() const noexcept override {
-    return error ? std::string_view(error->reason) : std::string_view();
-  }
+  std::string_view failure() const noexcept override { return reason_of(error); }
   std::uint64_t hash() const override {
     MixHash mix;
     sim::add_value(mix, fitted);

@@ -56,7 +56,7 @@ std::string reason_not_to_enter(const Catheter& c, const CatheterState& state, c
                                 const dvec3& ahead, const dvec3& layer, const sim::Work& work) {
   if (!c.has_stylet && remaining_label(work, layer) == state.dura)
     return "a catheter without its stylet does not pass the dura. Take it with its stylet.";
-  const auto [a, b] = across(ahead);
+  const auto [a, b] = volume::axes_across(ahead);
   constexpr double k_half = 0.70710678118654752;
   const std::array<dvec3, 8> around{a,  b,  k_half * (a + b),  k_half * (a - b),
                                     -a, -b, -k_half * (a + b), k_half * (b - a)};
@@ -201,12 +201,6 @@ int label_at(const volume::Volume& scan, const dvec3& p_world) noexcept {
 std::string name_of_label(const volume::Volume& scan, int label) {
   const auto index = static_cast<std::size_t>(label);
   return index < scan.label_names.size() ? scan.label_names[index] : "label " + std::to_string(label);
-}
-
-std::array<dvec3, 2> across(const dvec3& along) noexcept {
-  const dvec3 aside = volume::axis_aside(along);
-  const dvec3 first = glm::normalize(glm::cross(along, aside));
-  return {first, glm::cross(along, first)};
 }
 
 const sim::Schema& Catheter::schema() {

@@ -29,9 +29,6 @@ int label_at(const volume::Volume& scan, const glm::dvec3& p_world) noexcept;
 /// Returns the name of a label, or "label N" if the scan does not name it.
 std::string name_of_label(const volume::Volume& scan, int label);
 
-/// Returns two unit vectors at right angles to a unit vector, and to each other.
-std::array<glm::dvec3, 2> across(const glm::dvec3& along) noexcept;
-
 /// State of a catheter. Depths are in mm along `ahead` from `start`, where the path first meets a layer.
 struct CatheterState : Layers {
   bool has_entered = false;

@@ -4,6 +4,7 @@
 #include <glm/geometric.hpp>
 
 #include "sim/api/work.h"
+#include "volume/base/axes.h"
 #include "volume/surface/lathe.h"
 #include "volume/surface/part_surface.h"
 
@@ -42,7 +43,7 @@ std::shared_ptr<const sim::Piece> catheter_piece(const dvec3& tip, const dvec3& 
     rings.push_back({length - radius + along, std::sqrt(radius * radius - along * along)});
   }
   const volume::TurnedSolid solid = volume::turned_solid(0, rings, length, k_facets);
-  const auto [right, up] = across(ahead);
+  const auto [right, up] = volume::axes_across(ahead);
   volume::PartSurface surface;
   for (const dvec3& p : solid.vertices)
     surface.vertices_world.emplace_back(tip + p.x * right + p.y * up + (p.z - length) * ahead);

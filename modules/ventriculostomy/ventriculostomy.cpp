@@ -5,6 +5,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "volume/base/axes.h"
+
 namespace trephine::ventriculostomy {
 
 using glm::dvec3;
@@ -36,7 +38,7 @@ sim::Overlay marks_of(const Catheter& catheter, const CatheterState& state) {
   constexpr int k_numbered = 5;
   sim::Overlay overlay;
   const dvec3 back = -state.ahead, tip = state.tip();
-  const auto [right, up] = across(back);
+  const auto [right, up] = volume::axes_across(back);
   const double radius = 0.5 * catheter.diameter;
   for (int i = 1; i * k_between <= catheter.length; ++i) {
     if (i * k_between > state.depth + k_visible) break;

@@ -157,7 +157,9 @@ TEST_F(Command, AScriptsPlaceOnABodyMovesWithIt) {
   write("none.toml", cut +
                          "[[do]]\nat = 0.3\ncommand = \"undo\"\n[[pictures]]\nfile = \"flap.png\"\n"
                          "place = \"flap\"\ndistance = 150\n");
-  EXPECT_NE(run("run none.toml --pictures .").err.find("does not exist at this time"), std::string::npos);
+  const Ended none = run("run none.toml --pictures .");
+  EXPECT_EQ(none.exit_code, 1) << none.err;
+  EXPECT_NE(none.out.find("does not exist at this time"), std::string::npos) << none.out << none.err;
   write("hand.toml",
         "schema = 1\nscan = \"head\"\n[[places]]\nname = \"flap\"\nbody = 1\n[[hands]]\n"
         "place = \"flap\"\npoints = [[0, 0, 0, 10]]\n");

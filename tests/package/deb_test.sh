@@ -28,28 +28,28 @@ demand window "$window" 'trephine \(= 0.1.0\)'
 demand dev "$dev" 'libtrephine0.1 \(= 0.1.0\)'
 demand dev "$dev" 'libglm-dev'
 # Installs into a scratch root; dependencies are those of the machine.
-mkdir -p root/var/lib/dpkg/{info,updates} root/var/lib/dpkg/triggers
-touch root/var/lib/dpkg/{status,available}
-dpkg --root="$scratch/root" --force-not-root --force-depends --force-script-chrootless --log=/dev/null -i deb/*.deb >log 2>&1 ||
+mkdir -p system/var/lib/dpkg/{info,updates} system/var/lib/dpkg/triggers
+touch system/var/lib/dpkg/{status,available}
+dpkg --root="$scratch/system" --force-not-root --force-depends --force-script-chrootless --log=/dev/null -i deb/*.deb >log 2>&1 ||
   { cat log; exit 1; }
-export LD_LIBRARY_PATH=$scratch/root/usr/lib/$(dpkg-architecture -qDEB_HOST_MULTIARCH):$scratch/root/usr/lib
-root/usr/bin/trephine phantom sphere --size 24 -o s.mha >/dev/null
-root/usr/bin/trephine info s.mha | grep -q MetaImage
-root/usr/bin/trephine convert s.mha -o s.vdb >/dev/null && root/usr/bin/trephine info s.vdb | grep -q OpenVDB
-env -u DISPLAY root/usr/bin/trephine view s.mha --iso 300 --screenshot s.png >/dev/null
+export LD_LIBRARY_PATH=$scratch/system/usr/lib/$(dpkg-architecture -qDEB_HOST_MULTIARCH):$scratch/system/usr/lib
+system/usr/bin/trephine phantom sphere --size 24 -o s.mha >/dev/null
+system/usr/bin/trephine info s.mha | grep -q MetaImage
+system/usr/bin/trephine convert s.mha -o s.vdb >/dev/null && system/usr/bin/trephine info s.vdb | grep -q OpenVDB
+env -u DISPLAY system/usr/bin/trephine view s.mha --iso 300 --screenshot s.png >/dev/null
 [ -s s.png ]
-[ -s root/usr/share/applications/trephine.desktop ] && [ -s root/usr/share/icons/hicolor/scalable/apps/trephine.svg ]
-[ -s root/usr/lib/udev/rules.d/60-trephine.rules ]
+[ -s system/usr/share/applications/trephine.desktop ] && [ -s system/usr/share/icons/hicolor/scalable/apps/trephine.svg ]
+[ -s system/usr/lib/udev/rules.d/60-trephine.rules ]
 # The Python module and the program of cohorts.
-env -u LD_LIBRARY_PATH PYTHONPATH=root/usr/lib/python3/dist-packages /usr/bin/python3 -c "
+env -u LD_LIBRARY_PATH PYTHONPATH=system/usr/lib/python3/dist-packages /usr/bin/python3 -c "
 import trephine
 operation = trephine.Operation.open(trephine.Scan.phantom('sphere', spacing=(2, 2, 2)), iso=300)
 assert operation.run([[0, 0, 60], [0, 0, 20]]).contact.any()"
-{ root/usr/bin/trephine-cohort plan none.toml -o plan.csv 2>&1 || true; } | grep -q 'does not exist'
-[ -s root/usr/share/trephine/cohort/Snakefile ]
+{ system/usr/bin/trephine-cohort plan none.toml -o plan.csv 2>&1 || true; } | grep -q 'does not exist'
+[ -s system/usr/share/trephine/cohort/Snakefile ]
 # With a display, the package of the window is tested too.
 if command -v xvfb-run >/dev/null; then
-  XDG_STATE_HOME=$scratch/state xvfb-run -a -s '-screen 0 1024x768x24' root/usr/bin/trephine view s.mha --iso 300 --seconds 1 --json >view.json
+  XDG_STATE_HOME=$scratch/state xvfb-run -a -s '-screen 0 1024x768x24' system/usr/bin/trephine view s.mha --iso 300 --seconds 1 --json >view.json
   grep -q '"window": "qt"' view.json || { echo "the window's package was not used"; cat view.json; exit 1; }
 fi
 echo "packages: $(ls deb | tr '\n' ' ')"

@@ -1,7 +1,9 @@
-// axis_aside(): a coordinate axis that is not parallel to a direction.
+// axes_across(): two directions at right angles to another one.
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
 namespace trephine::volume {
@@ -9,6 +11,12 @@ namespace trephine::volume {
 /// Returns the x or the y axis, whose angle to a unit vector is at least 37 degrees.
 inline glm::dvec3 axis_aside(const glm::dvec3& direction) noexcept {
   return std::abs(direction.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+}
+
+/// Returns two unit vectors at right angles to a unit vector, and to each other.
+inline std::array<glm::dvec3, 2> axes_across(const glm::dvec3& direction) noexcept {
+  const glm::dvec3 first = glm::normalize(glm::cross(direction, axis_aside(direction)));
+  return {first, glm::cross(direction, first)};
 }
 
 }  // namespace trephine::volume

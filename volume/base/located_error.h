@@ -4,6 +4,7 @@
 #include <glm/vec3.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace trephine {
 
@@ -15,5 +16,10 @@ struct LocatedError {
 
 /// Success without a value, or a LocatedError.
 using LocatedStatus = std::optional<LocatedError>;
+
+/// Returns the reason of an error; empty for a success.
+inline std::string_view reason_of(const LocatedStatus& status) noexcept {
+  return status ? std::string_view(status->reason) : std::string_view();
+}
 
 }  // namespace trephine

@@ -260,7 +260,10 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
   }
   auto continued =
       workbench::continue_session(file, arguments.case_source, !path.has_value(), terminal_listener());
-  if (!continued) return continued.error();
+  if (!continued) {
+    if (arguments.at) std::filesystem::remove(arguments.record);  // the copy that cannot be continued
+    return continued.error();
+  }
   const sim::SessionHeader& header = continued.value().header();
   sim::SessionWriter& writer = *continued.value().writer;
   sim::Engine& engine = continued.value().engine;
