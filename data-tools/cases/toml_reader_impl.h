@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/vec3.hpp>
+#include <map>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -26,7 +27,7 @@ Result<std::string> read_toml_text(const std::string& path, const std::string& w
 /// Returns a text as a TOML string in one line.
 std::string toml_text(const std::string& text);
 
-/// Reads tables with known keys; keeps the first error.
+/// Reads tables with known keys; keeps all errors of the file.
 class TomlReader {
  public:
   explicit TomlReader(std::string where) : where_(std::move(where)) {}
@@ -34,6 +35,7 @@ class TomlReader {
   /// Returns `value` as a table; error if a key is not in `known`.
   const toml::table& table(const toml::value& value, const std::set<std::string>& known) {
     static const toml::table k_empty;
+    is_table_invalid_ = false;
     if (!value.is_table()) return fail(value, "the value is not a table", "", "a table"), k_empty;
     for (const auto& [key, v] : value.as_table())
       if (!known.contains(key)) {
@@ -146,21 +148,36 @@ class TomlReader {
   }
   /// Returns the line of a value or a table, from 1.
   static int line_of(const toml::value& at) { return static_cast<int>(at.location().line()); }
-  /// Records an error at a value or a line, unless there is an earlier one.
+  /// Records an error at a value or a line. An error of a whole table is left out if one of its values has an
+  /// error, of which it may be a consequence.
   void fail(const toml::value& at, std::string what, std::string found, std::string expected,
             std::string remedy = "") {
+    if (at.is_table() && is_table_invalid_) return;
+    is_table_invalid_ = true;
     fail(line_of(at), std::move(what), std::move(found), std::move(expected), std::move(remedy));
   }
   void fail(int line, std::string what, std::string found, std::string expected, std::string remedy = "") {
-    if (error_) return;
-    error_ = Error{.what = std::move(what),
-                   .where = where_ + ", line " + std::to_string(line),
-                   .found = std::move(found),
-                   .expected = std::move(expected),
-                   .remedy = std::move(remedy)};
+    errors_.try_emplace(line, Error{.what = std::move(what),
+                                    .where = where_ + ", line " + std::to_string(line),
+                                    .found = std::move(found),
+                                    .expected = std::move(expected),
+                                    .remedy = std::move(remedy)});
   }
-  /// Returns the first error.
-  const std::optional<Error>& error() const { return error_; }
+  /// Returns the first error of the file; its remedy names those of further lines.
+  std::optional<Error> error() const {
+    if (errors_.empty()) return std::nullopt;
+    Error result = errors_.begin()->second;
+    if (errors_.size() > 1 && result.remedy.empty()) result.remedy = "correct this line";
+    constexpr int k_max_named = 6;
+    auto further = std::next(errors_.begin());
+    for (int count = 1; further != errors_.end() && count < k_max_named; ++count, ++further)
+      result.remedy += "; line " + std::to_string(further->first) + ": " + further->second.what +
+                       (further->second.found.empty() ? "" : " (" + further->second.found + ")");
+    if (further != errors_.end())
+      result.remedy +=
+          "; " + std::to_string(std::distance(further, errors_.end())) + " more lines are invalid";
+    return result;
+  }
 
  private:
   /// Returns a value in one line of at most 80 characters.
@@ -180,7 +197,8 @@ class TomlReader {
   }
 
   std::string where_;
-  std::optional<Error> error_;
+  std::map<int, Error> errors_;    ///< the first of each line
+  bool is_table_invalid_ = false;  ///< the table that is being read has an error
 };
 
 /// Returns the matter of a model; titanium if the key is absent.

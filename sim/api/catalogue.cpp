@@ -17,6 +17,15 @@ std::array<const ValueType*, 12> own_events() noexcept {
           &value_type<DebrisFreed>(),   &value_type<StepEntered>(),       &value_type<StepRefused>()};
 }
 
+/// Returns the types of a module's commands, events, instruments and jobs.
+std::vector<const ValueType*> types_of(const Module& module) {
+  std::vector<const ValueType*> types(module.commands().begin(), module.commands().end());
+  types.insert(types.end(), module.events().begin(), module.events().end());
+  for (const InstrumentType* instrument : module.instruments()) types.push_back(instrument->parameters);
+  for (const JobType* job : module.jobs()) types.push_back(job->parameters);
+  return types;
+}
+
 }  // namespace
 
 bool contains(std::span<const ValueType* const> all, const ValueType& type) noexcept {
@@ -36,10 +45,8 @@ std::vector<const ValueType*> Catalogue::all() const {
   for (const CoreCommand& command : core_commands()) types.push_back(command.type);
   types.insert(types.end(), events.begin(), events.end());
   for (const Module* module : modules_) {
-    types.insert(types.end(), module->commands().begin(), module->commands().end());
-    types.insert(types.end(), module->events().begin(), module->events().end());
-    for (const InstrumentType* instrument : module->instruments()) types.push_back(instrument->parameters);
-    for (const JobType* job : module->jobs()) types.push_back(job->parameters);
+    const std::vector<const ValueType*> own = types_of(*module);
+    types.insert(types.end(), own.begin(), own.end());
   }
   return types;
 }
@@ -83,8 +90,14 @@ Status Catalogue::check() const {
   std::sort(names.begin(), names.end());
   const auto twice = std::adjacent_find(names.begin(), names.end());
   if (twice == names.end()) return std::nullopt;
-  return Error{
-      .what = "two modules use the same name", .found = std::string(*twice), .expected = "unique names"};
+  std::string owners;
+  for (const Module* module : modules_)
+    for (const ValueType* type : types_of(*module))
+      if (type->schema->name == *twice) owners.append(owners.empty() ? "" : " and ").append(module->name());
+  return Error{.what = "a name is used twice in the modules",
+               .found = std::string(*twice) + ", in " + owners,
+               .expected = "unique names of commands, events, instruments and jobs",
+               .remedy = "rename it in one module, or load only one of them"};
 }
 
 }  // namespace trephine::sim

@@ -170,6 +170,10 @@ TEST_F(Script, ErrorsAreReportedWithTheirLineBeforePlaying) {
       {"[[do]]\nat = 1\nhand = 0.5\ncommand = \"undo\"", "hand is not a whole number"},
       {"speed = 2", "unknown key"},
       {"smallest_burr = 1", "unknown key"},
+      // All mistakes are named at once, without their consequences for the whole table.
+      {"[[expect]]\nthat = \"changes\"\nleast = \"1\"\n[[do]]\nat = -1\ncommand = \"undo\"",
+       "correct the spelling; line 16: the value of least is not a number (\"1\"); line 18: the value of at is "
+       "out of range (-1)\n"},
       {"\n[[expect", "the script is not TOML"},
   };
   for (const auto& [more, words] : bad) {

@@ -161,7 +161,14 @@ TEST(Engine, AJobWithAnUndoInItsMiddleIsTheSameLiveAndReplayed) {
         const auto now = live.snapshot().get();
         return Toy::toy_world(*now).flooded != 0 || now->chronicle.size() > 0;
       }));
-      EXPECT_EQ(live.fetch_state().job, "");
+      const LiveState ended = live.fetch_state();
+      EXPECT_EQ(ended.job, "");
+      ASSERT_EQ(ended.failed.has_value(), is_strict);
+      if (is_strict) {
+        EXPECT_EQ(ended.failed->what, "the command has had no effect");
+        EXPECT_NE(ended.failed->found.find("the anatomy changed"), std::string::npos);
+      }
+      EXPECT_FALSE(live.fetch_state().failed) << "reported twice";
     });
     EXPECT_EQ(Toy::toy_world(*last).flooded != 0, !is_strict);
     std::size_t discarded = 0;

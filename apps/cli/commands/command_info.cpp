@@ -36,6 +36,21 @@ std::vector<std::string> persistent_of(const sim::SessionHeader& header) {
   }
   return settings;
 }
+/// Prints the names of a plan, one line for each kind of object. All values are in the settings of --json.
+void print_plan(const volume::SurgicalPlan& plan, Outcome& outcome) {
+  const auto print_names = [&outcome](const char* kind, const auto& objects) {
+    std::string names;
+    for (const auto& object : objects) names += (names.empty() ? "" : ", ") + object.name;
+    if (!names.empty()) outcome.print("  planned {kind}: {names}", {{"kind", kind}, {"names", names}});
+  };
+  print_names("trajectories", plan.trajectories);
+  print_names("landmarks", plan.landmarks);
+  print_names("outlines", plan.outlines);
+  print_names("planes", plan.planes);
+  print_names("targets", plan.targets);
+  if (!plan.procedure.is_empty()) outcome.print("  procedure: {title}", {{"title", plan.procedure.title}});
+}
+
 Result<Outcome> describe_session(const std::string& path) {
   Result<sim::SessionReader> opened = sim::SessionReader::open(path, modules::catalogue());
   if (!opened) return opened.error();
@@ -126,16 +141,19 @@ Result<Outcome> describe_session(const std::string& path) {
       "{redos}",
       {{"contact_seconds", static_cast<double>(contact) / h.rate_hz}});
   outcome.print("  recorded by {recorded_by}");
+  sim::SessionHeader without_plan = h;
+  without_plan.plan = {};
   Json line = Json::array();  // settings of one line
   const auto print_settings = [&] {
     if (!line.empty()) outcome.print("  {line}", {{"line", line}});
     line.clear();
   };
-  for (const std::string& setting : persistent_of(h)) {
+  for (const std::string& setting : persistent_of(without_plan)) {
     if (setting.starts_with("structure=") || setting.starts_with("hand=")) print_settings();
     line.push_back(setting);
   }
   print_settings();
+  print_plan(h.plan, outcome);
   for (std::size_t i = 0; i < std::min<std::size_t>(events.size(), 20); ++i)
     outcome.print("  at {after_seconds:.2f} s, hand {number}: {text}",
                   {{"after_seconds", events[i]["after_seconds"]},
