@@ -135,7 +135,7 @@ Result<Operation> Operation::Data::open(const OperationOptions& options, Read&& 
 Result<Operation> Operation::open(const std::string& path, const OperationOptions& options) {
   return Data::open(options, [&](const workbench::Listener& listener) {
     workbench::SourceChoice choice(path);
-    choice.takes_plan = options.takes_plan;
+    choice.uses_plan = options.uses_plan;
     return workbench::open_source(choice, listener);
   });
 }

@@ -50,8 +50,8 @@ struct OperationOptions {
   std::optional<double> iso = std::nullopt;  ///< this value and above
   std::string window = {};                   ///< values "LO:HI"
   std::string label = {};                    ///< name of a label
-  bool takes_plan = false;  ///< of a phantom: also its structures, screws and planned trajectories
-  double rate_hz = 1000;    ///< ticks per second, 10 to 100000
+  bool uses_plan = false;  ///< of a phantom: also its structures, screws and planned trajectories
+  double rate_hz = 1000;   ///< ticks per second, 10 to 100000
   /// mm, diameter of the smallest burr that will cut; empty: that of the hands.
   std::optional<double> smallest_burr = std::nullopt;
   Recording recording = {};
@@ -176,7 +176,7 @@ class Operation {
   /// Executes one tick per pose of one hand; one result per tick.
   Result<std::vector<Touch>> run(std::span<const Pose> poses);
   /// Executes a command, and finishes the job that it starts. Error, of kind `refused`, if the state does not
-  /// allow it or its job fails; then nothing can be undone that could not be undone before. By struct:
+  /// allow it or its job fails; such a command adds nothing to the undo history. By struct:
   /// `command(sim::Note{"text"})`; by words: `command("burr", "diameter=3")`.
   Status command(const Command& command);
   Status command(std::string_view name, std::string_view words = {}, int hand = 0);
@@ -189,7 +189,7 @@ class Operation {
   Result<Snapshot> snapshot();
   /// Returns to the state of a snapshot of this operation: equal ticks and commands then give equal bits.
   /// References to events become invalid. Error: a snapshot of another operation, or an operation that is
-  /// being recorded, since a recording has no way back.
+  /// being recorded, because a recording cannot return to an earlier state.
   Status restore(const Snapshot& snapshot);
   /// Ends the operation and its recording. Returns the first error of the recording. Only queries remain.
   Status end();
@@ -203,7 +203,7 @@ class Operation {
   bool is_whole() const noexcept;
 
   // ---- state ----
-  bool is_recorded() const noexcept;          ///< from reopen()
+  bool is_recorded() const noexcept;          ///< opened with reopen()
   bool is_read_only() const noexcept;         ///< recorded, or ended
   std::uint64_t tick() const noexcept;        ///< number of executed ticks
   std::uint64_t tick_count() const noexcept;  ///< number of recorded ticks; of open(): tick()

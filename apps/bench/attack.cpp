@@ -328,7 +328,7 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
     was_free = is_free && (was_free || (target.distance && !shape.holds(tool, 0)));
     if (was_free && step.has_contact) {
       ++row.judged_by_shape;
-      row.sunk += shape.holds(tool, slack);
+      row.too_deep += shape.holds(tool, slack);
     }
     if (!info.is_six_dof()) {
       judge.judge.judge_step(

@@ -19,7 +19,7 @@ struct AttackRow {
   long steps = 0, contacts = 0, fall_throughs = 0, buried = 0, not_finite = 0;
   /// Contacts deeper than 1.5 times the longest voxel side in the analytic shape minus the cuts, by code that
   /// uses neither samples nor triangles, for scenes with such a shape; and the number of contacts judged so.
-  long sunk = 0, judged_by_shape = 0;
+  long too_deep = 0, judged_by_shape = 0;
   long undos = 0;  ///< number of undos of all cuts under the tool
   double fastest_mm_s = 0;
 };

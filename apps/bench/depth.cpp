@@ -30,7 +30,7 @@ namespace {
 
 constexpr double k_radius = k_ball_radius;
 
-/// A ball of 20 mm seen by six cameras, in pixels of a size (mm).
+/// Returns six depth images of a ball of 20 mm radius. `pixel`: edge, mm.
 DepthCube six_images(double pixel) {
   BenchModel m = ball_of(200'000);
   for (dvec3& v : m.vertices) v *= 20 / k_radius;
@@ -51,7 +51,7 @@ double search_us(const DepthCube& cube, const haptics::baselines::LomiOptions& o
   std::vector<double> us;
   double sum = 0;
   for (int n = 0; n < k_searches; ++n) {
-    // A hand at 1 m/s: half of a map deep, slightly to the side.
+    // The hand is 0.5 mm deep, half of the local map, and 0.3 mm to the side.
     const dvec3 out = direction(n), aside = 0.3 * direction(n + 7000);
     const auto begin = Clock::now();
     const haptics::baselines::LomiRest rest = haptics::baselines::find_rest(

@@ -133,7 +133,7 @@ std::vector<ImagesRow> run_depth_images(bool is_quick, MakeWindow draw_on) {
         row.embree_different = count_differing_pixels(ours_at(touched), images, k_edge);
       }
       if (const DrawOn on = draw_on(pixels); on.window && draw_peer()) {
-        DrawPeerAnswer answer;
+        DrawPeerResult answer;
         if (draw_peer()(request_of(floats, m, touched, k_edge, 3, images), on.window, answer)) {
           row.gl_first_ms = answer.first_ms, row.gl_ms = answer.draw_ms + answer.read_ms;
           row.gl_different = count_differing_pixels(ours_at(touched), images, k_edge);
@@ -251,7 +251,7 @@ std::vector<FrameRow> run_frame_times(bool is_quick, MakeWindow draw_on) {
     });
     if (near == 0) row.feedback_ms = -1;
     if (const DrawOn on = draw_on(k_pixels); on.window && draw_peer()) {
-      DrawPeerAnswer answer;
+      DrawPeerResult answer;
       SixImages images(k_pixels);
       if (draw_peer()(request_of(floats, m, dvec3(0), 2.5 * k_ball_radius, 3, images), on.window, answer)) {
         row.draw_ms = answer.draw_ms / 6;

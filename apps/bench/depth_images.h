@@ -30,21 +30,23 @@ struct DrawPeerRequest {
   int rounds;
   float* depths;  ///< as in SixImages
 };
-struct DrawPeerAnswer {
+struct DrawPeerResult {
   double first_ms = 0;          ///< including the upload of the triangles
   double draw_ms = 0, read_ms;  ///< six pictures as large as the window, drawn; and their depths read
 };
-using DrawPeer = bool (*)(const DrawPeerRequest&, vtkRenderWindow*, DrawPeerAnswer&);
+using DrawPeer = bool (*)(const DrawPeerRequest&, vtkRenderWindow*, DrawPeerResult&);
 
-/// Six images of `pixels`^2 pixels, of 20 mm around the touch.
+/// Results for six images of `pixels`^2 pixels of a cube of 20 mm around the touched point.
 struct ImagesRow {
   int triangles = 0, pixels = 0;
-  double ours_ms = 0;                           ///< every layer, without preprocessing
-  double embree_build_ms = -1, embree_ms = -1;  ///< its tree; first hits only. Below 0: not built in
+  double ours_ms = 0;  ///< every layer, without preprocessing
+  double embree_build_ms = -1,
+         embree_ms = -1;  ///< building of Embree's tree; first hits only. Below 0: not built in
   /// VTK's depth buffer: the first six, and further ones with reading back
   double gl_first_ms = -1, gl_ms = -1;
   // Pixels of the six images in which the depths of a peer and ours differ by more than 2 um, or which only
-  // one of the two hits; -1: not built in. And the number if ours are shifted by a pixel.
+  // one of the two hits; -1: not built in. `moved_different`: the number for our images shifted
+  // by a pixel, as a check of the comparison.
   long embree_different = -1, gl_different = -1, moved_different = 0;
 };
 /// A window of `pixels`^2 to draw into; null without OpenGL.

@@ -78,7 +78,7 @@ struct PlayedScene {
 };
 
 FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, haptics::ProxyMethod& method,
-                const decltype(FeelOptions::on_answers)& on_answers) {
+                const decltype(FeelOptions::on_results)& on_results) {
   const MethodInfo& info = contender.info;
   const volume::Volume& base = *s.scene.base;
   const volume::Frame& frame = base.frame;
@@ -106,7 +106,7 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, 
   if (info.solid == MethodInfo::Solid::cubes && s.radius_mm == 0) same_solid = &judges.ideal.on_cubes();
   Scorer scorer(s, judges.ideal, same_solid);
   haptics::ProxyState state;
-  std::vector<dvec3> answers;
+  std::vector<dvec3> results;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const dvec3& hip = samples[i].pose.position_world;
     const haptics::ProxyStep step = method.step(s.scene, touch_state, state, {hip});
@@ -115,9 +115,9 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, 
     scorer.judge_step(i, step);
     row.voxels += step.counters.voxels, row.cells += step.counters.cells;
     row.triangles += step.counters.triangles, row.queries += step.counters.iterations;
-    answers.push_back(step.has_contact ? step.proxy_world : hip);
+    results.push_back(step.has_contact ? step.proxy_world : hip);
   }
-  if (on_answers) on_answers(s, info.name, answers);
+  if (on_results) on_results(s, info.name, results);
   // A peer has its own solid; its falls are those of the scorer.
   if (!contender.is_peer) row.fall_throughs = judge.fall_throughs();
   row.buried = judge.buried_starts();
@@ -171,24 +171,24 @@ std::optional<double> instructions_per_step(const FeelScene& s, const Contender&
   return static_cast<double>(*all) / static_cast<double>(count);
 }
 
-/// The row of another program's answers.
-FeelRow score(const FeelScene& s, const Ideal& ideal, const FeelAnswers& answers) {
+/// The row of another program's results.
+FeelRow score(const FeelScene& s, const Ideal& ideal, const FeelResults& results) {
   const std::string id = feel_id(s);
-  const auto& proxies = answers.proxies_world.at(id);
+  const auto& proxies = results.proxies_world.at(id);
   const auto& samples = s.path.samples();
   FeelRow row;
   row.scene = s.name, row.variant = s.variant, row.motion = s.motion, row.group = s.group,
-  row.method = answers.program;
+  row.method = results.program;
   row.size = s.scene.base->size.x;
   row.radius_mm = s.radius_mm;
   row.steps = static_cast<long>(proxies.size());
   Scorer scorer(s, ideal);
   MinimumOfRuns times;
-  const auto us = answers.us.find(id);
+  const auto us = results.us.find(id);
   for (std::size_t i = 0; i < std::min(proxies.size(), samples.size()); ++i) {
     const haptics::ProxyStep step = step_of_answer(proxies[i], samples[i].pose.position_world);
     scorer.judge_step(i, step);
-    if (us != answers.us.end() && i < us->second.size() && step.has_contact) times.add(i, us->second[i]);
+    if (us != results.us.end() && i < us->second.size() && step.has_contact) times.add(i, us->second[i]);
   }
   scorer.finish(row);
   row.time_us = times.result();
@@ -336,7 +336,7 @@ FeelReport run_feel(const FeelOptions& options) {
         return false;
       }
       PlayedScene played{&contender, contender.make(), {}};
-      played.row = measure(s, judges, contender, *played.method, options.on_answers);
+      played.row = measure(s, judges, contender, *played.method, options.on_results);
       // Without steps the contender does not support the scene.
       if (played.row.steps > 0) playing.push_back(std::move(played));
     }
@@ -353,17 +353,17 @@ FeelReport run_feel(const FeelOptions& options) {
           report.traces.push_back(trace(s, *played.contender, is_pressing));
     }
     if (is_reference(s)) report.split.push_back(split_of_explicit(s));
-    if (options.answers && options.answers->proxies_world.contains(id) &&
-        options.answers->proxies_world.at(id).size() != s.path.samples().size()) {
+    if (options.results && options.results->proxies_world.contains(id) &&
+        options.results->proxies_world.at(id).size() != s.path.samples().size()) {
       report.failure = Error{.what = "the results of a scene have a wrong number of steps",
                              .where = id,
-                             .found = std::to_string(options.answers->proxies_world.at(id).size()) + " rows",
+                             .found = std::to_string(options.results->proxies_world.at(id).size()) + " rows",
                              .expected = std::to_string(s.path.samples().size()) + ", as in hip.csv",
                              .remedy = "write a result for every step, with the same choice of --quick"};
       return false;
     }
-    if (options.answers && options.answers->proxies_world.contains(id))
-      report.rows.push_back(score(s, judges.ideal, *options.answers));
+    if (options.results && options.results->proxies_world.contains(id))
+      report.rows.push_back(score(s, judges.ideal, *options.results));
     return true;
   };
   for_feel_scenes(options.is_quick, options.only, [&](FeelScene&& s) { return play(s); });

@@ -58,7 +58,7 @@ struct FeelRow {
   double jump_n = 0;            ///< mean change of the raw force when the proxy enters another voxel
   double max_change_n = 0;      ///< largest change of the raw force between two ticks in contact
   long fall_throughs = 0, stuck = 0;
-  long parted = 0;  ///< number of times that the proxy came to rest elsewhere than the ideal proxy
+  long other_rest = 0;  ///< number of times that the proxy came to rest elsewhere than the ideal proxy
   long ghosts =
       0;  ///< steps in contact while the ideal proxy is free and the proxy more than a voxel from the HIP
   long missed = 0;  ///< steps without contact while the ideal proxy presses by more than a voxel
@@ -86,7 +86,7 @@ struct FeelTrace {
 };
 
 /// Answers of another program to exported scenes: a proxy per step, in the order of hip.csv.
-struct FeelAnswers {
+struct FeelResults {
   std::string program;                                           ///< its name on the chart
   std::map<std::string, std::vector<glm::dvec3>> proxies_world;  ///< by the scene's id
   std::map<std::string, std::vector<double>> us;                 ///< per step, if given
@@ -98,11 +98,11 @@ inline std::string feel_id(const FeelScene& s) { return feel_id(s.name, s.varian
 
 struct FeelOptions {
   bool is_quick = false;
-  /// Called with a method's answers to a scene, a proxy per step.
+  /// Called with a method's results to a scene, a proxy per step.
   std::function<void(const FeelScene&, const std::string& method, const std::vector<glm::dvec3>& proxies)>
-      on_answers;
+      on_results;
   std::string only;  ///< play scenes whose id contains this; empty: all
-  std::optional<FeelAnswers> answers;
+  std::optional<FeelResults> results;
   /// Called with each scene before it is played, for example to export it. A failure ends the run.
   std::function<Status(const FeelScene&)> inspect;
   std::vector<FeelScene> more;           ///< played after the built-in scenes, for example scans

@@ -22,7 +22,7 @@ const sim::Catalogue& catalogue() {
   return all;
 }
 
-/// Places and judges the planned screws of L4, and fetches the overlays while they turn in.
+/// Places and judges the planned screws of L4, and times the overlays while they turn in.
 void time_screws(PedicleResult& result) {
   data_tools::PhantomOptions options;
   options.size = glm::ivec3(result.width, result.width, result.slices);
@@ -113,7 +113,7 @@ InsertionTrace trace_insertion(pedicle::Guide guide) {
   const sim::ToolNeeds needs = probe.type->needs(probe.parameters.data(), *scene.base);
   if (haptics::set_smallest_burr(scene, needs.finest_cut)) return {};
   if (needs.tool && haptics::set_tool(scene, needs.tool)) return {};
-  // The position of a probe on a line is its tip, else the centre of its lowest ball.
+  // With guide=line the position of a probe is its tip; with guide=walls, the centre of its lowest ball.
   const double below = needs.tool ? needs.tool->radius() : 0;
   const auto method =
       haptics::make_method(scene.tool->is_six_dof() ? "chain" : haptics::k_default_method).value();

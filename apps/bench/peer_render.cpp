@@ -114,7 +114,7 @@ extern "C" bool trephine_render_peer(const RenderPeerRequest& request, vtkRender
 }
 
 extern "C" bool trephine_draw_peer(const DrawPeerRequest& request, vtkRenderWindow* window,
-                                   DrawPeerAnswer& answer) {
+                                   DrawPeerResult& answer) {
   vtkNew<vtkFloatArray> places;
   places->SetNumberOfComponents(3);
   places->SetArray(const_cast<float*>(request.vertices), 3 * request.vertex_count, 1);

@@ -143,7 +143,7 @@ ExactHandTracker::Verdict ExactHandTracker::judge(std::size_t i, const dvec3& pr
   const dvec3 free = hand_.go(proxy, proxy, proxy), down = hand_.go(free, hip(i), hip(i));
   if (glm::length(down - free) > voxel_) return Verdict::stuck;
   own_ = down;
-  return Verdict::parted;
+  return Verdict::other_rest;
 }
 
 Scorer::Scorer(const FeelScene& scene, const Ideal& ideal, const ExactHand* same_solid)
@@ -182,7 +182,7 @@ void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
     const double off = glm::length(proxy - on_same_->at(i));
     pending_same_.push_back(off);
     const ExactHandTracker::Verdict verdict = on_same_->judge(i, proxy, off > voxel);
-    if (verdict == ExactHandTracker::Verdict::parted) pending_same_.clear();
+    if (verdict == ExactHandTracker::Verdict::other_rest) pending_same_.clear();
     if (verdict != ExactHandTracker::Verdict::away) add_from_same();
   }
 
@@ -216,7 +216,7 @@ void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
     pending_.push_back(e);
   }
   // Stuck: more than a voxel from the ideal proxy, ten steps in a row, and not held by a wall. If contact is
-  // missed in matter no proxy can have parted.
+  // missed in matter no proxy can have other_rest.
   const bool is_fallen_through = is_missed && ideal_.is_in_matter(hip);
   switch (judged_.judge(i, proxy, !is_fallen_through && glm::length(proxy - expected) > voxel)) {
     case ExactHandTracker::Verdict::away:
@@ -224,8 +224,8 @@ void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
     case ExactHandTracker::Verdict::stuck:
       ++stuck_;
       break;
-    case ExactHandTracker::Verdict::parted:
-      ++parted_;
+    case ExactHandTracker::Verdict::other_rest:
+      ++other_rest_;
       on_shape_.part(proxy);
       pending_.clear();
       break;
@@ -282,7 +282,7 @@ void Scorer::finish(FeelRow& row) {
   };
   row.contacts = contacts_;
   row.fall_throughs = std::max(row.fall_throughs, entered_);
-  row.stuck = stuck_, row.parted = parted_, row.missed = missed_, row.ghosts = ghosts_;
+  row.stuck = stuck_, row.other_rest = other_rest_, row.missed = missed_, row.ghosts = ghosts_;
   if (on_same_) row.method_error_voxels = max_from_same_ / ideal_.voxel();
   if (const auto rms = root(distance_square_, static_cast<std::size_t>(distance_count_)))
     row.total_rms_voxels = *rms / ideal_.voxel();

@@ -61,7 +61,7 @@ class ExactHandTracker {
     following,
     away,   ///< for fewer than ten steps
     stuck,  ///< for ten steps, and not held by a wall
-    parted
+    other_rest
   };
   /// The ideal proxy at this step.
   const glm::dvec3& at(std::size_t i);
@@ -90,7 +90,7 @@ class Scorer {
   void finish(FeelRow& row);
 
  private:
-  /// Contribution of a step to the errors, added once the proxy is known not to have parted from the ideal
+  /// Contribution of a step to the errors, added once the proxy is known to have rested apart from the ideal
   /// proxy.
   struct Errors {
     double distance = 0, off = 0, aside = 0, unrendered = 0;
@@ -115,7 +115,7 @@ class Scorer {
   double distance_square_ = 0, angle_square_ = 0, off_square_ = 0, rendered_square_ = 0, jump_ = 0;
   double max_change_ = 0, max_off_ = 0, deepest_ = 0, max_from_same_ = 0;
   long contacts_ = 0, distance_count_ = 0, angle_count_ = 0, jumps_ = 0, missed_ = 0, ghosts_ = 0;
-  long stuck_ = 0, parted_ = 0, entered_ = 0;
+  long stuck_ = 0, other_rest_ = 0, entered_ = 0;
   bool was_inside_ = false;
   std::optional<glm::dvec3> last_proxy_;
 };

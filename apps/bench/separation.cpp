@@ -46,7 +46,7 @@ SeparationRow measure(double voxel, double burr) {
     times.push_back(1e3 * seconds_since(begin));
     ++row.strokes;
     row.held += result.kind == volume::Separation::Kind::connected;
-    row.parted += result.kind == volume::Separation::Kind::detached;
+    row.detached += result.kind == volume::Separation::Kind::detached;
     row.pending += result.kind == volume::Separation::Kind::pending;
     const auto whole = Clock::now();
     const volume::SolidParts parts(field, bits, *after);

@@ -9,7 +9,7 @@ namespace trephine::bench {
 struct SeparationRow {
   double voxel_mm = 0, burr_mm = 0;
   int samples_a_voxel = 1;  ///< along an axis
-  int strokes = 0, held = 0, parted = 0, pending = 0;
+  int strokes = 0, held = 0, detached = 0, pending = 0;
   double p50_ms = 0, p99_ms = 0;  ///< of one answer
   double complete_ms = 0;         ///< all parts of the whole volume recomputed
   int wrong = 0;                  ///< answers that contradict those parts

@@ -86,7 +86,7 @@ Result<Operation> open_scan(const trephine_scan* scan) {
   }
   options.window = text_or_empty(scan->window);
   options.label = text_or_empty(scan->label);
-  options.takes_plan = scan->takes_plan != 0;
+  options.uses_plan = scan->uses_plan != 0;
   if (scan->rate_hz != 0) options.rate_hz = scan->rate_hz;
   options.recording = recording_of(scan->record, scan->is_embedding);
   return Operation::open(scan->path, options);

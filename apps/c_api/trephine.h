@@ -109,7 +109,7 @@ typedef struct trephine_scan {
   size_t tool_count;
   const char* window; /* solid values "LO:HI"; NULL: structures of the case, or bone */
   const char* label;  /* or a solid label; NULL: no label */
-  int takes_plan;     /* nonzero: also the structures and screws of a phantom */
+  int uses_plan;      /* nonzero: also the structures and screws of a phantom */
   double rate_hz;     /* ticks per second; 0: 1000 */
   const char* record; /* a new file; NULL: no recording */
   int is_embedding;   /* nonzero: also writes the scan to that file */

@@ -119,7 +119,7 @@ int run_program(const Program& program, int argc, char** argv) {
     CLI::App* app = app_line.add_subcommand(command->name, command->help);
     app->add_flag("--json", wants_json, "One JSON object on stdout, errors too");
     app->add_flag("--keep-identity", wants_identity,
-                  "Write the names of folders and files to reports and files; omitted by default");
+                  "Write the names of folders and files to reports and files (default: omitted)");
     app->footer(std::string("Examples:\n") + command->examples);
     auto options = std::make_unique<Options>(*app);
     Run run = command->build(*options);
@@ -146,7 +146,14 @@ int run_program(const Program& program, int argc, char** argv) {
   try {
     const Status not_loaded = chosen->options->load_modules();
     Result<Outcome> result = not_loaded ? Result<Outcome>(*not_loaded) : chosen->run();
-    if (!result) result = chosen->options->in_words_of_options(result.error());
+    if (!result) {
+      Error error = chosen->options->in_words_of_options(result.error());
+      for (std::string* text : {&error.what, &error.found, &error.expected, &error.remedy})
+        *text = with_dashes(*text);
+      result = std::move(error);
+    } else if (result.value().json.contains("notices")) {
+      for (Json& text : result.value().json["notices"]) text = with_dashes(text.get<std::string>());
+    }
     if (wants_json && !wants_identity) {
       if (!result)
         result = chosen->options->without_names(result.error());

@@ -140,8 +140,21 @@ std::string for_terminal(const std::string& text, bool is_one_line) {
   return out;
 }
 
+std::string with_dashes(std::string text) {
+  constexpr std::string_view k_option = "option ";
+  for (std::size_t at = 0; (at = text.find('(', at)) != std::string::npos; ++at) {
+    std::string names = text.substr(at, text.find(')', at) - at);
+    if (!names.starts_with("(option ") && !names.starts_with("(omit option ")) continue;
+    const std::size_t length = names.size();
+    for (std::size_t i = 0; (i = names.find(k_option, i)) != std::string::npos;)
+      names.replace(i, k_option.size(), "--");
+    text.replace(at, length, names);
+  }
+  return text;
+}
+
 void notice(const std::string& text) {
-  std::string line = text;
+  std::string line = with_dashes(text);
   std::replace(line.begin(), line.end(), '\n', ' ');
   std::fprintf(stderr, "%s\n", for_terminal(line, true).c_str());
 }

@@ -73,6 +73,9 @@ std::string name_in_report(const workbench::Source& source);
 void notify_resampled(const volume::Volume& volume, const std::string& path);
 /// Prints a notice on one line of stderr.
 void notice(const std::string& text);
+/// Returns a text of a library in which options have the form of the command line: "(option scale 2)" becomes
+/// "(--scale 2)".
+std::string with_dashes(std::string text);
 /// Returns a listener that prints notices and progress to stderr.
 workbench::Listener terminal_listener();
 /// Prints the bounding boxes of the touchable objects and of a path that touched nothing.

@@ -77,7 +77,7 @@ OperationOptions options_of(const py::kwargs& keywords) {
     } else if (name == "label") {
       options.label = text_of(value, name, "the name of a label");
     } else if (name == "plan") {
-      options.takes_plan = argument<bool>(value, name, "True or False");
+      options.uses_plan = argument<bool>(value, name, "True or False");
     } else if (name == "rate") {
       options.rate_hz = argument<double>(value, name, "ticks per second");
     } else if (name == "smallest_burr") {

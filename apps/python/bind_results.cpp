@@ -41,7 +41,7 @@ void bind_results(py::module_& module) {
       });
 
   py::class_<PySurface>(module, "Surface",
-                        "Triangles in the world frame, counter-clockwise as seen from outside.")
+                        "Triangles in the world frame, counter-clockwise as viewed from outside.")
       .def_readonly("vertices", &PySurface::vertices, "(V, 3), mm.")
       .def_readonly("triangles", &PySurface::triangles, "(T, 3), indices of vertices.");
 }

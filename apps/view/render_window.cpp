@@ -43,7 +43,7 @@ Error no_display() {
   return Error{.what = "no display",
                .found = "DISPLAY is not set",
                .expected = "an X display",
-               .remedy = "pass --screenshot to write a picture without a display",
+               .remedy = "write a picture without a display (option screenshot FILE)",
                .kind = ErrorKind::missing_here};
 }
 

@@ -1,4 +1,5 @@
-// Start page of the simulator: procedures on built-in cases, recorded sessions, and own scans.
+// Start page of the simulator: procedures on built-in cases, recorded sessions, and own scans. For the
+// thread of the window.
 #pragma once
 
 #include <functional>

@@ -217,8 +217,8 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
   if (!options.screenshot.empty()) {
     if (!loop.is_complete)
       return Error{.what = "the screenshot failed: the window was not drawn",
-                   .where = "--screenshot",
-                   .remedy = "omit --seconds to write the picture without a window",
+                   .where = "screenshot",
+                   .remedy = "write the picture without a window (omit option seconds)",
                    .kind = ErrorKind::missing_here};
     if (Status error = write_png(window, options.screenshot)) return *error;
   }

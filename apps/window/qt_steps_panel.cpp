@@ -152,7 +152,7 @@ void StepsPanel::update_from(const StepGuide& guide) {
   for (std::size_t i = 0; i < buttons_.size(); ++i) {
     const StepGuide::Next& next = guide.next()[i];
     buttons_[i].button->setEnabled(next.is_allowed);
-    const QString reason = next.needs_empty_hand ? tr("Puts the tool down first.") : text_of(next.reason);
+    const QString reason = next.needs_empty_hand ? tr("Removes the tool first.") : text_of(next.reason);
     buttons_[i].reason->setText(reason);
     buttons_[i].reason->setVisible(!reason.isEmpty());
   }

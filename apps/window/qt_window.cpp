@@ -136,7 +136,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
     show_assumptions();
     if (!options_.host.interrupted_session.empty())
       show_message(
-          tr("The last operation was interrupted. To go on with it: File > Continue the interrupted "
+          tr("The last session was interrupted. To go on with it: File > Continue the interrupted "
              "session."));
     operation_->set_depth(0.5 * depth_->value());
     picture = &operation_->viewport();
@@ -395,7 +395,7 @@ void MainWindow::show_state() {
     if (seconds_since(servo_shown_at_) > k_servo_seconds || servo_->text().isEmpty()) {
       servo_shown_at_ = Clock::now();
       const haptics::ServoReport servo = operation_->servo();
-      servo_->setText(tr("Forces: %1 Hz, %2 \u00b5s each, %3 \u00b5s late")
+      servo_->setText(tr("Forces: %1 Hz, step %2 \u00b5s, delay %3 \u00b5s")
                           .arg(options_.rate_hz, 0, 'f', 0)
                           .arg(servo.step_p50_us, 0, 'f', 1)
                           .arg(servo.late_p50_us, 0, 'f', 0));

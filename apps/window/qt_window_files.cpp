@@ -224,9 +224,9 @@ Status MainWindow::save_mesh(const QString& path) {
 
 Status MainWindow::save_session(const QString& path) {
   if (options_.session_file.empty())
-    return Error{.what = "this session is not recorded",
-                 .expected = "a recorded session",
-                 .remedy = "start with a recording",
+    return Error{.what = "this operation is not recorded",
+                 .expected = "an operation that is being recorded",
+                 .remedy = "start it from the simulator, or record it (option record FILE)",
                  .kind = ErrorKind::missing_here};
   if (QFileInfo(path) == QFileInfo(QString::fromStdString(options_.session_file)))
     return std::nullopt;  // already saved there
@@ -246,7 +246,7 @@ Status MainWindow::save_picture(const QString& path) {
   if (!is_drawable() || !viewport()->complete())
     return Error{.what = "the picture cannot be saved: the window was not drawn yet",
                  .where = data_tools::file_name(file),
-                 .remedy = "show the window before saving it; with --seconds, allow more time",
+                 .remedy = "show the window before saving it, or allow more time (option seconds)",
                  .kind = ErrorKind::missing_here};
   // Save the pixels of the canvas, without panels.
   QByteArray bytes;

@@ -41,9 +41,9 @@ void MainWindow::toggle_names() {
                                                        : Names::in_front;
   labels.set_names(next);
   for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->set_names_visible(next != Names::none);
-  show_message(next == Names::in_front ? tr("names of points in front of the bone")
-               : next == Names::all    ? tr("names of all points")
-                                       : tr("names are hidden"));
+  show_message(next == Names::in_front ? tr("Names are shown for points in front of the bone.")
+               : next == Names::all    ? tr("Names are shown for all points.")
+                                       : tr("Names are hidden."));
 }
 
 void MainWindow::turn(double right, double up) {
@@ -187,8 +187,7 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
       return;
     case Qt::Key_K: {
       if (!operation_) return;
-      constexpr const char* names[] = {"upright on the bone", "toward the viewer",
-                                       "in its current direction"};
+      constexpr const char* names[] = {"upright on the bone", "toward the viewer", "in a fixed direction"};
       show_message(QString("The shaft points %1.").arg(names[static_cast<int>(operation_->hold_next())]));
       return;
     }

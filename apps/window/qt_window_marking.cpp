@@ -114,7 +114,7 @@ void MainWindow::build_measure_menu() {
       {"angle", tr("&Angle"), {"Angle", 3, 3, Shows::angle}, QKeySequence("Ctrl+Shift+A")},
       {"tape", tr("&Tape along the bone"), {"Tape", 2, k_any, Shows::straight}, QKeySequence("Ctrl+Shift+T")},
       {"patch", tr("Area of an &outline"), {"Area", 3, k_any, Shows::outline}},
-      {"region", tr("&Values in a ball of 5 mm"), {"Values in a ball", 1, 1}},
+      {"region", tr("&Values within 5 mm of a position"), {"Values within 5 mm", 1, 1}},
   };
   QMenu* menu = menuBar()->addMenu(tr("&Measure"));
   for (const Row& row : rows) {

@@ -156,7 +156,8 @@ void MainWindow::build_panel() {
   high_ = box_of("high", 4000);
   use_shape_ =
       make_button("use_shape", tr("Use"), tr("Start again from the untouched scan, with this shape"));
-  keep_shape_ = make_button("keep_shape", tr("Reset"), tr("Return to the shape in use"));
+  keep_shape_ =
+      make_button("keep_shape", tr("Reset"), tr("Discard the choice and show the current solid shape"));
   connect(use_shape_, &QPushButton::clicked, this, &MainWindow::use_shape);
   connect(keep_shape_, &QPushButton::clicked, this, [this] {
     viewport()->preview(nullptr, version());

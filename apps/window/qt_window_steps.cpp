@@ -89,8 +89,8 @@ void MainWindow::go_to_next_step() {
 void MainWindow::show_score() {
   if (!operation_ || !options_.host.score) return;
   if (options_.session_file.empty())
-    return show_refusal(
-        tr("This operation is not recorded, so there is no score. Start it with a recording."));
+    return show_refusal(tr(
+        "This operation is not recorded, so there is no score. Start it from the simulator, or with --record."));
   operation_->press(false);
   if (score_ == nullptr)
     score_ = new ScoreDialog(

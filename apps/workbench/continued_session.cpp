@@ -38,14 +38,14 @@ Result<ContinuedSession> continue_session(const std::string& path, const SourceC
                  .where = where,
                  .found = std::to_string(header.rate_hz) + " Hz",
                  .expected = "250 to 10000 Hz",
-                 .remedy = "pass a path to continue with: --path PATH.csv"};
+                 .remedy = "continue with a recorded path (option path PATH.csv)"};
   if (Status error = replay.seek(session->reader->tick_count())) return *error;
   if (replay.mismatch())
     return Error{.what = "the session does not replay as it was recorded",
                  .where = where,
                  .found = replay.mismatch()->what,
                  .expected = "the same bits",
-                 .remedy = "find the tick with trephine replay --verify"};
+                 .remedy = "find the tick with 'trephine replay SESSION --verify'"};
   const std::uint64_t first_tick = replay.next_tick();
   auto output = sim::SessionWriter::append(std::move(lock).value(), replay.tail(), modules::catalogue());
   if (!output) return output.error();

@@ -32,7 +32,8 @@ Result<DevicePointer> open_path_device(const DeviceName& name) {
     return Error{.what = "the device needs a path",
                  .where = "device",
                  .found = name.kind,
-                 .expected = name.kind + ":PATH.csv"};
+                 .expected = name.kind + ":PATH.csv",
+                 .remedy = "add a colon and the name of a CSV file"};
   Result<haptics::PosePath> path = open_path(name.selector);
   if (!path) return path.error();
   if (name.kind == "virtual")
@@ -41,7 +42,7 @@ Result<DevicePointer> open_path_device(const DeviceName& name) {
   return DevicePointer(std::make_shared<haptics::PlaybackDevice>(std::move(path).value()));
 }
 
-/// Creates hardware, in its own frame.
+/// Creates the driver of a device; its poses are in the frame of the device.
 Result<DevicePointer> make_hardware(const std::string& text, bool has_pose, const Listener& listener) {
   const DeviceName name(text);
   const auto kinds = hardware_kinds();
@@ -65,7 +66,7 @@ Result<DevicePointer> make_hardware(const std::string& text, bool has_pose, cons
                .where = "device",
                .found = text,
                .expected = known,
-               .remedy = "choose one of these; 'trephine doctor --devices' lists what is plugged in"};
+               .remedy = "choose one of these; 'trephine doctor --devices' lists the connected devices"};
 }
 
 }  // namespace
@@ -81,7 +82,7 @@ Result<std::span<const haptics::DeviceKind>> hardware_kinds() {
   return Error{.what = "the library of device drivers is not installed",
                .where = "device",
                .expected = TREPHINE_DEVICES_LIBRARY,
-               .remedy = "install it, or build with TREPHINE_WITH_DEVICES=ON",
+               .remedy = "install the package trephine-devices, or build with TREPHINE_WITH_DEVICES=ON",
                .kind = ErrorKind::missing_here};
 }
 

@@ -104,7 +104,7 @@ Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice, const Li
                    .found = format_text("%g s", *choice.until),
                    .expected = "a recorded session"};
     SourceChoice scan = choice.source;
-    scan.takes_plan = true;
+    scan.uses_plan = true;
     auto source = open_source(scan, listener);
     if (!source) return source.error();
     moment->source = std::move(source).value();

@@ -14,7 +14,7 @@ namespace trephine::workbench {
 /// Errors of a person's motion. Standard deviations are per axis. All values are assumed (docs/scores.md).
 struct Skill {
   std::string_view name;
-  double place_error = 0;  ///< mm, standard deviation of a place along the surface, whose height is perceived
+  double place_error = 0;  ///< mm, standard deviation along the surface; the height above it has no error
   double tilt = 0;         ///< radians, standard deviation of the direction of approach
   double tremor = 0;       ///< mm, RMS per axis at 8 to 12 Hz
   double drift = 0;        ///< mm, RMS per axis below 1 Hz

@@ -78,11 +78,13 @@ Result<volume::Shape> prepare_shape(Source& source, const PresetChoice& choice,
   if (Status error = check(choice, shape_choice)) return *error;
   const Preset* preset = choice.name.empty() ? nullptr : find(choice.name);
   if (preset && !source.volume->is_hounsfield)
-    return Error{.what = "the preset requires a CT in Hounsfield units",
-                 .where = "preset",
-                 .found = "a scan that is not in Hounsfield units",
-                 .expected = "CT",
-                 .remedy = "choose an iso value or --auto; for CT pass --hounsfield"};
+    return Error{
+        .what = "the preset requires a CT in Hounsfield units",
+        .where = "preset",
+        .found = "a scan that is not in Hounsfield units",
+        .expected = "CT",
+        .remedy =
+            "choose an iso value, or an automatic one (option auto); for CT state that the values are Hounsfield units (option hounsfield)"};
   volume::Shape shape;
   if (preset) {
     shape.name = "bone";
@@ -112,7 +114,7 @@ Result<volume::Shape> prepare_shape(Source& source, const PresetChoice& choice,
     auto result = volume::fill_thin_walls(*source.volume, shape, lowest, fill_value, reach, filled);
     if (!result) return result.error();
     listener.notice(format_text(
-        "thin walls were closed in the shape (--fill-thin %.3g): %lld voxels (%.2g %% of the scan, "
+        "thin walls were closed in the shape (option fill-thin %.3g): %lld voxels (%.2g %% of the scan, "
         "%.0f mm³) of %.0f and more count as %.0f; the scan is unchanged",
         reach, static_cast<long long>(filled), percent_of_voxels(filled),
         static_cast<double>(filled) * source.volume->frame.voxel_mm3(), lowest, fill_value));

@@ -195,8 +195,8 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
     commands.push_back(std::move(command).value());
   }
   SourceChoice source(scan_of(script, folder));
-  source.takes_plan = script.takes_plan;
-  if (script.takes_plan && !is_builtin(script.scan) && std::filesystem::exists(source.path))
+  source.uses_plan = script.uses_plan;
+  if (script.uses_plan && !is_builtin(script.scan) && std::filesystem::exists(source.path))
     return Error{.what = "only built-in phantoms have a built-in plan",
                  .where = where + ": plan",
                  .found = script.scan,
@@ -434,7 +434,7 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
                  .where = "recording",
                  .found = finished->found,
                  .expected = "room for it",
-                 .remedy = "free disk space, or omit --live",
+                 .remedy = "free disk space, or play it without a servo thread",
                  .kind = finished->kind};
   return result;
 }

@@ -26,8 +26,8 @@ struct Performance {
 /// A script with its opened scan and prepared hands.
 class ScriptRun {
  public:
-  /// `folder`: base of the script's relative paths. Errors name the script's line. `performance`: the hands
-  /// are moved by such a person; empty: exactly.
+  /// `folder`: base of the script's relative paths. Errors name the script's line. `performance`: the
+  /// simulated person who moves the hands; empty: the hands follow the script exactly.
   static Result<std::unique_ptr<ScriptRun>> open(const data_tools::Script& script, const std::string& folder,
                                                  const std::string& where, const Listener& listener = {},
                                                  const std::optional<Performance>& performance = {});

@@ -96,13 +96,13 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
     result->source = std::move(opened).value();
   } else {
     return Error{.what = "the scan of this session is missing",
-                 .where = "--scan",
+                 .where = "scan",
                  .found = header.case_name.empty() ? "a session of a scan without a name"
                                                    : "a session of case " + header.case_name,
                  .expected = "the case or scan that was operated on",
                  .remedy = header.case_name.empty()
-                               ? "pass the scan: --scan PATH"
-                               : "pass the folder of that case, or the scan: --scan PATH"};
+                               ? "pass the scan (option scan PATH)"
+                               : "pass the folder of that case, or the scan (option scan PATH)"};
   }
   auto replay = sim::Replay::open(session, result->source.volume);
   if (!replay) {

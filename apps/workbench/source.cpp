@@ -84,7 +84,7 @@ Result<Source> open_source(const SourceChoice& choice, const Listener& listener)
     source.volume = std::make_shared<const volume::Volume>(std::move(result).value());
     source.name = source.case_name = src;
     source.is_builtin = true;
-    if (choice.takes_plan) source.plan = data_tools::phantom_plan(src);
+    if (choice.uses_plan) source.plan = data_tools::phantom_plan(src);
     source.format = "phantom";
     source.modality = "CT";
     source.read_seconds = seconds_since(start);

@@ -31,7 +31,7 @@ struct SourceChoice {
   bool is_resampled = false;    ///< missing and uneven slices are interpolated
   bool maps_padding = false;    ///< replaces the scanner's padding by air
   bool is_hounsfield = false;   ///< values are HU, although the file does not state it
-  bool takes_plan = false;      ///< takes the structures, screws and landmarks of a built-in phantom
+  bool uses_plan = false;       ///< takes the structures, screws and landmarks of a built-in phantom
   std::optional<double> scale;  ///< size of a step of the values, in units of the file
   std::string spacing;          ///< "X,Y,Z" or "S" in mm, for a file that does not state it
   std::string axes;             ///< directions of its axes, three letters; empty: "LPS"

@@ -321,7 +321,7 @@ Result<ReadLabels> read_labels(const std::string& path, const Volume& scan, cons
   label_options.volume = options.volume;
   Result<LabelLayers> layers_result =
       fs::is_directory(path) ? find_masks(path, label_options) : open_layers(path, label_options);
-  if (!layers_result && layers_result.error().remedy.find("--scale") != std::string::npos)
+  if (!layers_result && layers_result.error().remedy.find("(option scale") != std::string::npos)
     return Error{.what = "the labels' numbers are too large",
                  .where = where,
                  .found = layers_result.error().found,

@@ -12,7 +12,7 @@ namespace trephine::data_tools {
 namespace {
 
 constexpr double k_longest_seconds = 7200;
-constexpr std::size_t k_longest_words = 20000;  // characters
+constexpr std::size_t k_max_parameter_characters = 20000;  // characters
 
 /// Reads [[t, x, y, z, button, share], ...]: the last two are optional, and `share` requires a place.
 std::vector<std::array<double, 6>> read_points(TomlReader& reader, const toml::table& t, bool has_place) {
@@ -146,7 +146,7 @@ ScriptVolume read_script_volume(TomlReader& reader, const toml::value& value) {
 }
 
 /// Returns the index of a hand; 0 if the key is absent.
-int read_hand(TomlReader& reader, const toml::value& value, const toml::table& t, std::size_t hands) {
+int read_hand_index(TomlReader& reader, const toml::value& value, const toml::table& t, std::size_t hands) {
   const double hand = reader.number(t, "hand", 0, static_cast<double>(hands) - 1).value_or(0);
   if (hand != std::floor(hand)) reader.fail(value, "hand is not a whole number", text_of(hand), "0, 1, ...");
   return static_cast<int>(hand);
@@ -174,7 +174,7 @@ ScriptPicture read_picture(TomlReader& reader, const toml::value& value, std::si
   ScriptPicture picture;
   picture.line = TomlReader::line_of(value);
   picture.at = reader.number(t, "at", 0, k_longest_seconds);
-  picture.hand = read_hand(reader, value, t, hands);
+  picture.hand = read_hand_index(reader, value, t, hands);
   picture.file = reader.text(t, "file").value_or("");
   picture.place = reader.text(t, "place").value_or("");
   picture.from = read_direction(reader, value, reader.point(t, "from"),
@@ -234,8 +234,8 @@ ScriptCommand read_command(TomlReader& reader, const toml::value& value, std::si
     reader.fail(value, "a command is not complete", "", "at = seconds and command = \"name\"");
   command.at = at.value_or(0);
   command.name = name.value_or("");
-  command.hand = read_hand(reader, value, t, hands);
-  command.words = reader.text(t, "with", k_longest_words).value_or("");
+  command.hand = read_hand_index(reader, value, t, hands);
+  command.words = reader.text(t, "with", k_max_parameter_characters).value_or("");
   if (const auto refused = t.find("refused"); refused == t.end())
     return command;
   else if (refused->second.is_string())
@@ -250,7 +250,7 @@ ScriptExpectation read_expectation(TomlReader& reader, const toml::value& value,
   ScriptExpectation expectation;
   expectation.line = TomlReader::line_of(value);
   expectation.at = reader.number(t, "at", 0, k_longest_seconds);
-  expectation.hand = read_hand(reader, value, t, hands);
+  expectation.hand = read_hand_index(reader, value, t, hands);
   expectation.what = reader.text(t, "what").value_or("");
   expectation.minimum = reader.number(t, "least", -1e12, 1e12),
   expectation.maximum = reader.number(t, "most", -1e12, 1e12);
@@ -302,7 +302,7 @@ Result<Script> parse_script(const std::string& text, const std::string& where) {
   script.label = reader.text(top, "label").value_or("");
   script.is_auto = reader.boolean(top, "auto").value_or(false);
   script.is_largest = reader.boolean(top, "largest").value_or(false);
-  script.takes_plan = reader.boolean(top, "plan").value_or(false);
+  script.uses_plan = reader.boolean(top, "plan").value_or(false);
   script.procedure = reader.text(top, "procedure").value_or("");
   script.rate_hz = reader.number(top, "rate", 10, 100000).value_or(1000);
   script.static_friction = reader.number(top, "static_friction", 0, 10);

@@ -102,9 +102,9 @@ struct Script {
   std::string title, scan;
   std::optional<double> iso;
   std::string window, label;
-  bool takes_plan = false;  ///< uses the plan of a built-in scan
-  std::string procedure;    ///< name of a shipped one, or a file relative to the script's folder; empty: that
-                            ///< of the case
+  bool uses_plan = false;  ///< uses the plan of a built-in scan
+  std::string procedure;   ///< name of a shipped one, or a file relative to the script's folder; empty: that
+                           ///< of the case
   bool is_auto = false, is_largest = false;  ///< automatic threshold; only the largest part
   double rate_hz = 1000;
   std::optional<double> static_friction, dynamic_friction;  ///< of the shape and models

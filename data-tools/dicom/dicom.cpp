@@ -94,8 +94,8 @@ Status check_strays(const DicomFolder& folder, std::size_t s, std::size_t k, con
       .found = list_of(names) + ", unlike " + counted(stacks[k].slices.size(), "other"),
       .expected = "parallel slices of one size",
       .remedy =
-          "remove the listed files if they are not slices of the scan, or read the others alone, as volume " +
-          std::to_string(k + 1) + " of the series (option --volume of the commands)"};
+          "remove the listed files if they are not slices of the scan, or read the others alone (option volume " +
+          std::to_string(k + 1) + ")"};
 }
 
 std::string summary(const SeriesFacts& f) {
@@ -115,7 +115,7 @@ Result<std::pair<std::size_t, std::size_t>> choose(const DicomFolder& folder, co
                  .where = where,
                  .found = std::to_string(options.series),
                  .expected = "1 to " + std::to_string(count),
-                 .remedy = "list them with trephine info --list"};
+                 .remedy = "choose one that 'trephine info FOLDER --list' lists"};
   if (options.series > 0) {
     chosen = {static_cast<std::size_t>(options.series - 1), 0};
     const auto& stacks = folder.series[chosen.first].stacks;
@@ -128,7 +128,7 @@ Result<std::pair<std::size_t, std::size_t>> choose(const DicomFolder& folder, co
                  .where = where,
                  .found = std::to_string(options.volume),
                  .expected = volumes == 1 ? "1, the only one" : "1 to " + std::to_string(volumes),
-                 .remedy = "list them with trephine info --list"};
+                 .remedy = "choose one that 'trephine info FOLDER --list' lists"};
   if (options.volume > 0) chosen.second = static_cast<std::size_t>(options.volume - 1);
   return chosen;
 }
@@ -193,11 +193,12 @@ Result<OpenedVolume> open_dicom(const std::string& path, const OpenOptions& opti
   if (volumes > 1) {
     opened.value().series = all_series_facts(folder);
     const SeriesFacts selected = series_facts(folder, s, k);
-    notices.insert(notices.begin(),
-                   "series " + std::to_string(selected.series) +
-                       (selected.volumes > 1 ? ", volume " + std::to_string(selected.volume) : "") +
-                       " was selected (" + summary(selected) + ") from " + counted(volumes, "volume") +
-                       ": list them with info --list, select with --series and --volume");
+    notices.insert(
+        notices.begin(),
+        "series " + std::to_string(selected.series) +
+            (selected.volumes > 1 ? ", volume " + std::to_string(selected.volume) : "") + " was selected (" +
+            summary(selected) + ") from " + counted(volumes, "volume") +
+            ": 'trephine info FOLDER --list' lists them; select another (option series, option volume)");
   }
   std::vector<std::string> skipped = folder.passed_over;
   for (const auto& [name, reason] : folder.refused) skipped.push_back(name + " (" + reason + ")");

@@ -151,11 +151,11 @@ Result<SliceStack> stack_slices(const std::vector<SlicePosition>& slices, bool m
           return Error{.what = "slices are missing from the stack",
                        .found = counted(missing, "slice") + " missing: " + where,
                        .expected = "a slice every " + mm(usual),
-                       .remedy = "add the missing files, or interpolate them with --resample"};
+                       .remedy = "add the missing files, or interpolate them (option resample)"};
         return Error{.what = "the slices are not evenly spaced",
                      .found = "steps from " + mm(*smallest_gap) + " to " + mm(*largest_gap) + ": " + where,
                      .expected = "one step throughout, mostly " + mm(usual),
-                     .remedy = "interpolate even slices with --resample, or export an even reconstruction"};
+                     .remedy = "interpolate even slices (option resample), or export an even reconstruction"};
       }
       // Use the median step, adjusted so that both ends are kept.
       steps = static_cast<std::size_t>(std::max(1.0, std::floor(length / usual + 0.5)));

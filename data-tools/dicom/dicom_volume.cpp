@@ -104,7 +104,8 @@ class Loader {
     if (options_->scale) {
       step_ = *options_->scale;
       opened.volume.is_hounsfield = opened.volume.is_hounsfield && step_ == 1;
-      opened.notices.push_back("one voxel unit is " + short_number(step_) + " of the file's units (--scale)");
+      opened.notices.push_back("one voxel unit is " + short_number(step_) +
+                               " of the file's units (option scale)");
     } else if (is_whole) {
       step_ = 0;
     } else if (opened.volume.is_hounsfield) {
@@ -239,8 +240,8 @@ class Loader {
                    .where = where_,
                    .found = short_number(value) + " in " + slice.place.name,
                    .expected = "-32768 to 32767",
-                   .remedy = "read it with a coarser step, such as --scale " +
-                             short_number(std::ceil(std::abs(value) / 32767))};
+                   .remedy = "read it with a coarser step (option scale " +
+                             short_number(std::ceil(std::abs(value) / 32767)) + ")"};
     }
     return std::nullopt;
   }
@@ -364,7 +365,7 @@ class Loader {
                                " degrees: slices keep their positions (a sheared volume)");
     if (!geometry_.at.empty())
       opened.notices.push_back(counted(interpolated_count_, "slice") + " of " +
-                               std::to_string(geometry_.at.size()) + " were interpolated (--resample)");
+                               std::to_string(geometry_.at.size()) + " were interpolated (option resample)");
     if (opened.volume.size.z == 1)
       opened.notices.push_back(first.place.thickness > 0
                                    ? "one slice only: its thickness of " +
@@ -388,7 +389,7 @@ class Loader {
       else if (is_convertible && value > -500)
         opened.notices.push_back(counted(padding_, "voxel") + " of padding have the value " +
                                  std::to_string(value) +
-                                 ", which is not air: convert it with --padding-to-air");
+                                 ", which is not air: convert it (option padding-to-air)");
     }
     const DicomDataSet& data = data_of(first);
     const std::pair<const char*, DicomTag> public_attributes[] = {{"modality", k_modality},

@@ -7,6 +7,7 @@
 
 namespace trephine::data_tools {
 
+/// Several threads may read one source.
 class ByteSource {
  public:
   /// Opens a file; null if it cannot be read or is not a plain file.

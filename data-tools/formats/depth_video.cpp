@@ -71,7 +71,7 @@ Status read_tum(const std::string& path, const DepthVideoOptions& options, Depth
   if (!options.mm_per_value)
     video.notices.emplace_back(
         "depth.txt does not state the unit of its values: 5000 per metre, the TUM convention, was assumed "
-        "(RealSense and OpenLORIS write 1000 per metre: --depth-unit 1)");
+        "(RealSense and OpenLORIS write 1000 per metre; option depth-unit)");
   std::error_code missing;
   if (fs::exists(fs::path(path) / "groundtruth.txt", missing))
     video.notices.emplace_back("groundtruth.txt was ignored: the camera is assumed fixed at the origin");
@@ -149,7 +149,7 @@ Result<DepthVideo> read_depth_video(const std::string& path, const DepthVideoOpt
     return Error{.what = "depth.json already contains the unit of its values",
                  .where = k_depth_file,
                  .expected = "a folder with depth.txt",
-                 .remedy = "omit --depth-unit"};
+                 .remedy = "omit the unit (option depth-unit)"};
   if (Status error = is_ours ? read_depth_json(path, video, files) : read_tum(path, options, video, files))
     return *error;
   const auto& intrinsics = options.intrinsics;
@@ -169,7 +169,7 @@ Result<DepthVideo> read_depth_video(const std::string& path, const DepthVideoOpt
     return Error{.what = "the camera's intrinsics are missing",
                  .where = is_ours ? k_depth_file : k_tum_file,
                  .expected = "focal lengths and principal point, in pixels",
-                 .remedy = "pass --camera; for a Kinect --camera 525,525,319.5,239.5"};
+                 .remedy = "state them (option camera), for a Kinect 525,525,319.5,239.5"};
   if (files.empty() || files.size() > k_max_pictures)
     return Error{.what = "the number of pictures of the depth video is out of range",
                  .where = is_ours ? k_depth_file : k_tum_file,

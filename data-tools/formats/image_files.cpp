@@ -332,7 +332,7 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
                      .where = where,
                      .found = "neither ElementSpacing nor ElementSize",
                      .expected = "one of them, in mm",
-                     .remedy = "pass --spacing X,Y,Z"};
+                     .remedy = "state the voxel size (option spacing X,Y,Z)"};
       for (int a = 0; a < 3; ++a) axes[a] *= (*options.spacing)[a];
       opened.uses_given_frame = true;
     }
@@ -340,7 +340,8 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
     if (!has_key(path, {"TransformMatrix", "Rotation", "Orientation"})) {
       axes = *axes_of(options.axes) * axes;
       opened.uses_given_frame = true;
-      opened.notices.push_back("the file has no patient axes: " + options.axes + " (--axes) was assumed");
+      opened.notices.push_back("the file has no patient axes: " + options.axes +
+                               " (option axes) was assumed");
     }
     const Result<volume::Frame> frame = volume::Frame::from_axes(origin, axes);
     // Check the file before allocating memory. A product that overflows exceeds any file.

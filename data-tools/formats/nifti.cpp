@@ -264,13 +264,14 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
                         static_cast<int>(image->nz));
   const bool has_no_frame = image->sform_code <= 0 && image->qform_code <= 0;
   if (has_no_frame && !options.spacing)
-    return Error{.what = "the position of the volume in the patient is missing",
-                 .where = where,
-                 .found = version == 0 ? "an Analyze file, which has no position" : "neither sform nor qform",
-                 .expected = "one of them",
-                 .remedy =
-                     "export the volume with its orientation; if its axes are left, back and up, pass "
-                     "--spacing X,Y,Z"};
+    return Error{
+        .what = "the position of the volume in the patient is missing",
+        .where = where,
+        .found = version == 0 ? "an Analyze file, which has no position" : "neither sform nor qform",
+        .expected = "one of them",
+        .remedy =
+            "export the volume with its orientation; if its axes are left, back and up, state the voxel "
+            "size (option spacing X,Y,Z)"};
   using FrameChoice = OpenOptions::NiftiFrame;
   const bool has_both = image->sform_code > 0 && image->qform_code > 0;
   const bool uses_qform = has_both ? options.nifti_frame == FrameChoice::qform : image->sform_code <= 0;
@@ -285,7 +286,7 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
                    .where = where,
                    .found = "sform and qform put a corner " + short_mm(distance) + " apart",
                    .expected = "at most 0.1 mm",
-                   .remedy = "choose one: --sform or --qform"};
+                   .remedy = "choose one (option sform, option qform)"};
     if (distance > k_frames_agree_mm)
       notices.push_back("sform and qform put a corner " + short_mm(distance) + " apart; the " +
                         (uses_qform ? "qform" : "sform") + " was used");

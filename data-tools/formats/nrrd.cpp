@@ -87,12 +87,14 @@ Result<Layout> layout_of(const Nrrd& file, const OpenOptions& options, const std
       if (std::isfinite(file.axis[a].spacing))
         spacings.append(spacings.empty() ? "" : " ").append(text_of(file.axis[a].spacing));
     if (!options.spacing)
-      return Error{.what = "the position of the volume in the patient is missing",
-                   .where = where,
-                   .found = spacings.empty() ? "neither space directions nor spacings"
-                                             : "spacings (" + spacings + ") without directions",
-                   .expected = "space, space directions and space origin",
-                   .remedy = "pass --spacing X,Y,Z; unless its axes are left, back and up, pass --axes too"};
+      return Error{
+          .what = "the position of the volume in the patient is missing",
+          .where = where,
+          .found = spacings.empty() ? "neither space directions nor spacings"
+                                    : "spacings (" + spacings + ") without directions",
+          .expected = "space, space directions and space origin",
+          .remedy =
+              "state the voxel size (option spacing X,Y,Z), and the axes if they are not left, back and up (option axes)"};
     if (file.dim < 3 || file.dim > 4)
       return Error{.what = "the file contains no volume",
                    .where = where,
@@ -109,8 +111,9 @@ Result<Layout> layout_of(const Nrrd& file, const OpenOptions& options, const std
                  .where = where,
                  .found = file.space ? airEnumStr(nrrdSpace, file.space) : "no space",
                  .expected = "left-posterior-superior, right-anterior-superior or left-anterior-superior",
-                 .remedy = file.space ? "export it with its anatomical space"
-                                      : "state the voxel size and the axes: --spacing X,Y,Z --axes LPS"};
+                 .remedy = file.space
+                               ? "export it with its anatomical space"
+                               : "state the voxel size and the axes (option spacing X,Y,Z, option axes LPS)"};
   const Result<glm::dvec3> unit = space_unit_mm(file, where);
   if (!unit) return unit.error();
   std::size_t direction_count = 0;

@@ -168,7 +168,7 @@ Result<OpenedVolume> open_by_kind(const std::string& path, const OpenOptions& op
                .where = where,
                .found = "a file of another kind",
                .expected = k_supported_formats,
-               .remedy = "convert it, pass the folder of the scanner, or describe its layout with --raw"};
+               .remedy = "convert it, pass the folder of the scanner, or describe its layout (option raw)"};
 }
 
 }  // namespace

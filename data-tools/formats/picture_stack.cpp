@@ -144,7 +144,7 @@ Result<std::optional<StackFile>> read_stack_file(const std::string& folder) {
   const json root = json::parse(text.str(), nullptr, false);
   const Error format_error{"the file next to the pictures cannot be read", k_stack_file, "",
                            "schema, origin, axes, offset and slices, as trephine writes them",
-                           "remove it and pass --spacing instead"};
+                           "remove it, and state the voxel size (option spacing)"};
   if (!root.is_object() || root.value("schema", json()) != std::string(k_kind) + "/1") return format_error;
   StackFile contents;
   try {

@@ -75,7 +75,7 @@ Result<std::size_t> volume_index(const OpenOptions& options, std::size_t volumes
                .where = where,
                .found = std::to_string(options.volume),
                .expected = "1 to " + std::to_string(volumes),
-               .remedy = "choose another volume with --volume"};
+               .remedy = "choose another volume (option volume)"};
 }
 
 std::optional<glm::dmat3> axes_of(const std::string& letters) {
@@ -102,13 +102,15 @@ glm::dmat3 axes_from_options(const OpenOptions& options) {
 Result<volume::Frame> frame_from_options(OpenedVolume& opened, const OpenOptions& options,
                                          const std::string& where) {
   if (!options.spacing)
-    return Error{.what = "the voxel spacing is missing",
-                 .where = where,
-                 .expected = "the voxel size in mm",
-                 .remedy = "pass --spacing X,Y,Z; unless its axes are left, back and up, pass --axes too"};
+    return Error{
+        .what = "the voxel spacing is missing",
+        .where = where,
+        .expected = "the voxel size in mm",
+        .remedy =
+            "state the voxel size (option spacing X,Y,Z), and the axes if they are not left, back and up (option axes)"};
   opened.uses_given_frame = true;
   opened.notices.push_back(opened.format + " has no position in the patient: axes " + options.axes +
-                           " (--axes) and a first voxel at 0, 0, 0 were assumed");
+                           " (option axes) and a first voxel at 0, 0, 0 were assumed");
   return volume::Frame::from_axes(glm::dvec3(0), axes_from_options(options));
 }
 
@@ -124,7 +126,7 @@ void detect_units(OpenedVolume& opened, bool states_hounsfield) {
 
 void add_volume_notice(OpenedVolume& opened, std::size_t index, std::size_t volumes) {
   opened.notices.push_back("volume " + std::to_string(index + 1) + " of " + std::to_string(volumes) +
-                           " was read: select another with --volume");
+                           " was read; select another (option volume)");
 }
 
 }  // namespace trephine::data_tools

@@ -60,12 +60,13 @@ ValueStep step_for(const ValueStatistics& statistics) {
 }
 
 Error too_coarse(const std::string& where, const ValueStatistics& statistics) {
-  return Error{.what = "rounding to 16 bits would exceed the noise of the values",
-               .where = where,
-               .found = "values up to " + short_number(statistics.max_magnitude()) + ", noise of " +
-                        short_number(statistics.noise()),
-               .expected = "a step of at most " + short_number(statistics.noise()),
-               .remedy = "accept a coarser step: --scale " + short_number(step_for(statistics).step)};
+  return Error{
+      .what = "rounding to 16 bits would exceed the noise of the values",
+      .where = where,
+      .found = "values up to " + short_number(statistics.max_magnitude()) + ", noise of " +
+               short_number(statistics.noise()),
+      .expected = "a step of at most " + short_number(statistics.noise()),
+      .remedy = "accept a coarser step (option scale " + short_number(step_for(statistics).step) + ")"};
 }
 
 Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optional<double> scale,
@@ -113,8 +114,8 @@ Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optio
                  .where = where,
                  .found = short_number(statistics.max_magnitude()),
                  .expected = scale ? "at most " + short_number(32767 * value_step.step) : "-32768 to 32767",
-                 .remedy = "read it with a coarser step, such as --scale " +
-                           short_number(std::ceil(statistics.max_magnitude() / 32767 * 100) / 100)};
+                 .remedy = "read it with a coarser step (option scale " +
+                           short_number(std::ceil(statistics.max_magnitude() / 32767 * 100) / 100) + ")"};
   for_all(count, values, [&](std::size_t first, std::span<const double> part) {
     for (std::size_t i = 0; i < part.size(); ++i)
       voxels[first + i] = static_cast<std::int16_t>(std::floor(part[i] / value_step.step + 0.5));
@@ -122,7 +123,7 @@ Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optio
   });
   if (scale)
     notices.push_back("one voxel unit is " + short_number(value_step.step) +
-                      " of the file's units (--scale)");
+                      " of the file's units (option scale)");
   else if (value_step.step == 1)
     notices.push_back("values were rounded to whole numbers: at most 0.5 off, noise is " +
                       short_number(statistics.noise()));

@@ -169,7 +169,7 @@ Status write_volume(const std::string& path, const Volume& volume) {
     return Error{.what = "a .seg.nrrd contains labels, not a scan",
                  .where = file_name(path),
                  .expected = ".nrrd",
-                 .remedy = "choose another extension; write labels to a separate file with --write-labels"};
+                 .remedy = "choose another extension; write labels to a separate file (option write-labels)"};
   if (Status error = check_name(path, OutputKind::volume)) return error;
   if (volume.frame.is_orthogonal() || keeps_shear(path))
     return write_voxels(path, VoxelsToWrite::scan_of(volume));

@@ -9,7 +9,8 @@ using glm::dvec3;
 namespace {
 
 constexpr dvec3 k_foramen_of_monro{5.8, -14, 6.5};  // mm, of the left ventricle in a head of reference size
-constexpr double k_behind = 110, k_aside = 30;      // mm, Kocher's point
+constexpr double k_behind = 110,
+                 k_aside = 30;  // mm from the nasion along the midline and to the side, Kocher's point
 
 class Finder {
  public:

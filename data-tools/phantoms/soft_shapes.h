@@ -1,5 +1,6 @@
 // Signed distances (mm, negative inside) for anatomical phantoms, their blends, and Brush, which paints
-// intensities. First-order forms, exact near the surface.
+// intensities. Points are in the frame of the phantom's reference anatomy, mm. First-order forms, exact near
+// the surface.
 #pragma once
 
 #include <algorithm>

@@ -9,7 +9,7 @@ namespace trephine::haptics::depth {
 
 /// Corners of a model at equally spaced times, interpolated linearly.
 struct ModelKeys {
-  std::vector<std::uint32_t> triangles;              ///< counter-clockwise as seen from the free side
+  std::vector<std::uint32_t> triangles;              ///< counter-clockwise as viewed from the free side
   std::vector<std::vector<glm::dvec3>> keys;         ///< corners, mm; one key: at rest
   double beat = 1.0 / 30;                            ///< s between keys
   enum class After : std::uint8_t { stay, repeat };  ///< at the last key: stay, or continue with the first

@@ -65,7 +65,7 @@ PixelSurface pixel_surface(const DepthCamera& c, const dvec3& low, const dvec3& 
         }
         return known;
       };
-      // Counter-clockwise as seen from the camera.
+      // Counter-clockwise as viewed from the camera.
       const std::uint32_t a = number(j - 1, i, corners[0]), b = number(j, i, corners[1]),
                           d = number(j, i + 1, corners[2]), e = number(j - 1, i + 1, corners[3]);
       result.triangles.insert(result.triangles.end(), {a, b, d, a, d, e});

@@ -14,7 +14,7 @@ namespace trephine::haptics::depth {
 struct PixelSurface {
   glm::ivec2 first{0}, last{-1};  ///< pixels
   std::vector<glm::dvec3> vertices;
-  std::vector<std::uint32_t> triangles;  ///< counter-clockwise as seen from the camera
+  std::vector<std::uint32_t> triangles;  ///< counter-clockwise as viewed from the camera
   std::size_t pixels_with_depth = 0;     ///< pixels with a measurement
 };
 /// `low`, `high`: the clip volume, mm, in the camera's frame. `depth` of a pixel: mm; 0: no measurement,

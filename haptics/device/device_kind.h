@@ -10,6 +10,8 @@
 
 namespace trephine::haptics {
 
+// All functions are for the thread that opens the devices.
+
 /// One result of a check of this machine, with its remedy.
 struct DeviceCheck {
   std::string found, remedy = {};
@@ -20,7 +22,7 @@ struct DeviceCheck {
 /// Services of the program for drivers.
 struct DeviceHost {
   std::function<void(const std::string&)>
-      notice;                   ///< receives instructions for the user while a device opens
+      notice;                   ///< called on the opening thread with instructions for the user
   std::string settings_folder;  ///< of the user, with files such as the firmware of a device; may be empty
 };
 

@@ -71,8 +71,8 @@ struct Align {
   friend bool operator==(const Align&, const Align&) = default;
 };
 
-/// Rotation of the tool about the stylus axis, clockwise as seen from the hand, while the button is pressed:
-/// contact drags the tool sideways, and its teeth make it chatter.
+/// Rotation of the tool about the stylus axis, clockwise as viewed from the hand, while the button is
+/// pressed: contact drags the tool sideways, and its teeth make it chatter.
 struct Spin {
   double drag = 0.3;         ///< lateral force as a share of the contact force
   double chatter = 0.1;      ///< amplitude of the chatter as a share of the contact force

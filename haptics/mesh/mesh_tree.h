@@ -21,7 +21,7 @@ namespace trephine::haptics {
 class MeshTree {
  public:
   MeshTree() = default;
-  /// Triangles are counter-clockwise as seen from the free side. Degenerate ones are kept and never met.
+  /// Triangles are counter-clockwise as viewed from the free side. Degenerate ones are kept and never met.
   /// Cost: n log n.
   MeshTree(std::vector<glm::dvec3> vertices, std::vector<std::uint32_t> triangles)
       : MeshTree(std::move(vertices), std::move(triangles), {}) {}

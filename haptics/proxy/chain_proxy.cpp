@@ -15,12 +15,12 @@ using glm::dvec3;
 namespace {
 
 // In voxels of the scene's frame, the finest of the scene.
-constexpr double k_gap = 2e-3;          // distance that balls keep from walls
-constexpr double k_landing = 1e-3;      // largest distance from a wall at the end of a free motion
-constexpr double k_near = 0.4;          // nearer walls bound a motion
-constexpr double k_worth = 1e-4;        // least gain in distance to the hand for a motion
-constexpr double k_still = 1e-5;        // a smaller motion ends the rounds
-constexpr double k_longest_turn = 0.1;  // rad per round
+constexpr double k_gap = 2e-3;            // distance that balls keep from walls
+constexpr double k_landing = 1e-3;        // largest distance from a wall at the end of a free motion
+constexpr double k_bound_distance = 0.4;  // nearer walls bound a motion
+constexpr double k_min_gain = 1e-4;       // least gain in distance to the hand for a motion
+constexpr double k_min_motion = 1e-5;     // a smaller motion ends the rounds
+constexpr double k_longest_turn = 0.1;    // rad per round
 constexpr int k_rounds = 8, k_sweeps = 60, k_max_walls = 48;
 
 /// Bound of a wall near a ball on a motion: normal . translation + moment . rotation >= least.
@@ -110,7 +110,7 @@ void Chain::add_bound(const Wall& wall, std::size_t i, const dvec3& p) noexcept 
   if (!(steepness > 0)) return;
   const dvec3 away = (-1 / steepness) * gradient;
   const double room = -field.value / steepness;
-  if (!(room < k_near * voxel_)) return;
+  if (!(room < k_bound_distance * voxel_)) return;
   const dvec3 arm = tool_.rotation * balls_[i].centre;
   double push = 0;
   for (int k = 0; k < previous_count_; ++k)
@@ -132,9 +132,9 @@ void Chain::find_bounds() noexcept {
     const ShapeSet inside = state_.balls_inside >> i & 1 ? solids_at(p) : ShapeSet{};
     for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1)) {
       if (!walls_.may_block(s, inside.contains(s))) continue;
-      SceneWalls::WallList few;
-      const int found = walls_.walls_at(s, inside, p, k_near * voxel_, few);
-      for (int k = 0; k < found; ++k) add_bound(few[static_cast<std::size_t>(k)], i, p);
+      SceneWalls::WallList walls;
+      const int found = walls_.walls_at(s, inside, p, k_bound_distance * voxel_, walls);
+      for (int k = 0; k < found; ++k) add_bound(walls[static_cast<std::size_t>(k)], i, p);
     }
   }
 }
@@ -161,7 +161,7 @@ Twist Chain::solve(const Twist& request) noexcept {
       t.rotation += (change * inverse_square) * b.moment;
       largest_change = std::max(largest_change, std::abs(change));
     }
-    if (largest_change < 0.1 * k_still * voxel_) break;
+    if (largest_change < 0.1 * k_min_motion * voxel_) break;
   }
   return t;
 }
@@ -197,8 +197,8 @@ void Chain::update_inside_flags() noexcept {
 /// stopped a ball.
 double Chain::advance(const Twist& t, Wall& wall, std::size_t& stopped_ball) noexcept {
   double share = 1;
-  for (int again = 0; again < 4;
-       ++again) {  // a shortened motion takes other paths, which must be proven free again
+  // A shortened motion takes other paths, which must be proven free again.
+  for (int attempt = 0; attempt < 4; ++attempt) {
     const Placement to = moved(tool_, share * t);
     const double free = free_share(to, wall, stopped_ball);
     if (free == 1) {
@@ -236,9 +236,9 @@ void Chain::run(ProxyStep& result) noexcept {
   std::size_t stopped_ball = 0;
   double share = 1;
   // Every pose on the path is free, and so is the return to it: the step ends at the best one. A gain below
-  // k_worth does not count, or a tool at rest would oscillate between its walls.
+  // k_min_gain does not count, or a tool at rest would oscillate between its walls.
   Placement best = tool_;
-  double least = length_of_springs() - k_worth * voxel_;
+  double least = length_of_springs() - k_min_gain * voxel_;
   for (int round = 0; round < k_rounds; ++round) {
     ++result.counters.iterations;
     find_bounds();
@@ -248,7 +248,7 @@ void Chain::run(ProxyStep& result) noexcept {
     const double turn = glm::length(t.rotation);
     const bool is_whole = turn <= k_longest_turn;
     if (!is_whole) t = (k_longest_turn / turn) * t;
-    if (!(glm::length(t.translation) + farthest * glm::length(t.rotation) > k_still * voxel_)) break;
+    if (!(glm::length(t.translation) + farthest * glm::length(t.rotation) > k_min_motion * voxel_)) break;
     const bool was_stuck = share == 0;
     share = advance(t, wall, stopped_ball);
     if (const double length = length_of_springs(); length < least) best = tool_, least = length;

@@ -107,7 +107,9 @@ Status check_touchable(const TouchScene& scene, const MethodInfo& method) {
                  .remedy = "make fewer shapes touchable"};
   for (const TouchItem& shape : scene.items)
     if (!shape.is_mesh() && !shape.bits)
-      return Error{.what = "a touchable shape has no occupancy", .where = shape.field.shape().name};
+      return Error{.what = "a touchable shape has no occupancy",
+                   .where = shape.field.shape().name,
+                   .remedy = "build it with Occupancy::build()"};
   return check_offsets(scene, method);
 }
 

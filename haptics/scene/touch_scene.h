@@ -55,7 +55,7 @@ Result<volume::Shape> window_of_opacity(std::span<const double> intensities,
 /// numbers.
 enum class Side : std::uint8_t { none = 0, front = 1, back = 2, both = 3 };
 constexpr bool blocks(Side sides, Side one) { return (static_cast<int>(sides) & static_cast<int>(one)) != 0; }
-/// Returns the side that blocks a proxy inside a solid, or outside.
+/// Returns the side that blocks a proxy: back if it is inside the solid, else front.
 constexpr Side side_of(bool is_inside) { return is_inside ? Side::back : Side::front; }
 
 class MeshTree;

@@ -315,7 +315,7 @@ Result<SharedShell> PointShell::of_mesh(std::span<const dvec3> vertices,
     return Error{.what = "the mesh of the tool encloses no volume",
                  .where = "tool",
                  .found = std::to_string(shell->solid_.volume) + " mm3",
-                 .expected = "triangles counter-clockwise as seen from outside",
+                 .expected = "triangles counter-clockwise as viewed from outside",
                  .remedy = "reverse the triangles"};
   shell->build_tree();
   return SharedShell(std::move(shell));

@@ -41,7 +41,7 @@ class PointShell {
   /// Upper bound of the number of nodes that wait during a traversal.
   static constexpr std::size_t k_max_stack = 64;
 
-  /// Samples a closed mesh whose triangles are counter-clockwise as seen from outside. Every point of the
+  /// Samples a closed mesh whose triangles are counter-clockwise as viewed from outside. Every point of the
   /// surface is at most `spacing_mm` from a sample; samples are at least half of it apart. Error if the mesh
   /// is open or empty, faces inward, or needs too many points. Cost: n log n of the candidates, about nine
   /// per point.

@@ -12,7 +12,7 @@ namespace trephine::haptics {
 
 /// Casts a motion against a surface in cells: cubes between the points of a lattice of `size`.
 /// `surface.triangles_of_cell(cell, use)` makes the triangles that the inside of a cell may meet,
-/// counter-clockwise in the lattice as seen from the free side. `empty_box(point)`: a box of points around
+/// counter-clockwise in the lattice as viewed from the free side. `empty_box(point)`: a box of points around
 /// one without solids near; low > high if unknown. `is_hit`: another object was met at hit.t, and only a
 /// nearer hit counts. Returns true for a nearer hit: sets all of `hit` but the shape.
 template <class Surface, class EmptyBox>

@@ -175,7 +175,7 @@ Status check(const Catheter&, const haptics::TouchScene& scene) {
   return Error{.what = "the scan has no label of a ventricle",
                .where = "catheter",
                .expected = "a label whose name starts with \"ventricle\"",
-               .remedy = "add labels with import --labels"};
+               .remedy = "import the scan with labels of a ventricle, the dura and the brain"};
 }
 
 }  // namespace

@@ -152,7 +152,7 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
     return Error{.what = "the scan has no labels",
                  .where = "judge-catheter",
                  .expected = "labels of dura, brain and ventricles",
-                 .remedy = "add labels with import --labels"};
+                 .remedy = "import the scan with labels of ventricles, dura and brain"};
   return std::nullopt;
 }
 

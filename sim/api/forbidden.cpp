@@ -22,13 +22,17 @@ Forbidden::Forbidden(std::shared_ptr<const volume::Volume> volume, const volume:
 Result<std::shared_ptr<const Forbidden>> Forbidden::build(std::shared_ptr<const volume::Volume> volume,
                                                           const volume::Shape& shape, int threads) {
   if (shape.is_label() && volume->labels.is_empty())
-    return Error{.what = "the volume of a forbidden structure has no labels", .where = shape.name};
+    return Error{.what = "the volume of a forbidden structure has no labels",
+                 .where = shape.name,
+                 .expected = "a scan with labels",
+                 .remedy = "load the labels, or remove this forbidden structure"};
   const auto bits = volume::Occupancy::build(*volume, shape, threads);
   if (bits.count_solid() == 0)
     return Error{.what = "a forbidden structure is empty",
                  .where = shape.name,
                  .found = "no voxel",
-                 .expected = "at least one"};
+                 .expected = "at least one",
+                 .remedy = "choose another label, or remove this forbidden structure"};
   std::shared_ptr<Forbidden> result(new Forbidden(std::move(volume), shape));
   const volume::Mesh net = volume::surface_net({&result->field_, nullptr, &bits, false}, threads);
   std::vector<dvec3> vertices;
@@ -55,7 +59,7 @@ Result<std::shared_ptr<const Forbidden>> Forbidden::build(const std::string& nam
                  .found = facts.open_edges > 0     ? std::to_string(facts.open_edges) + " open edges"
                           : facts.turned_edges > 0 ? "triangles of opposite orientations"
                                                    : "a surface that faces inward",
-                 .expected = "a closed surface, seen from outside",
+                 .expected = "triangles of a closed surface, counter-clockwise as viewed from outside",
                  .remedy = "close its holes and correct its normals in the program that made it"};
   std::vector<dvec3> vertices;
   vertices.reserve(model.vertices().size());
@@ -74,8 +78,7 @@ bool Forbidden::is_inside(const dvec3& p, double reach) const noexcept {
   dvec3 normal(0), offset(0);
   surface_.for_near(p, nearest * (1 + k_same) + k_same, [&](const haptics::MeshTree::Near& near) {
     const auto corners = surface_.corners(near.triangle);
-    // Angle at which the nearest point sees the triangle: at a corner that of the corner, along an edge half
-    // a turn, inside a whole turn.
+    // Angle of the triangle at the nearest point: that of the corner at a corner, pi on an edge, 2 pi inside.
     double angle = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       const dvec3 a = corners[k] - near.nearest, b = corners[(k + 1) % 3] - near.nearest;

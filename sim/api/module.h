@@ -31,7 +31,7 @@ class ModuleState {
   /// Undoable state, for writing.
   template <HasSchema T>
   T& change_undoable() {
-    is_world_changed_ = true;
+    is_undoable_changed_ = true;
     return change<T>(*undoable_);
   }
   /// Persistent state, for writing.
@@ -39,7 +39,7 @@ class ModuleState {
   T& change_settings() {
     return change<T>(*settings_);
   }
-  bool is_undoable_changed() const noexcept { return is_world_changed_; }
+  bool is_undoable_changed() const noexcept { return is_undoable_changed_; }
   template <HasSchema T>
   const T& result() const noexcept {
     return *result_->value->as<T>();
@@ -63,10 +63,10 @@ class ModuleState {
   std::shared_ptr<const Value>*undoable_, *settings_;
   ModuleResult* result_;
   std::uint64_t edits_;
-  bool is_world_changed_ = false;
+  bool is_undoable_changed_ = false;
 };
 
-/// Answer of a module to an event or a command: changes of its own state, and further events.
+/// Reaction of a module to an event or a command: changes of its own state, and further events.
 class ModuleReaction : public ModuleState {
  public:
   ModuleReaction(const ModuleState& state, std::vector<Event>& events, std::uint64_t tick, std::uint8_t hand)
@@ -129,7 +129,7 @@ struct JobType {
   void (*adopt)(const void* parameters, const JobResult& result, ModuleWork& work);
   /// Checks the parameters against the hand's anatomy. Null: all are valid.
   Status (*check)(const void* parameters, const haptics::TouchScene& anatomy) = nullptr;
-  bool frees_bodies = false;     ///< requires room for one more body before it starts
+  bool detaches_body = false;    ///< requires room for one more body before it starts
   bool depends_on_cuts = false;  ///< a result from before a cut or an undo is discarded
 };
 
@@ -148,7 +148,7 @@ class Module {
   virtual Value undoable() const { return {}; }
   /// Initial persistent state; empty: the module has no such state.
   virtual Value settings() const { return {}; }
-  /// Initial result: what the module finds out about the anatomy, such as a judgement. Undo does not change
+  /// Initial result, such as a judgement of the anatomy. Undo does not change
   /// it, but makes it stale. Empty: the module has no results.
   virtual Value result() const { return {}; }
 

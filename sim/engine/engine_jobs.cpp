@@ -24,7 +24,7 @@ bool Engine::find_job(const ValueType& parameters, const JobType*& type, std::si
 Status Engine::check_job(const JobType& job, const Command& command) const {
   if (job.check)
     if (Status error = job.check(command.request.data(), *tools_[command.hand].scene)) return error;
-  return job.frees_bodies ? check_room_for_pieces(command.request.name()) : Status();
+  return job.detaches_body ? check_room_for_pieces(command.request.name()) : Status();
 }
 
 void Engine::begin_job(const Command& command, PendingJob job, Outcome& outcome) {

@@ -99,7 +99,7 @@ Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogu
                  .where = "instrument",
                  .found = hand.instrument,
                  .expected = known,
-                 .remedy = "choose one of these, or load the module of the instrument (option --module)"};
+                 .remedy = "choose one of these, or load the module of the instrument (option module)"};
   }
   Instrument result(*type, Value::of(*type->parameters));
   if (Status error = result.parameters.set(hand.parameters)) return *error;

@@ -19,8 +19,8 @@ std::vector<std::string> joined_lists(std::vector<std::string> first, const std:
   return first;
 }
 
-/// Returns the parameters that an entry with the instrument's name requires otherwise: "kinematic=yes".
-/// Empty: the entry allows the instrument.
+/// Returns the instrument's parameters whose values differ from those that an entry requires, such as
+/// "kinematic=yes"; the entry's words if they are invalid. Empty: the entry allows the instrument.
 std::string wrong_parameters(const Instrument& instrument, std::string_view required_words) {
   Value required = instrument.parameters;
   if (required.set(required_words)) return std::string(required_words);
@@ -103,8 +103,8 @@ Status check_has_request(const ProcedureStep& step, const std::string& name) {
       if (transition.to == name) return std::nullopt;
       known.push_back(transition.to);
     }
-  return not_allowed(step, "the step cannot be requested", name,
-                     joined_names(known, "a step that begins without a request"));
+  return not_allowed(step, "no transition leads to this step on request", name,
+                     joined_names(known, "none: the next step begins by itself"));
 }
 
 std::string request_name(const Command& command) {

@@ -49,9 +49,9 @@ TEST_F(Command, DrawnObjectsAreTouchedRecordedReplayedAndAudited) {
   EXPECT_EQ(touch["fall_throughs"], 0);
   const Json audit = json("audit a.session --scan s.mha");
   EXPECT_TRUE(audit["is_certified"].get<bool>());
-  EXPECT_GT(audit["drawn_judged"].get<int>(), 100);
-  EXPECT_LT(audit["deepest_drawn_mm"].get<double>(), 0.2);
-  EXPECT_EQ(run("audit a.session --scan s.mha --plant drawn").exit_code, 1);
+  EXPECT_GT(audit["depth_image_ticks"].get<int>(), 100);
+  EXPECT_LT(audit["deepest_in_depth_object_mm"].get<double>(), 0.2);
+  EXPECT_EQ(run("audit a.session --scan s.mha --plant depth-images").exit_code, 1);
 
   // The ball recorded by a camera above it.
   const Json result = json("depth-record keys" + beat +
@@ -103,7 +103,7 @@ TEST_F(Command, AHandThatImagesDoNotHoldIsCounted) {
   }
   const std::string touch = "touch s.mha --depth cube.obj --depth-pixel 1 --stiffness 0.02 -o t.csv ";
   const Json held = json(touch + "--path held.csv --record held.session");
-  EXPECT_EQ(held["in_drawn"], 0);
+  EXPECT_EQ(held["ticks_inside_depth_object"], 0);
   EXPECT_TRUE(json("audit held.session --scan s.mha")["is_certified"].get<bool>());
   EXPECT_EQ(run(touch + "--path deep.csv --record deep.session").exit_code, 1);
   const auto audit = run("audit deep.session --scan s.mha");
@@ -121,8 +121,8 @@ TEST_F(Command, ARetractorYieldsNextToABurrHole) {
   if (!is_whole()) return;  // takes some ten seconds
   const Json audit = json("audit r.session");
   EXPECT_TRUE(audit["is_certified"].get<bool>());
-  EXPECT_GT(audit["drawn_judged"].get<int>(), 1000);
-  EXPECT_LT(audit["deepest_drawn_mm"].get<double>(), 0.1);
+  EXPECT_GT(audit["depth_image_ticks"].get<int>(), 1000);
+  EXPECT_LT(audit["deepest_in_depth_object_mm"].get<double>(), 0.1);
 }
 
 /// The samples: voxels, a mesh and drawn objects in one scene; a depth video; the inside of a calabash.
@@ -135,11 +135,11 @@ TEST_F(Command, SamplesOfMixedScenesAreCertified) {
     if (!is_whole() && name != std::string("calabash")) continue;
     const Json audit = json("audit " + session);
     EXPECT_TRUE(audit["is_certified"].get<bool>()) << name;
-    EXPECT_GT(audit["drawn_judged"].get<int>(), 400) << name;
-    EXPECT_LT(audit["deepest_drawn_mm"].get<double>(), 0.1) << name;
+    EXPECT_GT(audit["depth_image_ticks"].get<int>(), 400) << name;
+    EXPECT_LT(audit["deepest_in_depth_object_mm"].get<double>(), 0.1) << name;
   }
   // An object at rest is judged during contact, and a proxy in its wall is detected.
-  EXPECT_EQ(run("audit calabash.session --plant drawn").exit_code, 1);
+  EXPECT_EQ(run("audit calabash.session --plant depth-images").exit_code, 1);
   if (is_whole()) {
     EXPECT_EQ(run("audit calabash.session --plant fall").exit_code, 2) << "this fault has no judge there";
   }

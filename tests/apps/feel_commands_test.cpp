@@ -108,7 +108,7 @@ TEST_F(Command, AChallengersAnswersAreScoredAsOurs) {
   json(scenes + " --export scenes");
   for (const char* name : {"volume.mha", "hip.csv", "ideal.csv", "scene.json"})
     EXPECT_TRUE(fs::exists(folder_ / "scenes" / id / name)) << name;
-  const Json scored = json(scenes + " --score scenes/our-answers.csv");
+  const Json scored = json(scenes + " --score scenes/our-results.csv");
   long compared = 0;
   for (const Json& theirs : scored["rows"]) {
     if (theirs["method"] != "our-answers") continue;
@@ -118,7 +118,7 @@ TEST_F(Command, AChallengersAnswersAreScoredAsOurs) {
       for (const char* column :
            {"steps", "contacts", "total_rms_voxels", "deepest_voxels", "most_off_mm", "direction_rms_deg",
             "tangential_p50_mm", "tangential_p99_mm", "force_rms_n", "rendered_rms_n", "rough_n", "jump_n",
-            "most_change_n", "fall_throughs", "stuck", "parted", "missed", "ghosts"})
+            "most_change_n", "fall_throughs", "stuck", "other_rest", "missed", "ghosts"})
         EXPECT_EQ(ours[column], theirs[column]) << column;
     }
   }
@@ -382,7 +382,7 @@ TEST_F(Command, ATouchIsRecordedReplayedAndAudited) {
     if (o.find("pop") != std::string::npos) continue;  // in its second half nothing holds the tip
     const Ended planted = run("audit t.session --scan s.mha --json --plant ball");
     EXPECT_EQ(planted.exit_code, 1) << o;
-    EXPECT_EQ(Json::parse(planted.out)["balls_sunk"], 1) << o;
+    EXPECT_EQ(Json::parse(planted.out)["balls_too_deep"], 1) << o;
     EXPECT_EQ(Json::parse(planted.out)["fall_throughs"], 0) << o;
   }
   // Every effect, one by one and some together; a resumed session continues them.

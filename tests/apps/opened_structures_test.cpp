@@ -222,7 +222,7 @@ TEST(OpenedStructures, TheDuralSacIsVisibleInNaturalGaps) {
   EXPECT_EQ(count(none).cord, 0u);
 }
 
-TEST(OpenedStructures, ScansWithoutThemCostNothing) {
+TEST(OpenedStructures, ScansWithoutLabelsAddNoWork) {
   const Bottom bottom = drilled(layers({"background", "skull", "label-2", "label-3"}), 5.0, false);
   EXPECT_EQ(bottom.vertices, 0u);
 }

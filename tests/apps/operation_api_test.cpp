@@ -41,7 +41,7 @@ void expect_error(const Result<T>& result, const std::string& what, const std::s
 /// reported as entered.
 TEST(OperationApi, ALargerToolThatIsLedOutOfBoneEntersNoStructure) {
   OperationOptions options = with_burr();
-  options.takes_plan = true;
+  options.uses_plan = true;
   auto result = Operation::open("head", options);
   ASSERT_TRUE(result.is_ok()) << result.error().message();
   Operation& operation = result.value();

@@ -17,7 +17,7 @@ PosePath slide(double seconds) {
       .value();
 }
 
-TEST(Performer, WithoutErrorsIsThePlan) {
+TEST(Performer, WithoutErrorsFollowsThePlan) {
   const Performer exact(Skill{"exact"}, 1, 9);
   const PosePath planned = slide(2), performed = exact.perform(planned, 0);
   for (double t = 0; t < 9; t += 0.01) {

@@ -47,7 +47,7 @@ TEST_F(ToolWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
 /// A click where there is no edge for the foot moves nothing while it is held: a press entered the dural sac.
 TEST_F(ToolWindow, AKerrisonIsNotPressedWhereItsClickWasRefused) {
   workbench::SourceChoice source("spine");
-  source.takes_plan = true;
+  source.uses_plan = true;
   open(source, rongeur::rongeur({.kind = rongeur::Kind::kerrison, .width = 3, .opening = 4}));
   QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
   let_run(200);
@@ -67,7 +67,7 @@ TEST_F(ToolWindow, AKerrisonIsNotPressedWhereItsClickWasRefused) {
 /// Between two laminae an idle tool rests on the dural sac. It does not go through it to the vertebral body.
 TEST_F(ToolWindow, AnIdleToolDoesNotEnterTheDuralSacBetweenLaminae) {
   workbench::SourceChoice source("spine");
-  source.takes_plan = true;  // the dural sac and the nerve roots are forbidden
+  source.uses_plan = true;  // the dural sac and the nerve roots are forbidden
   const std::pair<const char*, sim::Instrument> tools[] = {
       {"kerrison", rongeur::rongeur({.kind = rongeur::Kind::kerrison, .width = 4, .opening = 12})},
       {"rongeur", rongeur::rongeur({})},
@@ -108,7 +108,7 @@ TEST_F(ToolWindow, AnIdleToolDoesNotEnterTheDuralSacBetweenLaminae) {
 
 TEST_F(ToolWindow, AnIdleToolEntersNoStructureOfAClippedHead) {
   workbench::SourceChoice source("head");
-  source.takes_plan = true;  // the dura and others are forbidden
+  source.uses_plan = true;  // the dura and others are forbidden
   open(source, drilling::burr({.diameter = 4}));
   QTest::keyClick(window_.get(), Qt::Key_A, Qt::ShiftModifier);
   hand().viewport().set_clip({.axis = ClipChoice::Axis::view, .share = 0.5});
@@ -125,7 +125,7 @@ TEST_F(ToolWindow, AnIdleToolEntersNoStructureOfAClippedHead) {
 
 TEST_F(ToolWindow, AnIdleToolStaysOutsideTheDuralSacWhenHiddenBoneIsClipped) {
   workbench::SourceChoice source("spine");
-  source.takes_plan = true;  // the dural sac is forbidden
+  source.uses_plan = true;  // the dural sac is forbidden
   open(source, drilling::burr({.diameter = 4}));
   QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
   let_run(200);
@@ -234,7 +234,7 @@ TEST_F(ToolWindow, ABurrRemovesBoneWhereTheLineOfSightGrazesIt) {
 /// An idle burr that moves over a hole stays clear of the dura at its bottom and at its edge.
 TEST_F(ToolWindow, AnIdleBurrOverAHoleDoesNotEnterTheDura) {
   workbench::SourceChoice source("head");
-  source.takes_plan = true;  // the dura is forbidden
+  source.uses_plan = true;  // the dura is forbidden
   open(source, drilling::burr({.diameter = 6, .is_kinematic = true}));
   QTest::keyClick(window_.get(), Qt::Key_R, Qt::ShiftModifier);
   let_run(300);
@@ -264,7 +264,7 @@ TEST_F(ToolWindow, AnIdleBurrOverAHoleDoesNotEnterTheDura) {
 /// A deep press does not move a craniotome whose foot has no place: it was drawn through structures.
 TEST_F(ToolWindow, ACraniotomeIsNotPressedWhereItsFootHasNoPlace) {
   workbench::SourceChoice source("spine");
-  source.takes_plan = true;
+  source.uses_plan = true;
   open(source, drilling::craniotome({}));
   QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
   let_run(200);
@@ -296,12 +296,12 @@ TEST_F(ToolWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
   QTest::mouseMove(window_->canvas(), middle);
   ASSERT_TRUE(reaches([&] { return hand().touched().has_value(); }));
   const dvec3 hole = *hand().touched();
-  const auto beside = [&](double back, double up) { return hole + dvec3(0, back, up); };
+  const auto near_hole = [&](double back, double up) { return hole + dvec3(0, back, up); };
   // A ring, deeper and deeper, so that the foot has room on its inner side. A busy machine may release the
   // button by a fault: it is pressed again.
   child<QSlider>(*window_, "depth")->setValue(16);
   for (int i = 0; i < 160; ++i) {
-    const QPoint at = pixel_of(beside(3 * std::cos(0.4 * i), 3 * std::sin(0.4 * i)));
+    const QPoint at = pixel_of(near_hole(3 * std::cos(0.4 * i), 3 * std::sin(0.4 * i)));
     QTest::mouseMove(window_->canvas(), at);
     if (i % 20 == 0) QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, at);
     let_run(80);
@@ -318,11 +318,11 @@ TEST_F(ToolWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
   const double before = hand().state().removed_mm3;
   QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(hole));
   for (int i = 1; i <= 60; ++i) {
-    QTest::mouseMove(window_->canvas(), pixel_of(beside(0.5 * i, 0)));
+    QTest::mouseMove(window_->canvas(), pixel_of(near_hole(0.5 * i, 0)));
     let_run(60);
   }
   EXPECT_TRUE(reaches([&] { return hand().state().removed_mm3 > before + 100; }));
-  QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(beside(30, 0)));
+  QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(near_hole(30, 0)));
   keep(*window_, "craniotome-kerf");
 }
 

@@ -40,7 +40,7 @@ class WholeOperation : public ToolWindow {
 
 TEST_F(WholeOperation, AProbeMakesATrackAlongThePlanForAScrewThatIsJudged) {
   workbench::SourceChoice source("spine");
-  source.takes_plan = true;
+  source.uses_plan = true;
   open(source, pedicle::probe({}));
   QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
   let_run(200);
@@ -75,7 +75,7 @@ TEST_F(WholeOperation, AProbeMakesATrackAlongThePlanForAScrewThatIsJudged) {
 
 TEST_F(WholeOperation, AClampIsFittedToPinsThatAreSetByPointing) {
   workbench::SourceChoice source("head");
-  source.takes_plan = true;
+  source.uses_plan = true;
   open(source, {});
   const auto place = [&](Qt::Key side, const dvec3& at) {
     QTest::keyClick(window_.get(), side, Qt::ShiftModifier);
@@ -102,7 +102,7 @@ TEST_F(WholeOperation, AClampIsFittedToPinsThatAreSetByPointing) {
 /// A flap that is grasped stays in its place until the cursor moves, and is then lifted off the dura.
 TEST_F(WholeOperation, AFlapIsLiftedOffByTheMouse) {
   workbench::SourceChoice source("head");
-  source.takes_plan = true;
+  source.uses_plan = true;
   OperationWindow::open(source);
   const volume::SurgicalPlan& plan = *options_.plan;
   const dvec3 entry = plan.trajectories[0].entry_world;
@@ -177,7 +177,7 @@ TEST_F(WholeOperation, AFlapIsLiftedOffByTheMouse) {
 /// The shipped tour of the window, by mouse and menus from its first to its last step.
 TEST_F(WholeOperation, TheFirstStepsAreDoneByMouse) {
   workbench::SourceChoice source("head");
-  source.takes_plan = true;
+  source.uses_plan = true;
   OperationWindow::open(source, {}, "first-steps");
   const auto is_in_step = [&](int step) { return reaches([&] { return hand().state().step == step; }); };
   const auto take = [&](const char* name) {

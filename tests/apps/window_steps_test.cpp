@@ -192,7 +192,7 @@ TEST_F(WindowSteps, ButtonsGoThroughTheStepsAndUndoGoesBack) {
 
   drill(window);
   // The next step does not allow the burr, which is put down.
-  ASSERT_TRUE(has_reason(window, "reason_judge", "Puts the tool down first."));
+  ASSERT_TRUE(has_reason(window, "reason_judge", "Removes the tool first."));
   ASSERT_TRUE(
       QTest::qWaitFor([&] { return child<QPushButton>(window, "next_judge")->isEnabled(); }, k_patience));
   child<QAction>(window, "next_step")->trigger();

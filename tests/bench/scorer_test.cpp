@@ -60,7 +60,7 @@ class Scored {
 TEST(Scorer, DetectsAProxyThatSticksInAGrooveAndAtRest) {
   const Scored scored("groove-90-psf-1-circle-held");
   EXPECT_EQ(scored.score().stuck, 0);
-  EXPECT_EQ(scored.score().parted, 0);
+  EXPECT_EQ(scored.score().other_rest, 0);
   // It stays behind for 40 steps, for most of which the hand is at rest.
   const FeelRow stuck = scored.score([&](std::size_t i, ProxyStep& step) {
     if (i % 300 >= 240 && i % 300 < 280) step.proxy_world = scored.steps()[i / 300 * 300 + 239].proxy_world;
@@ -120,7 +120,7 @@ TEST(Scorer, DetectsAPlateThatIsPassed) {
   EXPECT_EQ(scored.score().fall_throughs, 0);
   const FeelRow row = scored.score([](std::size_t, ProxyStep& step) { step = ProxyStep{}; });
   EXPECT_GE(row.fall_throughs, 3);
-  EXPECT_GE(row.parted, 1);  // on the other side the hand is as free as the proxy
+  EXPECT_GE(row.other_rest, 1);  // on the other side the hand is as free as the proxy
   EXPECT_GE(row.missed, 20);
 }
 

@@ -39,7 +39,8 @@ TEST_F(Dicom, ATiltedGantryGivesAnExactlyShearedVolume) {
 TEST_F(Dicom, MissingSlicesAreRefusedAndNamedUnlessFilled) {
   write_series(7);
   fs::remove(path("IM1004"));
-  expect_refused({"1 slice missing", "4.000 mm between IM1003 and IM1005", "every 2.000 mm", "--resample"});
+  expect_refused(
+      {"1 slice missing", "4.000 mm between IM1003 and IM1005", "every 2.000 mm", "option resample"});
   OpenOptions options;
   options.is_resampled = true;
   expect_own_values(open(options), 7);  // values grow evenly
@@ -52,8 +53,8 @@ TEST_F(Dicom, UnevenSlicesAreRefusedAndNamedUnlessResampled) {
     s.position.z = at[k];
     s.values.assign(64, static_cast<int>(100 * at[k]));
   });
-  expect_refused(
-      {"not evenly spaced", "from 2.000 mm to 3.000 mm", "3.000 mm between IM1003 and IM1004", "--resample"});
+  expect_refused({"not evenly spaced", "from 2.000 mm to 3.000 mm", "3.000 mm between IM1003 and IM1004",
+                  "option resample"});
   OpenOptions options;
   options.is_resampled = true;
   const Volume v = open(options);
@@ -81,7 +82,7 @@ TEST_F(Dicom, AStrayImageIsRefusedByNameUnlessTheOthersAreSelected) {
     write_series(5, [&](int k, SliceOf& s) {
       if (k == stray) s.spacing = {1.2, 1.2};
     });
-    expect_refused({name_of(stray + 1), "4 others", "--volume"});
+    expect_refused({name_of(stray + 1), "4 others", "option volume"});
     EXPECT_EQ(list_series(path()).value().size(), 2u) << "a refused series can be listed";
     OpenOptions options;
     options.volume = stray == 0 ? 2 : 1;

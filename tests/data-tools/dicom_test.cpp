@@ -239,11 +239,11 @@ TEST_F(Dicom, FractionsKeepTheirScaleOrAreRefused) {
     s.modality = "PT", s.slope = k == 3 ? 1.5 : 0.0001, s.is_signed = false;
     for (int i = 0; i < 64; ++i) s.values.push_back(k == 3 ? 40'000 : i % 5);
   });
-  expect_refused({"noise", "--scale"});
+  expect_refused({"noise", "option scale"});
   OpenOptions options;
   options.scale = 2;
   EXPECT_EQ(open(options).voxels[64 * 3], 30'000);
-  expect_notice("--scale");
+  expect_notice("option scale");
 }
 
 TEST_F(Dicom, ValuesOutOfRangeAreNamed) {
@@ -251,7 +251,7 @@ TEST_F(Dicom, ValuesOutOfRangeAreNamed) {
     s.is_signed = false;
     s.values.assign(64, k == 2 ? 60'000 : 5);
   });
-  expect_refused({"60000 in IM1003", "-32768 to 32767", "--scale 2"});
+  expect_refused({"60000 in IM1003", "-32768 to 32767", "option scale 2"});
   OpenOptions options;
   options.scale = 2;
   EXPECT_EQ(open(options).voxels[64 * 2], 30'000);

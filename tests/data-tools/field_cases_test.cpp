@@ -142,7 +142,7 @@ TEST_F(FieldCases, NrrdUnitsApplyPerAxis) {
   // "space dimension" names no axes: the caller must.
   write("unnamed.nrrd",
         nrrd("space dimension: 3\nspace directions: (1,0,0) (0,1,0) (0,0,1.5)\n", "5 4 3", 3, body));
-  EXPECT_NE(refusal("unnamed.nrrd").find("--axes"), std::string::npos) << refusal("unnamed.nrrd");
+  EXPECT_NE(refusal("unnamed.nrrd").find("option axes"), std::string::npos) << refusal("unnamed.nrrd");
   OpenOptions options;
   options.spacing = glm::dvec3(1, 1, 1.5);
   EXPECT_EQ(refusal("unnamed.nrrd", options), "");

@@ -226,9 +226,9 @@ TEST(Files, ImpossibleHeadersAreRefused) {
     expect_refused(scratch / "bad.mha", word);
   }
   write_text(scratch / "float.mha", mha(size + "ElementType = MET_FLOAT\n"));
-  expect_refused(scratch / "float.mha", "--scale");
+  expect_refused(scratch / "float.mha", "option scale");
   write_text(scratch / "wide.mha", mha(size + "ElementType = MET_INT\n"));
-  expect_refused(scratch / "wide.mha", "--scale");
+  expect_refused(scratch / "wide.mha", "option scale");
 }
 
 std::uint32_t crc_of(const void* data, std::size_t bytes) {

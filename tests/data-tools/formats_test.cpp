@@ -99,7 +99,7 @@ TEST_F(Formats, AMissingPositionIsRefusedUnlessGiven) {
   OpenOptions options;
   options.spacing = glm::dvec3(0.5, 0.5, 2);
   for (const char* name : {"none.nrrd", "spacings.nrrd", "some.mha"}) {
-    expect_refused(name, {name, "--spacing"});
+    expect_refused(name, {name, "option spacing"});
     EXPECT_EQ(open(name, options).frame.spacing(), *options.spacing) << name;
   }
   expect_refused("space.nrrd", {"3D-right-handed"}, options);
@@ -135,10 +135,10 @@ TEST_F(Formats, ANiftiThatContradictsItselfIsRefusedUntilTheUserDecides) {
   put("agree.nii", nifti({voxels}, DT_INT16, 16, {4, 3, 2}, 0.05, 0, true));
   EXPECT_EQ(open("agree.nii").voxels[23], 23);
   put("shifted.nii", nifti({voxels}, DT_INT16, 16, {4, 3, 2}, 0.2, 0, true));
-  expect_refused("shifted.nii", {"0.20 mm apart", "--sform or --qform"});
+  expect_refused("shifted.nii", {"0.20 mm apart", "option sform, option qform"});
   // About a corner: the origin and the corner opposite along z are fixed.
   put("turned.nii", nifti({voxels}, DT_INT16, 16, {4, 3, 2}, 0, 5, true));
-  expect_refused("turned.nii", {"apart", "--sform"});
+  expect_refused("turned.nii", {"apart", "option sform"});
   OpenOptions options;
   options.nifti_frame = OpenOptions::NiftiFrame::sform;
   EXPECT_NEAR(open("shifted.nii", options).frame.origin().x, -0.2, 1e-6);
@@ -202,7 +202,7 @@ TEST_F(Formats, VariantsOfNiftiAreRead) {
   analyze.replace(344, 4, std::string(4, '\0'));
   analyze.replace(252, 4, std::string(4, '\0'));  // no forms
   put("b.hdr", analyze), put("b.img", voxels);
-  expect_refused("b.hdr", {"--spacing"});
+  expect_refused("b.hdr", {"option spacing"});
   OpenOptions options;
   options.spacing = glm::dvec3(1, 2, 3);
   const Volume v = open("b.hdr", options);
@@ -299,7 +299,7 @@ TEST_F(Formats, FractionsLoseLessThanTheirNoiseOrAreRefused) {
   std::vector<float> smooth = noisy(0, 1e-6);
   smooth[0] = 1;
   put("a.nii", nifti({bytes_of(smooth)}, DT_FLOAT32, 32, size));
-  expect_refused("a.nii", {"noise", "--scale"});
+  expect_refused("a.nii", {"noise", "option scale"});
   OpenOptions options;
   options.scale = 0.001;
   EXPECT_EQ(open("a.nii", options).voxels[0], 1000);
@@ -308,7 +308,7 @@ TEST_F(Formats, FractionsLoseLessThanTheirNoiseOrAreRefused) {
   expect_refused("a.nii", {"NaN"});
   // Beyond 16 bits.
   put("a.nii", nifti({bytes_of(ramp<std::int32_t>(100'000))}, DT_INT32, 32, {4, 3, 2}));
-  expect_refused("a.nii", {"--scale"});
+  expect_refused("a.nii", {"option scale"});
 }
 
 /// Hounsfield units are recognized by air, not by a number that no other modality should have.

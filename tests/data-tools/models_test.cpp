@@ -120,7 +120,7 @@ TEST(PolygonModels, IrregularitiesAreCountedAndReported) {
   auto crowded = closed;
   crowded.push_back({0, 2, 1});
   EXPECT_NE(notice_of(facets(crowded)).find("3 edges of three"), std::string::npos);
-  EXPECT_NE(notice_of(facets(closed), 0.001).find("--mesh-scale"), std::string::npos);
+  EXPECT_NE(notice_of(facets(closed), 0.001).find("option mesh-scale"), std::string::npos);
   // Slicer states its frame.
   const std::string ras = facets(closed, "solid SPACE=RAS");
   EXPECT_NE(notice_of(ras).find("converted to LPS"), std::string::npos);

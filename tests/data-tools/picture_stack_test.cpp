@@ -26,7 +26,7 @@ Volume odd_volume() {
   return v;
 }
 
-TEST(Pictures, OfOtherProgramsAreReadInTheOrderOfTheirNumbers) {
+TEST(Pictures, FolderOfAnotherProgramIsReadInTheOrderOfItsNumbers) {
   const scenes::Scratch scratch;
   const Volume v = odd_volume();
   ASSERT_FALSE(write_volume_folder(scratch / "t", FolderFormat::tiff, v));
@@ -38,7 +38,7 @@ TEST(Pictures, OfOtherProgramsAreReadInTheOrderOfTheirNumbers) {
   }
   const auto without = open_volume(scratch / "t");
   ASSERT_FALSE(without.is_ok());
-  EXPECT_NE(without.error().message().find("--spacing"), std::string::npos);
+  EXPECT_NE(without.error().message().find("option spacing"), std::string::npos);
   OpenOptions options;
   options.spacing = glm::dvec3(1, 1, 3);
   options.axes = "LPI";

@@ -295,7 +295,7 @@ TEST(RoundTrip, RawNumbersOfEveryTypeAreRead) {
   };
   EXPECT_NE(refusal("4,3,int16", 1).find("X,Y,Z,TYPE"), std::string::npos);
   EXPECT_NE(refusal("4,3,2,int12", 1).find("X,Y,Z,TYPE"), std::string::npos);
-  EXPECT_NE(refusal("4,3,2,double", {}).find("--spacing"), std::string::npos);
+  EXPECT_NE(refusal("4,3,2,double", {}).find("option spacing"), std::string::npos);
   EXPECT_NE(refusal("4,3,2,double", 1).find("196 bytes"), std::string::npos);
   EXPECT_NE(refusal("2000000000,2000000000,2000000000,double", 1).find("size"), std::string::npos);
 }

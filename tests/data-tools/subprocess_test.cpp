@@ -11,7 +11,7 @@ namespace {
 
 using End = SubprocessResult::End;
 
-TEST(Apart, OnlySharedBytesAreReturned) {
+TEST(Subprocess, OnlySharedBytesAreReturned) {
   const auto shared = SharedBytes::make(100);
   int here = 0;
   const SubprocessResult ended = run_in_subprocess(100,
@@ -27,7 +27,7 @@ TEST(Apart, OnlySharedBytesAreReturned) {
 }
 
 /// Each kind of failure, with the number of the task.
-TEST(Apart, CrashesAreErrorsWithALocation) {
+TEST(Subprocess, CrashesAreErrorsWithALocation) {
   const std::pair<const char*, void (*)()> ways[] = {
       {"damaged", [] { std::raise(SIGSEGV); }},
       {"damaged", [] { std::abort(); }},
@@ -47,7 +47,7 @@ TEST(Apart, CrashesAreErrorsWithALocation) {
   }
 }
 
-TEST(Apart, CanBeStopped) {
+TEST(Subprocess, CanBeStopped) {
   int calls = 0;
   const SubprocessResult ended = run_in_subprocess(
       10, [](int) { std::this_thread::sleep_for(std::chrono::hours(1)); },

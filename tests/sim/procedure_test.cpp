@@ -245,7 +245,7 @@ TEST(Procedure, ACycleOfIssuedCommandsEnds) {
   EXPECT_EQ(steps().size(), Engine::k_max_steps_per_tick + 1) << "the cycle ended";
 }
 
-TEST(Measurements, AreOfAHandOrOfAll) {
+TEST(Measurements, CountEventsOfOneHandOrAll) {
   const ProcedureBench bench;
   const auto bone = Forbidden::build(bench.scene.base, bench.scene.items[0].field.shape()).value();
   std::vector<HandStart> hands = bench.hands(2);

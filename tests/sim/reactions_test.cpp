@@ -64,7 +64,7 @@ const Catalogue& listeners() {
   return all;
 }
 
-TEST(ModuleReaction, HearsCommandsAndRaisesEvents) {
+TEST(ModuleReaction, ReceivesCommandsAndRaisesEvents) {
   const Folder folder;
   const std::string path = folder.file("heard.session");
   const ToyBench bench;

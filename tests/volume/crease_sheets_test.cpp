@@ -132,7 +132,7 @@ TEST(CreaseSheets, AreNotMadeForSmoothOrConvexShapes) {
   EXPECT_EQ(creased(), 0u) << "edge";
 }
 
-TEST(CreaseSheets, OfAnUpdatedFieldAreNowhereMoreSolid) {
+TEST(CreaseSheets, UpdateAddsNoMatter) {
   const Groove groove(40, glm::dmat3(0.3));
   const auto before = OffsetField::build(groove.field, groove.bits, nullptr, 1.2, 1).value();
   RemovalEditor editor(std::make_shared<Version>(groove.base, CutLattice::for_burr(*groove.base, 1).value()),

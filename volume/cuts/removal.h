@@ -35,7 +35,8 @@ struct Sweep {
 struct RemovalReport {
   std::int64_t removed_units = 0;  ///< newly removed solid points, in units of RemovalLedger
   int bricks_changed = 0;
-  VoxelBox box{glm::ivec3(0), glm::ivec3(-1)};  ///< voxels that may have changed; empty when low > high
+  VoxelBox box{glm::ivec3(0),
+               glm::ivec3(-1)};  ///< voxels of the scan that may have changed; empty when low > high
   /// Sums over `removed_units` of the intensity of each unit's voxel (as stored; below 0 counts as 0) and of
   /// its square, for mean and variance of the density of the removed matter; 0 for Ledger::freed.
   double intensity_sum = 0, intensity_square_sum = 0;
@@ -98,7 +99,8 @@ class RemovalEditor {
   /// these. The matter counts as freed, not as removed.
   RemovalReport remove_parts(const SolidParts& parts, const std::vector<std::uint8_t>& is_removed,
                              const VoxelBox& voxels);
-  /// Returns the working state as an immutable version, whose masks keep changing until end_stroke().
+  /// Returns the working state as a version. Its masks change until end_stroke(); freeze() returns a version
+  /// that never changes.
   std::shared_ptr<const Version> publish();
   /// Ends the stroke: masks of published versions are never written again.
   void end_stroke() noexcept;

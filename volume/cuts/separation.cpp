@@ -393,7 +393,7 @@ class Search {
     return {static_cast<int>(key % x), static_cast<int>(key / x % y), static_cast<int>(key / x / y)};
   }
 
-  /// Classifies a complete part: parted if removed samples connect it to a solid sample of another part.
+  /// Classifies a complete part: detached if removed samples connect it to a solid sample of another part.
   Separation::Kind classify(int part) {
     std::unordered_map<Key, Words> visited;
     std::deque<Step> steps;

@@ -51,8 +51,8 @@ FineNet::FineNet(const SurfaceSource& source, const VoxelBox& owned)
       owned_(owned),
       k_(lattice_.per_voxel()),
       origin_(lattice_.centre_of(ivec3(0))) {
-  // A polygon uses cells up to one below the owned ones; a case reads one cell beyond these, and the test
-  // whether that cell is fine one further: three.
+  // A polygon needs the cells next to the owned ones. Their net cases need one cell more, and the test
+  // whether that cell is fine another one: three.
   constexpr int k_reach = 3;
   find_fine_cells({owned.low - k_reach, owned.high + k_reach});
   for (Block& block : storage_)
@@ -157,10 +157,10 @@ int FineNet::config_of(const ivec3& lattice_cell) const {
   return config;
 }
 
-/// Finds, on the other side of face `face` of coarse cell `cell`, at which its net touches itself (a pinch),
-/// the lattice cell whose own net touches itself at this face too, and which is flipped: it separates air
-/// instead of solid. Solid samples along two edges of the face can meet in a lattice face only at one of its
-/// air corners; of two such cells the first is flipped, which separates the coarse cell's patch.
+/// Finds the lattice cell across face `face` of coarse cell `cell` whose net touches itself (a pinch) at this
+/// face, as that of the coarse cell does. The case of that lattice cell is flipped: it separates air instead
+/// of solid. Solid samples along two edges of the face can meet in a lattice face only at one of its air
+/// corners; of two such cells the first is flipped, which separates the coarse cell's patch.
 bool FineNet::find_flipped(const ivec3& cell, int face, ivec3& lattice_cell) const {
   const int axis = face / 2, side = face % 2, p = (axis + 1) % 3, q = (axis + 2) % 3;
   const ivec3 neighbour = cell + (side ? 1 : -1) * unit(axis);

@@ -213,7 +213,7 @@ void bench_separation(Outcome& outcome) {
                     {"samples_a_voxel", row.samples_a_voxel},
                     {"strokes", row.strokes},
                     {"held", row.held},
-                    {"parted", row.parted},
+                    {"detached", row.detached},
                     {"pending", row.pending},
                     {"p50_ms", row.p50_ms},
                     {"p99_ms", row.p99_ms},
@@ -223,10 +223,11 @@ void bench_separation(Outcome& outcome) {
   }
   outcome.print(
       "detection of pieces that a stroke detaches: a saw around a flap of the built-in head, ms per stroke");
-  outcome.print_table(rows,
-                      "voxel = {voxel_mm:.2f} | burr = {burr_mm:.1f} | samples = {samples_a_voxel} | "
-                      "connected = {held} | detached = {parted} | pending = {pending} | p50 = {p50_ms:.2f} | "
-                      "p99 = {p99_ms:.2f} | whole volume = {whole_volume_ms:.1f} | wrong = {wrong}");
+  outcome.print_table(
+      rows,
+      "voxel = {voxel_mm:.2f} | burr = {burr_mm:.1f} | samples = {samples_a_voxel} | "
+      "connected = {held} | detached = {detached} | pending = {pending} | p50 = {p50_ms:.2f} | "
+      "p99 = {p99_ms:.2f} | whole volume = {whole_volume_ms:.1f} | wrong = {wrong}");
 }
 
 /// Surface nets compared with VTK's flying edges.
@@ -476,9 +477,9 @@ Run build_feel(Options& options) {
   options.add("--only", a->only, "Built-in scenes whose name contains this, for example sphere").type("TEXT");
   options.add("--hand", a->hand, "A recorded hand for one more scene: a session, or a path over SRC")
       .type("FILE");
-  options.add("--export", a->export_folder, "Write each scene for other programs: volume, hand, answer")
+  options.add("--export", a->export_folder, "Write each scene for other programs: volume, hand, exact result")
       .type("DIR");
-  options.add("--score", a->score, "Add another program's answers to the chart").type("STEPS.csv");
+  options.add("--score", a->score, "Add another program's results to the chart").type("STEPS.csv");
   return run_of(a, "bench-feel", bench_feel);
 }
 

@@ -108,7 +108,8 @@ Status bench_dicom(const BenchArguments& arguments, Outcome& outcome) {
       if (is_own && (found != series || found_series != static_cast<std::size_t>(series)))
         return Error{.what = "the disk was read incorrectly",
                      .found = std::to_string(found_series) + " and " + std::to_string(found) + " series",
-                     .expected = std::to_string(series)};
+                     .expected = std::to_string(series),
+                     .remedy = "report this with the data"};
       if (round > 0) scan_peer.push_back(seconds);
     }
     if (!is_own) continue;
@@ -120,7 +121,10 @@ Status bench_dicom(const BenchArguments& arguments, Outcome& outcome) {
     const double seconds = peers.itk_read(one.c_str(), their_sum);
     const auto voxels = opened.value().volume.voxels.span();
     for (std::size_t i = 0; i < voxels.size(); ++i) sum += static_cast<long long>(i % 251) * voxels[i];
-    if (sum != their_sum) return Error{.what = "the peer read other voxels", .expected = "equal voxels"};
+    if (sum != their_sum)
+      return Error{.what = "the peer read other voxels",
+                   .expected = "equal voxels",
+                   .remedy = "report this with the data"};
     if (round > 0) read_peer.push_back(seconds);
   }
   outcome.json["scan"] = row(scan, scan_peer);

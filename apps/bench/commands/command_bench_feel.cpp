@@ -59,15 +59,15 @@ Status export_scene(const std::string& folder, const bench::FeelScene& scene) {
 }
 
 /// Reads scene,proxy_x,proxy_y,proxy_z[,us]: a row per step, in the order of hip.csv.
-Result<bench::FeelAnswers> read_answers(const std::string& path) {
+Result<bench::FeelResults> read_results(const std::string& path) {
   std::ifstream in(path);
   const std::string where = data_tools::file_name(path);
   if (!in)
     return Error{.what = "the results cannot be read",
                  .where = where,
                  .expected = "a file of scene,proxy_x,proxy_y,proxy_z[,us]"};
-  bench::FeelAnswers answers;
-  answers.program = std::filesystem::path(path).stem().string();
+  bench::FeelResults results;
+  results.program = std::filesystem::path(path).stem().string();
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
     if (number == 1 && line.rfind("scene,", 0) == 0) continue;
@@ -91,19 +91,19 @@ Result<bench::FeelAnswers> read_answers(const std::string& path) {
                    .found = line,
                    .expected = "finite numbers, times above 0"};
     const std::string scene = line.substr(0, comma);
-    answers.proxies_world[scene].emplace_back(x, y, z);
-    if (read == 4) answers.us[scene].push_back(us);
+    results.proxies_world[scene].emplace_back(x, y, z);
+    if (read == 4) results.us[scene].push_back(us);
   }
-  for (const auto& [scene, us] : answers.us)
-    if (us.size() != answers.proxies_world[scene].size())
+  for (const auto& [scene, us] : results.us)
+    if (us.size() != results.proxies_world[scene].size())
       return Error{.what = "the results have times for some steps only",
                    .where = where,
                    .found = scene,
                    .expected = "us in every row of a scene, or in none"};
-  if (answers.proxies_world.empty())
+  if (results.proxies_world.empty())
     return Error{
         .what = "the results are empty", .where = where, .expected = "scene,proxy_x,proxy_y,proxy_z[,us]"};
-  return answers;
+  return results;
 }
 
 bench::FeelScene real_scene(const std::string& name, const std::string& motion, haptics::TouchScene scene,
@@ -198,16 +198,16 @@ Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   std::ostringstream ours;
   ours << "scene,proxy_x,proxy_y,proxy_z\n";
   if (!arguments.export_folder.empty())
-    options.on_answers = [&ours](const bench::FeelScene& scene, const std::string& method,
+    options.on_results = [&ours](const bench::FeelScene& scene, const std::string& method,
                                  const std::vector<glm::dvec3>& proxies) {
       if (method != haptics::k_default_method) return;
       for (const glm::dvec3& p : proxies)
         ours << format_text("%s,%.17g,%.17g,%.17g\n", bench::feel_id(scene).c_str(), p.x, p.y, p.z);
     };
   if (!arguments.score.empty()) {
-    auto answers = read_answers(arguments.score);
-    if (!answers) return answers.error();
-    options.answers = std::move(answers).value();
+    auto results = read_results(arguments.score);
+    if (!results) return results.error();
+    options.results = std::move(results).value();
   }
   // The given scan, and the scans of the real data if present.
   std::vector<std::string> scans;
@@ -240,12 +240,12 @@ Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
     if (!hand) return hand.error();
     options.more.push_back(std::move(hand).value());
   }
-  if (options.answers) {
+  if (options.results) {
     std::vector<std::string> known;
     for (const std::string& id : bench::feel_scene_ids(arguments.is_quick))
       if (id.find(arguments.only) != std::string::npos) known.push_back(id);
     for (const bench::FeelScene& scene : options.more) known.push_back(bench::feel_id(scene));
-    for (const auto& [id, proxies] : options.answers->proxies_world)
+    for (const auto& [id, proxies] : options.results->proxies_world)
       if (std::find(known.begin(), known.end(), id) == known.end())
         return Error{.what = "the results name an unknown scene",
                      .where = data_tools::file_name(arguments.score),
@@ -260,7 +260,7 @@ Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   if (report.failure) return report.failure;
   if (!arguments.export_folder.empty())
     if (Status error = data_tools::write_file_atomically(
-            (std::filesystem::path(arguments.export_folder) / "our-answers.csv").string(), ours.str()))
+            (std::filesystem::path(arguments.export_folder) / "our-results.csv").string(), ours.str()))
       return error;
   if (!is_any)
     return Error{.what = "unknown scene",

@@ -52,7 +52,7 @@ Result<double> record_long_hand(const std::string& file, double burr_diameter, d
   workbench::OperationChoice choice;
   choice.hands[0] = sim::HandSpec(drilling::burr(burr));
   workbench::SourceChoice head("head");
-  head.takes_plan = true;
+  head.uses_plan = true;
   auto opened = workbench::open_operation(head, choice, terminal_listener());
   if (!opened) return opened.error();
   const workbench::Operation& operation = opened.value();

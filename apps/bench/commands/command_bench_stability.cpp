@@ -95,33 +95,33 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
 
   long failures = 0, steps = 0;
   std::string csv =
-      "method,scene,steps,contacts,fall_throughs,judged_by_shape,sunk,buried,not_finite,fastest_mm_s\n";
+      "method,scene,steps,contacts,fall_throughs,judged_by_shape,too_deep,buried,not_finite,fastest_mm_s\n";
   for (const bench::AttackRow& row : attacks) {
-    failures += row.fall_throughs + row.sunk + row.not_finite, steps += row.steps;
+    failures += row.fall_throughs + row.too_deep + row.not_finite, steps += row.steps;
     std::string scene = row.scene;
     std::replace(scene.begin(), scene.end(), ',', ';');
     csv += format_text("%s,%s,%ld,%ld,%ld,%ld,%ld,%ld,%ld,%.0f\n", row.method.c_str(), scene.c_str(),
-                       row.steps, row.contacts, row.fall_throughs, row.judged_by_shape, row.sunk, row.buried,
-                       row.not_finite, row.fastest_mm_s);
+                       row.steps, row.contacts, row.fall_throughs, row.judged_by_shape, row.too_deep,
+                       row.buried, row.not_finite, row.fastest_mm_s);
     outcome.json["attacks"].push_back({{"method", row.method},
                                        {"scene", row.scene},
                                        {"steps", row.steps},
                                        {"contacts", row.contacts},
                                        {"fall_throughs", row.fall_throughs},
                                        {"judged_by_shape", row.judged_by_shape},
-                                       {"sunk", row.sunk},
+                                       {"too_deep", row.too_deep},
                                        {"buried", row.buried},
                                        {"not_finite", row.not_finite},
                                        {"fastest_mm_s", row.fastest_mm_s}});
   }
   Json table = outcome.json["attacks"];
   for (Json& row : table)  // a scene without contact was not tested
-    if (row["contacts"] == 0) row["fall_throughs"] = row["sunk"] = row["buried"] = nullptr;
+    if (row["contacts"] == 0) row["fall_throughs"] = row["too_deep"] = row["buried"] = nullptr;
   outcome.print_table(table,
                       "method = {method} | scene = {scene} | steps = {steps} | contacts = {contacts} | "
-                      "fell = {fall_throughs} | sunk = {sunk} | buried = {buried}");
+                      "fell = {fall_throughs} | too deep = {too_deep} | buried = {buried}");
   outcome.print(
-      "{steps} steps at up to 10 m/s, with cuts and undos at the tool: {failures} failures (fell through, sunk "
+      "{steps} steps at up to 10 m/s, with cuts and undos at the tool: {failures} failures (fell through, too deep "
       "or not finite)",
       {{"steps", steps}, {"failures", failures}});
   outcome.json["soak"] = {{"steps", soak.steps},

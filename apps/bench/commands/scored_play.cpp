@@ -21,7 +21,7 @@ Result<workbench::SessionScore> play_and_score(const data_tools::Script& script,
   if (!report) return report.error();
   if (report.value().recording_error) return *report.value().recording_error;
   workbench::SourceChoice source(workbench::scan_of(script, folder));
-  source.takes_plan = script.takes_plan;
+  source.uses_plan = script.uses_plan;
   auto opened = workbench::open_session(session, source);
   if (!opened) return opened.error();
   return workbench::score_session(*opened.value());

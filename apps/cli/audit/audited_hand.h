@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "apps/bench/scenes/guaranteed_solid.h"
-#include "apps/cli/audit/drawn_judge.h"
+#include "apps/cli/audit/depth_image_judge.h"
 #include "apps/cli/audit/friction_audit.h"
 #include "apps/verify/ball_judge.h"
 #include "apps/verify/force_judge.h"
@@ -72,11 +72,11 @@ class BallAudit {
       return false;
     });
     ++judged_;
-    sunk_ += penetration_mm > allowed_;
+    too_deep_ += penetration_mm > allowed_;
     deepest_ = std::max(deepest_, penetration_mm);
   }
   long judged() const { return judged_; }
-  long sunk() const { return sunk_; }
+  long too_deep() const { return too_deep_; }
   double deepest_mm() const { return deepest_; }
   double allowed_mm() const { return allowed_; }
 
@@ -87,7 +87,7 @@ class BallAudit {
   std::vector<verify::SmoothSolid> solids_;
   bool is_new_ = true;
   glm::dvec3 last_{0.0};
-  long judged_ = 0, sunk_ = 0;
+  long judged_ = 0, too_deep_ = 0;
   double deepest_ = 0;
 };
 
@@ -195,7 +195,7 @@ class TouchableSolids {
         uncut_.push_back({i, item_scene.base, scenes::GuaranteedSolid(method(), item_scene)});
         continue;
       }
-      if (item.depth) continue;  // its triangles change over time; DrawnJudge judges it
+      if (item.depth) continue;  // its triangles change over time; DepthImageJudge judges it
       const glm::dvec3 size = item.tree->high() - item.tree->low();
       models_.push_back({i,
                          verify::MeshWall(item.tree->vertices(), item.tree->triangles(),
@@ -221,7 +221,7 @@ struct AuditedHand {
   TouchableSolids solids;
   verify::FallThroughJudge falls;
   verify::ForceJudge force;
-  DrawnJudge drawn;
+  DepthImageJudge depth_images;
   FrictionAudit friction;
   std::optional<BallAudit> ball;  ///< for round tools, by a method that touches the smooth solid
   std::shared_ptr<const haptics::TouchScene> scene;

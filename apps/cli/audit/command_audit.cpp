@@ -90,11 +90,11 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   law.torque_limit = header.force.torque_limit, law.torque_slew = header.force.torque_slew_limit;
   std::deque<AuditedHand> judges;
   for (std::size_t h = 0; h < header.hands.size(); ++h) judges.emplace_back(law);
-  long balls = 0, sunk = 0;
+  long balls = 0, too_deep = 0;
   double deepest = 0, allowed = 0;
   const auto add_ball_results = [&](AuditedHand& hand) {
     if (!hand.ball) return;
-    balls += hand.ball->judged(), sunk += hand.ball->sunk();
+    balls += hand.ball->judged(), too_deep += hand.ball->too_deep();
     deepest = std::max(deepest, hand.ball->deepest_mm());
     allowed = std::max(allowed, hand.ball->allowed_mm());
     hand.ball.reset();
@@ -161,7 +161,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       for (AuditedHand& each : judges) {
         each.force.restart(is_fresh);
         each.falls.restart();
-        each.drawn.restart();
+        each.depth_images.restart();
         if (is_fresh) each.popped_shape = -1;
       }
     resumes = replay.counts().resumes, dropped = replay.counts().dropped;
@@ -191,30 +191,30 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     const glm::dvec3 hip = scene.base->frame.volume_from_world(r.pose.position_world);
     glm::dvec3 centre = r.proxy_world;
     const bool is_judged_as_ball = hand.ball && r.shape < static_cast<int>(base_shapes(scene).size());
-    glm::dvec3 drawn_at = r.proxy_world;
+    glm::dvec3 depth_position = r.proxy_world;
     const haptics::TouchItem* on =
         r.has_contact && r.shape >= 0 && r.shape < static_cast<int>(scene.items.size())
             ? &scene.items[static_cast<std::size_t>(r.shape)]
             : nullptr;
     // Plant each fault where its judge can detect it.
-    const bool is_drawn = on && on->depth;
-    const bool is_judged_drawn =
-        is_drawn && !on->depth->is_streamed() && hand.drawn.is_free() && r.tick % DrawnJudge::k_every == 0;
-    if (to_plant && (*to_plant != "drawn" || is_judged_drawn) && (*to_plant != "fall" || !is_drawn) &&
-        (*to_plant != "ball" || is_judged_as_ball) && *to_plant != "friction" && r.has_contact &&
-        !r.is_escaping && 2 * replay.counts().ticks > tick_count &&
-        glm::length(r.proxy_world - r.pose.position_world) > 0.1) {
+    const bool is_depth_object = on && on->depth;
+    const bool is_judged_by_depth = is_depth_object && !on->depth->is_streamed() &&
+                                    hand.depth_images.is_free() && r.tick % DepthImageJudge::k_every == 0;
+    if (to_plant && (*to_plant != "depth-images" || is_judged_by_depth) &&
+        (*to_plant != "fall" || !is_depth_object) && (*to_plant != "ball" || is_judged_as_ball) &&
+        *to_plant != "friction" && r.has_contact && !r.is_escaping &&
+        2 * replay.counts().ticks > tick_count && glm::length(r.proxy_world - r.pose.position_world) > 0.1) {
       if (*to_plant == "force") tick.force.x += 0.01;
       if (*to_plant == "torque") tick.torque.y += 0.01;
       if (*to_plant == "energy") tick.contact_energy += 0.01;
       if (*to_plant == "fall") path[0] = hip, waypoints = 1;
-      if (*to_plant == "drawn") drawn_at -= 1.5 * r.normal_world;
+      if (*to_plant == "depth-images") depth_position -= 1.5 * r.normal_world;
       if (*to_plant == "ball") centre -= 3 * hand.ball->allowed_mm() * r.normal_world;
       to_plant.reset();
     }
     hand.force.judge_tick(tick);
     // A proxy that is led out of matter that grew over it is not free; a lost pose does not move a proxy.
-    if (r.is_escaping || r.is_reset || r.is_restarted) hand.falls.restart(), hand.drawn.restart();
+    if (r.is_escaping || r.is_reset || r.is_restarted) hand.falls.restart(), hand.depth_images.restart();
     if (r.is_reset) hand.popped_shape = -1;
     if (r.is_escaping) ++escaping_ticks;
     if (!r.is_escaping && !is_lost) {
@@ -239,9 +239,9 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
           plants ? pull + FrictionAudit::planted(pull, r.normal_world, material.static_friction) : pull);
       if (plants && hand.friction.found().outside > before) to_plant.reset();
     }
-    if (!r.is_escaping && !is_lost && r.tick % DrawnJudge::k_every == 0 &&
+    if (!r.is_escaping && !is_lost && r.tick % DepthImageJudge::k_every == 0 &&
         !replay.servo_hand()->state.depths.empty())
-      hand.drawn.judge(*replay.servo_hand(), drawn_at, r.t, hand.popped_shape);
+      hand.depth_images.judge(*replay.servo_hand(), depth_position, r.t, hand.popped_shape);
     if (!is_lost) hand.pop(scene, r);
   }
   if (to_plant)
@@ -249,22 +249,23 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
                  .where = data_tools::file_name(arguments.session),
                  .expected = "0.1 mm deep in contact in its second half",
                  .remedy = "audit it without --plant"};
-  if (arguments.plant == "drawn" &&
-      std::none_of(judges.begin(), judges.end(), [](const AuditedHand& hand) { return hand.drawn.sunk > 0; }))
+  if (arguments.plant == "depth-images" &&
+      std::none_of(judges.begin(), judges.end(),
+                   [](const AuditedHand& hand) { return hand.depth_images.too_deep > 0; }))
     return Error{.what = "the planted fault has no effect at this tick",
                  .where = data_tools::file_name(arguments.session),
                  .found = "a proxy 1.5 mm behind a surface, where the object is thinner than that",
                  .expected = "deeper in the object than its images allow",
                  .remedy = "audit it without --plant"};
   long fell = 0, wrong = 0, judged = 0;
-  double worst_force = 0, worst_torque = 0, worst_energy = 0, deepest_drawn = 0, allowed_drawn = 0;
-  long drawn = 0, drawn_sunk = 0, passable = 0;
+  double worst_force = 0, worst_torque = 0, worst_energy = 0, deepest_in_object = 0, allowed_in_object = 0;
+  long depth_ticks = 0, depth_too_deep = 0, passable = 0;
   FrictionAudit::Found friction;
   for (AuditedHand& hand : judges) {
-    drawn += hand.drawn.judged, drawn_sunk += hand.drawn.sunk;
-    passable += hand.drawn.passable;
-    deepest_drawn = std::max(deepest_drawn, hand.drawn.deepest);
-    allowed_drawn = std::max(allowed_drawn, hand.drawn.allowed);
+    depth_ticks += hand.depth_images.judged, depth_too_deep += hand.depth_images.too_deep;
+    passable += hand.depth_images.passable;
+    deepest_in_object = std::max(deepest_in_object, hand.depth_images.deepest);
+    allowed_in_object = std::max(allowed_in_object, hand.depth_images.allowed);
     add_ball_results(hand);
     friction += hand.friction.found();
     fell += hand.falls.fall_throughs(), wrong += hand.force.wrong_forces();
@@ -276,7 +277,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   const bool is_same = !replay.mismatch().has_value(), is_balanced = worst_energy < 1e-6;
   const bool is_damaged = session.reader->is_damaged();
   const bool is_certified = !is_damaged && fell == 0 && wrong == 0 && is_same && is_balanced && judged > 0 &&
-                            sunk == 0 && drawn_sunk == 0 && passable == 0 && friction.outside == 0 &&
+                            too_deep == 0 && depth_too_deep == 0 && passable == 0 && friction.outside == 0 &&
                             (allowed == 0 || balls > 0);
   Outcome outcome("audit-session", is_certified ? exit_done : exit_check_failed);
   outcome.json["method"] = header.hands[0].method;
@@ -296,16 +297,16 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     outcome.json["friction_outside_cone"] = friction.outside;
     outcome.json["worst_friction_share"] = friction.worst;
   }
-  if (drawn > 0 || passable > 0) {
-    outcome.json["drawn_let_through"] = passable;
-    outcome.json["drawn_judged"] = drawn;
-    outcome.json["drawn_sunk"] = drawn_sunk;
-    outcome.json["deepest_drawn_mm"] = deepest_drawn;
-    outcome.json["allowed_drawn_mm"] = allowed_drawn;
+  if (depth_ticks > 0 || passable > 0) {
+    outcome.json["ticks_entered_outside_images"] = passable;
+    outcome.json["depth_image_ticks"] = depth_ticks;
+    outcome.json["ticks_inside_depth_object"] = depth_too_deep;
+    outcome.json["deepest_in_depth_object_mm"] = deepest_in_object;
+    outcome.json["allowed_in_depth_object_mm"] = allowed_in_object;
   }
   if (allowed > 0) {
     outcome.json["balls_judged"] = balls;
-    outcome.json["balls_sunk"] = sunk;
+    outcome.json["balls_too_deep"] = too_deep;
     outcome.json["deepest_ball_mm"] = deepest;
     outcome.json["allowed_ball_mm"] = allowed;
   }
@@ -323,16 +324,16 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
         "outside Coulomb's cone, by {worst_friction_share:.1%} of the pull at most");
   if (allowed > 0)
     outcome.print(
-        "the ball at {balls_judged} places: {balls_sunk} times deeper in matter than {allowed_ball_mm:.2f} "
+        "the ball at {balls_judged} places: {balls_too_deep} times deeper in matter than {allowed_ball_mm:.2f} "
         "mm, {deepest_ball_mm:.3f} mm at most");
-  if (drawn > 0)
+  if (depth_ticks > 0)
     outcome.print(
-        "objects touched by depth images, judged without images in {drawn_judged} ticks: {drawn_sunk} times "
-        "deeper in them than {allowed_drawn_mm:.2f} mm, at most {depth:.3f} mm",
-        {{"depth", std::max(0.0, deepest_drawn)}});
+        "objects touched by depth images, judged without images in {depth_image_ticks} ticks: {ticks_inside_depth_object} times "
+        "deeper in them than {allowed_in_depth_object_mm:.2f} mm, at most {depth:.3f} mm",
+        {{"depth", std::max(0.0, deepest_in_object)}});
   if (passable > 0)
     outcome.print(
-        "in {drawn_let_through} more ticks the hand was in them where no images held it: too fast or too "
+        "in {ticks_entered_outside_images} more ticks the hand was in them where no images held it: too fast or too "
         "deep for them, or the images came too late");
   const bool is_on_screen = std::any_of(header.structures.begin(), header.structures.end(),
                                         [](const sim::StructureSpec& s) { return s.is_streamed; });
@@ -406,7 +407,7 @@ Run build_audit(Options& options) {
            "surface, a wrong force, torque or energy, a pull outside the cone of friction, a round tip in "
            "matter, or a proxy inside what depth images show")
       .type("FAULT")
-      .one_of({"fall", "force", "torque", "energy", "friction", "ball", "drawn"});
+      .one_of({"fall", "force", "torque", "energy", "friction", "ball", "depth-images"});
   return run_with(a, run_audit);
 }
 

@@ -68,14 +68,14 @@ TouchJudge::TouchJudge(const workbench::Operation& operation)
           {i, {wall_of(item.tree->vertices(), item.tree->triangles(), 1, identity), item.depth_pixel}, {}});
     }
   }
-  has_drawn_ = std::any_of(scene_.items.begin(), scene_.items.end(),
-                           [](const haptics::TouchItem& item) { return item.depth != nullptr; });
+  has_depth_objects_ = std::any_of(scene_.items.begin(), scene_.items.end(),
+                                   [](const haptics::TouchItem& item) { return item.depth != nullptr; });
   // A judgement visits every triangle: at most 5 ms per tick.
   constexpr std::size_t k_triangles_per_tick = 2000;
   for (const haptics::TouchItem& item : scene_.items)
     if (item.depth && item.tree)
-      drawn_interval_ =
-          std::max<std::uint64_t>(drawn_interval_, item.tree->triangle_count() / k_triangles_per_tick);
+      depth_interval_ =
+          std::max<std::uint64_t>(depth_interval_, item.tree->triangle_count() / k_triangles_per_tick);
 }
 
 bool TouchJudge::meets(const glm::dvec3& a, const glm::dvec3& b) const {
@@ -97,8 +97,8 @@ void TouchJudge::observe(const workbench::TouchTick& tick) {
   const glm::dvec3& position = record.pose.position_world;
   const glm::dvec3 hip = base_.frame.volume_from_world(position);
   // A moving object may carry the proxy along, but not through another object.
-  if (const glm::dvec3* last = falls_.free_proxy();
-      last && has_drawn_ && !step.is_buried && step.waypoint_count > 0 && step.path_volume[0] != *last)
+  if (const glm::dvec3* last = falls_.free_proxy(); last && has_depth_objects_ && !step.is_buried &&
+                                                    step.waypoint_count > 0 && step.path_volume[0] != *last)
     falls_.set_carried_proxy(step.path_volume[0], meets(*last, step.path_volume[0]));
   falls_.judge_step({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)), hip,
                      step.has_contact, step.is_buried});
@@ -108,15 +108,15 @@ void TouchJudge::observe(const workbench::TouchTick& tick) {
       popped_ = record.events[e].shape;
     }
   judge_passages(tick);
-  if (!record.has_contact && popped_ >= 0) drawn_.restart(), popped_ = -1;
-  if (has_drawn_ && record.tick % drawn_interval_ == 0)
-    drawn_.judge(tick.servo_hand, record.proxy_world, tick.t, popped_);
+  if (!record.has_contact && popped_ >= 0) depth_judge_.restart(), popped_ = -1;
+  if (has_depth_objects_ && record.tick % depth_interval_ == 0)
+    depth_judge_.judge(tick.servo_hand, record.proxy_world, tick.t, popped_);
   // On cubes each tick at rest is judged; on the smooth solid, which costs milliseconds, the tenth tick of
   // each rest; in scenes with models, no tick.
   resting_ = record.has_contact && glm::length(position - last_hip_) < 1e-6 ? resting_ + 1 : 0;
   last_hip_ = position;
-  if (models_.empty() && imaged_.empty() && !has_drawn_ && (is_smooth_ || scene_.tool->radius() == 0) &&
-      (is_smooth_ ? resting_ == 10 : resting_ >= 10))
+  if (models_.empty() && imaged_.empty() && !has_depth_objects_ &&
+      (is_smooth_ || scene_.tool->radius() == 0) && (is_smooth_ ? resting_ == 10 : resting_ >= 10))
     stuck_ += is_stuck(tick, hip);
 }
 

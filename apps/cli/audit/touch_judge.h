@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "apps/bench/scenes/guaranteed_solid.h"
-#include "apps/cli/audit/drawn_judge.h"
+#include "apps/cli/audit/depth_image_judge.h"
 #include "apps/verify/passage_judge.h"
 #include "apps/workbench/touch_run.h"
 
@@ -21,8 +21,8 @@ class TouchJudge {
   long fall_throughs() const { return falls_.fall_throughs() + passed_; }
   long stuck() const { return stuck_; }
   /// Number of judged ticks inside an object touched by depth images, deeper than the images allow.
-  long in_drawn() const { return drawn_.sunk + drawn_.passable; }
-  bool has_drawn() const { return has_drawn_; }
+  long ticks_inside_depth_object() const { return depth_judge_.too_deep + depth_judge_.passable; }
+  bool has_depth_objects() const { return has_depth_objects_; }
   /// True if the method guarantees not to enter a solid.
   bool is_guaranteed() const { return info_.solid != haptics::MethodInfo::Solid::nothing; }
 
@@ -52,10 +52,11 @@ class TouchJudge {
   void judge_passages(const workbench::TouchTick& tick);
   std::vector<ImagedModel> imaged_;
   long passed_ = 0;
-  DrawnJudge drawn_;
-  std::uint64_t drawn_interval_ = DrawnJudge::k_every;  ///< ticks between judgements; longer for large models
+  DepthImageJudge depth_judge_;
+  std::uint64_t depth_interval_ =
+      DepthImageJudge::k_every;  ///< ticks between judgements; longer for large models
   int popped_ = -1;
-  bool has_drawn_ = false;  ///< an object, which may move by itself, is touched by depth images
+  bool has_depth_objects_ = false;  ///< an object, which may move by itself, is touched by depth images
   verify::FallThroughJudge falls_;
   long stuck_ = 0, resting_ = 0;
   glm::dvec3 last_hip_{1e300};

@@ -222,7 +222,8 @@ Result<Outcome> run_convert(const ConvertArguments& arguments) {
   if (!arguments.labels_output.empty() && v.labels.is_empty())
     return Error{.what = "this scan has no labels to write",
                  .where = "labels",
-                 .expected = "a case or phantom with labels"};
+                 .expected = "a case or phantom with labels",
+                 .remedy = "pass a case, or import the scan with --labels"};
   if (arguments.as == "dicom" && !v.is_hounsfield && opened.value().modality != "MR")
     notice(
         "note: the series says MR, as its values are not known to be Hounsfield units (pass --hounsfield if "

@@ -273,7 +273,7 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   choice.cuts_by_command = true;
   choice.smallest_burr = arguments.smallest_burr.value_or(burr_for(request));
   workbench::SourceChoice scan = arguments.source;
-  scan.takes_plan = true;
+  scan.uses_plan = true;
   auto opened = workbench::open_operation(scan, choice, terminal_listener());
   if (!opened) return opened.error();
   if (is_interrupted()) return interrupted("the flap");
@@ -338,7 +338,9 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
     for (const dvec3& p : request.anchors) middle += p / static_cast<double>(request.anchors.size());
   } else if (pieces.empty()) {
     const auto* discarded = last_event<sim::JobDiscarded>(engine);
-    return Error{.what = "the flap cannot be detached", .found = discarded ? discarded->reason : ""};
+    return Error{.what = "the flap cannot be detached",
+                 .found = discarded ? discarded->reason : "no piece became free",
+                 .remedy = "choose another outline, or lower the least volume of a piece (--smallest)"};
   } else {
     const auto& flap = *engine.now().undoable_of<bone_flap::FlapState>();
     middle = flap.centre, normal = flap.normal;

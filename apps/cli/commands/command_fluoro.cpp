@@ -380,7 +380,8 @@ Run build_fluoro(Options& options) {
       .type("MM");
   options.add("--to-patient", a->to_patient, "Distance from the source to the isocentre, mm (650)")
       .type("MM");
-  options.add("--pixels", a->size, "Pixels across the same detector (1024)").type("N");
+  options.add("--pixels", a->size, "Pixels along an edge of the detector, whose size does not change (1024)")
+      .type("N");
   options.add("--pixel", a->pixel, "Pixel size of the detector, mm (0.3)").type("MM");
   options.add("--collimate", a->collimate, "Opening of the collimators, mm on the detector").type("W,H");
   options.add("--pose", a->pose, "Use the pose of the C-arm of this DICOM image (XA, RF)").type("FILE");

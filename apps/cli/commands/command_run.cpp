@@ -58,7 +58,7 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   if (!arguments.scan.empty()) {
     const bool is_builtin = workbench::is_builtin(arguments.scan);
     request.script.scan = is_builtin ? arguments.scan : std::filesystem::absolute(arguments.scan).string();
-    request.script.takes_plan = request.script.takes_plan && is_builtin;
+    request.script.uses_plan = request.script.uses_plan && is_builtin;
   }
   request.where = data_tools::file_name(arguments.script);
   request.folder = std::filesystem::path(arguments.script).parent_path().string();
@@ -150,7 +150,7 @@ Run build_run(Options& options) {
       .add("--skill", a->skill,
            "Play it as a simulated person: novice, trained or expert; expectations are then only reported")
       .type("SKILL");
-  options.add("--seed", a->seed, "Number of the person's errors (default: 1)").type("N");
+  options.add("--seed", a->seed, "Seed of the person's errors (default: 1)").type("N");
   options.add("--live", a->is_live, "Play it on a servo thread in real time");
   options.add("--show", a->wants_window, "Play the result in the window");
   add_record(options, a->record);

@@ -29,7 +29,10 @@ Result<Json> score_file(const ScoreArguments& arguments) {
 
 Result<Outcome> score_folder(const ScoreArguments& arguments, data_tools::OutputSet& outputs) {
   if (arguments.until)
-    return Error{.what = "a time applies to one session", .where = "until", .expected = "a session file"};
+    return Error{.what = "a time applies to one session",
+                 .where = "until",
+                 .expected = "a session file",
+                 .remedy = "omit --until, or pass one session"};
   const auto course = workbench::score_course(arguments.session, arguments.case_source, terminal_listener());
   if (!course) return course.error();
   Outcome outcome("score");

@@ -157,9 +157,10 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   outputs.write(arguments.output, [&] { return data_tools::write_file_atomically(arguments.output, csv); });
   outputs.recorded(not_recorded);
 
-  Outcome outcome("touch", (judge.fall_throughs() > 0 && judge.is_guaranteed()) || judge.in_drawn() > 0
-                               ? exit_check_failed
-                               : exit_done);
+  Outcome outcome(
+      "touch", (judge.fall_throughs() > 0 && judge.is_guaranteed()) || judge.ticks_inside_depth_object() > 0
+                   ? exit_check_failed
+                   : exit_done);
   Json& json = outcome.json;
   json["source"] = name_in_report(source);
   json["shape"] = volume::describe(scene.items[0].field.shape(), source.volume->is_hounsfield);
@@ -188,7 +189,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
                         {"returned", returned.returned()},
                         {"returned_at_most", returned.bound()}};
   json["fall_throughs"] = judge.fall_throughs();
-  if (judge.has_drawn()) json["in_drawn"] = judge.in_drawn();
+  if (judge.has_depth_objects()) json["ticks_inside_depth_object"] = judge.ticks_inside_depth_object();
   json["stuck"] = judge.stuck();
   json["max_force_n"] = strongest;
   json["open_to_touch_seconds"] = first_touch_seconds;
@@ -201,9 +202,9 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
     outcome.print(
         "the force alone returned {energy_nmm/returned:.2f} N mm more than it absorbed; sampling and "
         "smoothing allow {energy_nmm/returned_at_most:.2f} N mm");
-  if (judge.in_drawn() > 0)
+  if (judge.ticks_inside_depth_object() > 0)
     outcome.print(
-        "inside objects touched by depth images in {in_drawn} of the judged ticks: the hand was too fast or "
+        "inside objects touched by depth images in {ticks_inside_depth_object} of the judged ticks: the hand was too fast or "
         "too deep for them");
   if (!contact_us.empty())
     outcome.print(

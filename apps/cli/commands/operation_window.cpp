@@ -47,7 +47,7 @@ class Host {
 
   Result<view::OpenedScene> open(const std::string& path, const workbench::Listener& listener) {
     workbench::SourceChoice scan(path);
-    scan.takes_plan = true;
+    scan.uses_plan = true;
     auto opened = workbench::open_source(scan, listener);
     if (!opened) return opened.error();
     workbench::OperationChoice choice = choice_;
@@ -185,7 +185,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   };
   // The window reshapes the scan as it was read.
   workbench::SourceChoice scan = arguments.source;
-  scan.takes_plan = true;
+  scan.uses_plan = true;
   auto original = workbench::open_source(scan, listener);
   if (!original) return original.error();
   auto opened = workbench::make_operation(original.value(), choice, listener);

@@ -1,4 +1,5 @@
-// Window of an operation: opens a scan, records it, and shows the window until it is closed.
+// Window of an operation: opens a scan, records the operation, and shows the window until it is
+// closed.
 #pragma once
 
 #include "apps/cli/commands.h"

@@ -18,9 +18,9 @@ Option add_burr(Options& options, drilling::Burr& burr) {
   add("feed_limit", "--feed-limit").shows_default();
   options
       .add("--round", burr.is_round,
-           "Touch the bone with the whole burr, not with its lowest point; the hand holds the centre of a "
-           "ball and the tip of other burrs, of up to 12 mm; the touching shape is smaller than the cutting "
-           "one by about a voxel or a twelfth, so that it has room in its own hole")
+           "Touch the bone with the whole burr (up to 12 mm) instead of its lowest point. The hand holds the "
+           "centre of a ball, or the tip of other burrs. The touching shape is smaller than the cutting one "
+           "by about a voxel or a twelfth")
       .means("tool radius");
   add("shaft", "--shaft").type("MM");
   return diameter;

@@ -95,7 +95,7 @@ void add_models(Options& options, ModelArguments& a) {
       .add(
           "--more-scan", a.volumes,
           "A further scan to touch, at the position that its file states; it cannot be cut; may be repeated; "
-          "with --method scene unless another is named")
+          "selects --method scene unless --method is passed")
       .type("SCAN");
   options
       .add("--more-shape", a.shapes,
@@ -103,10 +103,9 @@ void add_models(Options& options, ModelArguments& a) {
            "--more-scan (default: as for the first scan)")
       .type("SHAPE");
   options
-      .add(
-          "--mesh", a.meshes,
-          "A polygonal model to touch as well (.ply, .ply.gz, .obj, .stl, .vtk, .vtp); may be repeated; with "
-          "--method scene unless another is named")
+      .add("--mesh", a.meshes,
+           "A polygonal model to touch as well (.ply, .ply.gz, .obj, .stl, .vtk, .vtp); may be repeated; "
+           "selects --method scene unless --method is passed")
       .type("FILE");
   options
       .add("--depth", a.depths,
@@ -124,9 +123,8 @@ void add_models(Options& options, ModelArguments& a) {
       .type("MM");
   options
       .add("--depth-rate", a.rate,
-           "Depth images per second of an object that moves, 10 to 1000; the lower, the larger the part "
-           "around "
-           "the hand that each shows")
+           "Depth images per second of an object that moves, 10 to 1000; a lower rate makes each image "
+           "cover a larger volume around the hand")
       .shows_default()
       .type("HZ");
   add_model_units(options, a);

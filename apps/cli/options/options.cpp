@@ -302,7 +302,7 @@ void add_devices(Options& options, workbench::DeviceChoice& devices) {
           "--device", devices.device,
           "Source of the hand's motion: mouse, falcon, touch, omega, inverse3, spacemouse (spacemouse:1 is the "
           "second one), playback:PATH.csv (follows the path exactly), or virtual:PATH.csv (a simulated hand "
-          "that is drawn along the path)")
+          "that follows the path with a spring and yields to forces)")
       .shows_default()
       .type("NAME");
   options

@@ -109,9 +109,9 @@ TEST(Lomi, FarHandsAreHarmless) {
   Play play("lomi", scenes::phantom_scene("sphere", grid(32, 1.5)));
   for (const double far : {1e3, 1e9, 1e150, -1e150, 1e300}) {
     play.state = {};
-    play.method->step(play.scene, *play.seen, play.state, {dvec3(70, 0, 0)});
+    play.method->step(play.scene, *play.touch_state, play.state, {dvec3(70, 0, 0)});
     for (const dvec3& hip : {dvec3(far, 0, 0), dvec3(0), dvec3(0, far, far)}) {
-      const ProxyStep s = play.method->step(play.scene, *play.seen, play.state, {hip});
+      const ProxyStep s = play.method->step(play.scene, *play.touch_state, play.state, {hip});
       ASSERT_TRUE(std::isfinite(s.proxy_world.x)) << far;
     }
   }

@@ -56,7 +56,7 @@ struct ScreenHand {
   }());
   std::unique_ptr<ProxyMethod> method = make_method("scene").value();
   std::shared_ptr<const volume::Version> version;
-  TouchState seen{nullptr};
+  TouchState touch_state{nullptr};
   ProxyState state;
   int tick = 0, hidden = 0;
   dvec3 proxy{0.0};
@@ -67,8 +67,8 @@ struct ScreenHand {
         depth_item("background", std::make_shared<IncomingDepths>(), std::make_shared<const MeshTree>()));
     scene.tool = std::make_shared<const ToolShape>(radius);
     version = untouched(scene);
-    seen = TouchState(version);
-    seen.depths.resize(1);
+    touch_state = TouchState(version);
+    touch_state.depths.resize(1);
     EXPECT_FALSE(method->prepare(scene));
   }
   /// Adopts a picture as a window does, unless it hides the hand.
@@ -85,13 +85,13 @@ struct ScreenHand {
     view.pixel = k_pixel;
     view.time = 0.001 * tick;
     auto set = std::make_shared<DepthSet>(set_of(view, picture));
-    set->follow(seen.depths[0].get());
-    seen.depths[0] = set;
+    set->follow(touch_state.depths[0].get());
+    touch_state.depths[0] = set;
   }
   ProxyStep step(const dvec3& hip) {
     ProxyInput input{hip};
     input.time = 0.001 * tick++;
-    const ProxyStep result = method->step(scene, seen, state, input);
+    const ProxyStep result = method->step(scene, touch_state, state, input);
     proxy = result.proxy_world;
     return result;
   }
@@ -122,13 +122,13 @@ TEST(DepthPicture, TheTouchedSurfaceStaysWhileTheViewTurns) {
     EXPECT_LT(glm::length(last - first), 0.5) << radius;
     EXPECT_EQ(hand.hidden, 0);
     // From behind, the touched side is hidden: its last picture is kept.
-    const auto before = hand.seen.depths[0];
+    const auto before = hand.touch_state.depths[0];
     for (int i = 0; i < 100; ++i) {
       if (i % 16 == 0) hand.surface_at(120 + 0.5 * i);
       ASSERT_TRUE(hand.step((k_radius + radius - 2) * out).has_contact) << i;
     }
     EXPECT_EQ(hand.hidden, 7);
-    EXPECT_EQ(hand.seen.depths[0], before);
+    EXPECT_EQ(hand.touch_state.depths[0], before);
     EXPECT_LT(glm::length(hand.proxy - last), 0.05);
   }
 }

@@ -35,7 +35,7 @@ TEST(Stability, NothingFallsThroughInRandomStepsCutAndUndoneUnderTheTool) {
   double fastest = 0;
   for (const bench::AttackRow& row : bench::run_attack(options)) {
     EXPECT_EQ(row.fall_throughs, 0) << row.method << " on " << row.scene;
-    EXPECT_EQ(row.sunk, 0) << row.method << " on " << row.scene;
+    EXPECT_EQ(row.too_deep, 0) << row.method << " on " << row.scene;
     EXPECT_EQ(row.not_finite, 0) << row.method << " on " << row.scene;
     by_shape += row.judged_by_shape;
     if (row.steps > 2000) {  // more than one start
@@ -75,7 +75,7 @@ TEST(Stability, TheAttackCatchesAProxyThatIsMovedThroughWalls) {
       EXPECT_GT(row.fall_throughs, 0) << row.method << " on " << row.scene << ", " << row.contacts;
       seen.insert(row.scene), seen.insert(row.method);
     }
-    sunk += row.sunk, by_shape += row.judged_by_shape;
+    sunk += row.too_deep, by_shape += row.judged_by_shape;
   }
   for (const MethodInfo& info : method_catalogue()) {
     EXPECT_TRUE(info.solid == MethodInfo::Solid::nothing || seen.contains(info.name)) << info.name;

@@ -171,7 +171,7 @@ TEST(TouchDevice, IsCalibratedByOneOfItsStyles) {
   EXPECT_EQ(state.calibrated_by, 1);
 }
 
-TEST(DeviceExchange, AForceIsAsOldAsItsWrite) {
+TEST(DeviceExchange, ForceExpiresWithTheAgeOfItsWrite) {
   DeviceExchange exchange;
   exchange.restart();
   EXPECT_TRUE(exchange.wrench().is_zero());

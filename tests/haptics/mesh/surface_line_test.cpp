@@ -40,7 +40,7 @@ Surface::Point on(const Surface& surface, const dvec3& p) {
   return place;
 }
 
-TEST(SurfaceLine, OnABallAndATubeIsTheGeodesic) {
+TEST(SurfaceLine, EqualsTheGeodesicOnBallAndTube) {
   for (const dvec3& mm : {dvec3(1), dvec3(0.7, 0.7, 2)}) {
     const Surface ball =
         net_of(ivec3(dvec3(76) / mm), mm, [](const dvec3& p) { return 30 - glm::length(p); });
@@ -49,9 +49,9 @@ TEST(SurfaceLine, OnABallAndATubeIsTheGeodesic) {
       const auto at = [n](std::uint64_t k) { return number(40 * n + k) - 0.5; };
       const dvec3 a = 30.0 * glm::normalize(dvec3(at(0), at(1), at(2))),
                   b = 30.0 * glm::normalize(dvec3(at(3), at(4), at(5)));
-      const double is = 30 * std::acos(std::clamp(glm::dot(a, b) / 900, -1.0, 1.0));
+      const double exact = 30 * std::acos(std::clamp(glm::dot(a, b) / 900, -1.0, 1.0));
       const double result = length_of(surface_line(ball, on(ball, a), on(ball, b)));
-      worst = std::max(worst, std::abs(result - is) / is);
+      worst = std::max(worst, std::abs(result - exact) / exact);
     }
     EXPECT_LT(worst, 0.01) << mm.z;
     const Surface tube = net_of(ivec3(dvec3(60, 60, 80) / mm), mm, [](const dvec3& p) {
@@ -61,13 +61,13 @@ TEST(SurfaceLine, OnABallAndATubeIsTheGeodesic) {
     for (std::uint64_t n = 0; n < 12; ++n) {
       const double turn = (0.4 + 2.4 * number(60 * n)) * (n % 2 ? 1 : -1), start = 6.28 * number(60 * n + 1);
       const double low = -20 + 15 * number(60 * n + 2), high = 5 + 15 * number(60 * n + 3);
-      const double is = std::hypot(20 * turn, high - low);
+      const double exact = std::hypot(20 * turn, high - low);
       const auto at = [](double angle, double z) {
         return dvec3(20 * std::cos(angle), 20 * std::sin(angle), z);
       };
       const double result =
           length_of(surface_line(tube, on(tube, at(start, low)), on(tube, at(start + turn, high))));
-      worst = std::max(worst, std::abs(result - is) / is);
+      worst = std::max(worst, std::abs(result - exact) / exact);
     }
     EXPECT_LT(worst, 0.01) << mm.z;
   }
@@ -82,9 +82,9 @@ TEST(SurfaceLine, OnBumpsEqualsASearch) {
     const auto at = [n](std::uint64_t k) { return number(80 * n + k) - 0.5; };
     const Surface::Point a = on(bumps, 16.0 * glm::normalize(dvec3(at(0), at(1), at(2)))),
                          b = on(bumps, 16.0 * glm::normalize(dvec3(at(3), at(4), at(5))));
-    const double result = length_of(surface_line(bumps, a, b)), is = searched(bumps, a, b);
-    worst = std::max(worst, result / is - 1);
-    EXPECT_GT(result, 0.99 * is);
+    const double result = length_of(surface_line(bumps, a, b)), expected = searched(bumps, a, b);
+    worst = std::max(worst, result / expected - 1);
+    EXPECT_GT(result, 0.99 * expected);
   }
   EXPECT_LT(worst, 0.01);
 }

@@ -32,7 +32,7 @@ inline std::string suite_name(const testing::TestParamInfo<const char*>& info) {
 struct Play {
   TouchScene scene;
   std::shared_ptr<const volume::Version> version;
-  std::shared_ptr<const TouchState> seen;  ///< the version with the fields of a round tool
+  std::shared_ptr<const TouchState> touch_state;  ///< the version with the fields of a round tool
   std::unique_ptr<ProxyMethod> method;
   ProxyState state;
   verify::FallThroughJudge judge;
@@ -52,12 +52,12 @@ struct Play {
   /// Continues with another version, as a servo does between two steps.
   void set_version(std::shared_ptr<const volume::Version> next, TouchState::OffsetFields offsets = {}) {
     version = std::move(next);
-    seen = std::make_shared<TouchState>(version, std::move(offsets));
-    solid = std::make_unique<scenes::GuaranteedSolid>(*find_method(method->name()), scene, seen);
+    touch_state = std::make_shared<TouchState>(version, std::move(offsets));
+    solid = std::make_unique<scenes::GuaranteedSolid>(*find_method(method->name()), scene, touch_state);
     judge.solid_changed();
   }
   ProxyStep step(const glm::dvec3& hip_world) {
-    const ProxyStep s = method->step(scene, *seen, state, {hip_world});
+    const ProxyStep s = method->step(scene, *touch_state, state, {hip_world});
     judge.judge_step({std::span(s.path_volume.data(), static_cast<std::size_t>(s.waypoint_count)),
                       scene.base->frame.volume_from_world(hip_world), s.has_contact, s.is_buried});
     contacts += s.has_contact;

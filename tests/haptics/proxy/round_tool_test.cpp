@@ -101,7 +101,7 @@ TEST(RoundTool, StaysOutOfNarrowerGapsAndNeverFallsThrough) {
 }
 
 /// A sheet of one voxel, flat or tilted, holds a round tool on both sides.
-TEST(RoundTool, AThinSheetHoldsItFromBothSides) {
+TEST(RoundTool, ThinSheetStopsRoundToolFromBothSides) {
   for (const double angle : {0.0, 23.0, 37.0})
     for (const double side : {1.0, -1.0}) {
       // A voxel is 1.25 mm; the sheet passes through voxel centres.

@@ -36,7 +36,7 @@ struct Held {
   Placement rest{{0, 0, 100}, {1, 0, 0, 0}};
   Held() { EXPECT_FALSE(method.prepare(scene)); }
   /// Scene in which the second hand holds the cube; grip null: no hand holds it.
-  ServoScene seen(std::uint64_t serial, const Placement* grip) const {
+  ServoScene scene_of(std::uint64_t serial, const Placement* grip) const {
     ServoHand hand(borrowed(scene), borrowed(method),
                    TouchState(std::shared_ptr<const volume::Version>(untouched(scene))));
     hand.set_placement(2, rest);
@@ -51,13 +51,13 @@ TEST(Held, AnObjectMovesWithItsHandByTheTickBefore) {
   const Held bench;
   Pose second{{30, 0, 100}};
   const Placement grip = place_of(second).inverse() * bench.rest;
-  const ServoScene lies = bench.seen(1, nullptr), held = bench.seen(2, &grip);
+  const ServoScene lies = bench.scene_of(1, nullptr), held = bench.scene_of(2, &grip);
   std::vector<ServoCore> cores{ServoCore({}, 1e-3, 0), ServoCore({}, 1e-3, 1)};
   Placement before = bench.rest;
   const auto top = [&](const dvec3& p) { return before.local_from_world(p).z - 10; };
   int pressed = 0;
   for (int i = 0; i < 3000; ++i) {
-    const ServoScene& seen = i < 200 ? lies : held;
+    const ServoScene& current = i < 200 ? lies : held;
     // The first hand presses down on it and stays; the second turns it about itself, up and down.
     const Pose first{{0, 0, std::max(106.0, 120 - 0.1 * i)}};
     const double t = i < 300 ? 0 : 1e-3 * (i - 300);
@@ -67,11 +67,11 @@ TEST(Held, AnObjectMovesWithItsHandByTheTickBefore) {
                  length = 1 + 0.3 * std::sin(t);  // a device may report non-unit quaternions
     next.orientation = {length * std::cos(half), 0, length * std::sin(half), 0};
     const HandPlacements places =
-        seen.has_held ? placements_before(cores, cores[0].next_tick()) : HandPlacements{};
+        current.has_held ? placements_before(cores, cores[0].next_tick()) : HandPlacements{};
     EXPECT_EQ(places[1].has_value(), i > 200);
     if (places[1]) before = *places[1] * grip;
-    const ServoRecord rests = cores[0].step(seen, {.pose = first, .places = &places});
-    const ServoRecord holds = cores[1].step(seen, {.pose = next, .places = &places});
+    const ServoRecord rests = cores[0].step(current, {.pose = first, .places = &places});
+    const ServoRecord holds = cores[1].step(current, {.pose = next, .places = &places});
     EXPECT_FALSE(holds.has_contact);
     EXPECT_NEAR(glm::length(before.rotation), 1, 1e-12);
     // It rests on the surface of the previous tick; it never penetrates.
@@ -93,7 +93,7 @@ TEST(Held, AFaultOfTheHolderLeavesTheObjectInPlace) {
   const Held bench;
   const Pose second{{30, 0, 100}};
   const Placement grip = place_of(second).inverse() * bench.rest;
-  const ServoScene held = bench.seen(1, &grip);
+  const ServoScene held = bench.scene_of(1, &grip);
   ServoCore core({}, 1e-3, 1);
   for (int i = 0; i < 5; ++i) core.step(held, {.pose = second});
   for (int i = 0; i < 3; ++i) {

@@ -185,7 +185,7 @@ TEST(ServoCore, TheLedgerDistinguishesFrictionAndActiveForces) {
   EXPECT_NEAR(servo.core.energy().contact, before.contact, 0.02);
 }
 
-TEST(ServoCore, APassiveOneGivesBackNoMoreThanItTookAndEffectsThatAreOffChangeNothing) {
+TEST(ServoCore, PassiveContactReturnsNoMoreEnergyThanItAbsorbedAndDisabledEffectsChangeNothing) {
   // A surface whose damper generates energy at this rate, under a trembling hand.
   TouchScene scene = scene_of_plane();
   scene.items[0].material = {4, 0, 0, 0};

@@ -60,7 +60,7 @@ int pthread_rwlock_rdlock(pthread_rwlock_t* l) noexcept {
 namespace trephine::haptics {
 namespace {
 
-TEST(ServoQuiet, AHundredThousandStepsOfEveryMethodNeitherAllocateNorLock) {
+TEST(ServoQuiet, EveryMethodNeitherAllocatesNorLocksIn100000Steps) {
   data_tools::PhantomOptions options;
   options.size = glm::ivec3(96);
   options.psf_sigma_voxels = 1;
@@ -121,7 +121,7 @@ TEST(ServoQuiet, AHundredThousandStepsOfEveryMethodNeitherAllocateNorLock) {
 
 /// All features of a scene at once: a round tool whose fields follow the cuts, a model, friction and
 /// viscosity, effects, the passivity controller, growing matter and the escape path, lost ticks, resets.
-TEST(ServoQuiet, NorDoRoundToolsModelsEffectsPassivityAndEscapePaths) {
+TEST(ServoQuiet, RoundToolsModelsEffectsPassivityAndEscapePathsNeitherAllocateNorLock) {
   allocations = locks = 0;
   data_tools::PhantomOptions options;
   options.size = glm::ivec3(96);
@@ -259,16 +259,16 @@ void touch_with(const SharedTool& tool) {
   EXPECT_EQ(locks.load(), 0);
 }
 
-TEST(ServoQuiet, NorDoesAToolOfSeveralBalls) {
+TEST(ServoQuiet, ToolOfSeveralBallsNeitherAllocatesNorLocks) {
   const std::vector<glm::dvec3> centres{{-8, 0, 0}, {-4, 0, 0}, {0, 0, 0}, {4, 0, 0}, {8, 0, 0}};
   touch_with(make_tool(2, centres).value());
 }
 
-TEST(ServoQuiet, NorDoesAWholeTool) {
+TEST(ServoQuiet, WholeToolNeitherAllocatesNorLocks) {
   touch_with(std::make_shared<const ToolShape>(ToolProfile{{{-2, 2}, {20, 2}}, 1}));
 }
 
-TEST(ServoQuiet, NorDoDevicesWithAMapAndAPedal) {
+TEST(ServoQuiet, DevicesWithMapAndPedalNeitherAllocateNorLock) {
   const auto path = [] {
     return std::make_shared<VirtualDevice>(PosePath::from_samples({{0, {}}, {1, {{9, 0, 0}}}}, "").value(),
                                            HandModel());
@@ -288,7 +288,7 @@ TEST(ServoQuiet, NorDoDevicesWithAMapAndAPedal) {
   EXPECT_EQ(locks, 0);
 }
 
-TEST(ServoQuiet, NorDoesTheWholeLoop) {
+TEST(ServoQuiet, ServoLoopNeitherAllocatesNorLocks) {
   allocations = locks = 0;
   data_tools::PhantomOptions options;
   options.size = glm::ivec3(64);

@@ -1,4 +1,4 @@
-// DrawnJudge: judges the touch of objects that are known by depth images.
+// DepthImageJudge: judges the touch of objects that are known by depth images.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 #include <map>
 
-#include "apps/verify/drawn_judge.h"
+#include "apps/verify/depth_image_judge.h"
 #include "haptics/depth/depth_model.h"
 #include "haptics/depth/depth_stream.h"
 #include "haptics/servo/servo_scene.h"
@@ -17,11 +17,11 @@ namespace trephine::cli {
 
 /// Judges how deep a proxy is in objects touched by depth images, by independent means: their own triangles
 /// at that time, or the surrounding pixels.
-class DrawnJudge {
+class DepthImageJudge {
  public:
   static constexpr std::uint64_t k_every = 5;  ///< ticks
 
-  long judged = 0, sunk = 0;
+  long judged = 0, too_deep = 0;
   long passable = 0;                ///< ticks in matter that was entered where no images held the proxy
   double deepest = 0, allowed = 0;  ///< mm
   /// True if the proxy was free of an object at the last tick; otherwise the next tick is not judged.
@@ -70,7 +70,7 @@ class DrawnJudge {
       const double tolerance = item.depth_pixel + 0.3 + (set ? 2 * (set->slack + set->slack_before) : 0);
       if (is_known && history.was_free) {
         ++judged;
-        sunk += inside > tolerance;
+        too_deep += inside > tolerance;
         deepest = std::max(deepest, inside), allowed = std::max(allowed, tolerance);
       } else if (history.has_been_free) {
         passable += inside > tolerance;

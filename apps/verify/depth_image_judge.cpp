@@ -1,4 +1,4 @@
-#include "apps/verify/drawn_judge.h"
+#include "apps/verify/depth_image_judge.h"
 
 #include <algorithm>
 #include <cmath>
