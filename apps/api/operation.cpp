@@ -346,8 +346,11 @@ std::vector<Measure> Operation::measures() const { return data_->engine().measur
 
 Score Operation::score() {
   const sim::Score judged = workbench::score_of(data_->engine(), nullptr);
-  Score result{
-      .findings = {}, .points = judged.points, .possible = judged.possible, .not_judged = judged.not_judged};
+  Score result{.findings = {},
+               .points = judged.points,
+               .possible = judged.possible,
+               .not_judged = judged.not_judged,
+               .critical = judged.critical};
   for (const sim::Finding& f : judged.findings)
     result.findings.push_back({f.name, f.value, f.unit, std::string(workbench::verdict_name(f)), f.reason,
                                f.points, f.weight, f.tick, f.position_world});

@@ -101,8 +101,9 @@ struct Finding {
 struct Score {
   std::vector<Finding> findings;
   double points = 0;
-  double possible = 0;    ///< sum of the weights of judged findings
-  double not_judged = 0;  ///< sum of the weights of the others
+  double possible = 0;                ///< sum of the weights of judged findings
+  double not_judged = 0;              ///< sum of the weights of the others
+  std::vector<std::string> critical;  ///< names of bad findings of weight 4 or more
 };
 
 /// Image row by row from the upper left.

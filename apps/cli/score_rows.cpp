@@ -57,10 +57,15 @@ std::vector<Json> values_of(const Json& object, const std::vector<std::string>& 
 }  // namespace
 
 Json json_of_score(const workbench::SessionScore& result, double dt) {
-  Json json{{"seconds", result.seconds},         {"points", result.score.points},
-            {"possible", result.score.possible}, {"not_judged", result.score.not_judged},
-            {"is_complete", result.is_complete}, {"is_same", result.is_same},
-            {"findings", Json::array()},         {"motion", Json::array()}};
+  Json json{{"seconds", result.seconds},
+            {"points", result.score.points},
+            {"possible", result.score.possible},
+            {"not_judged", result.score.not_judged},
+            {"is_complete", result.is_complete},
+            {"is_same", result.is_same},
+            {"critical", result.score.critical},
+            {"findings", Json::array()},
+            {"motion", Json::array()}};
   for (const sim::Finding& finding : result.score.findings)
     json["findings"].push_back(json_of_finding(finding, dt));
   for (std::size_t i = 0; i < result.motion.size(); ++i) {
@@ -82,6 +87,11 @@ void print_score(const Json& score, Rows& rows) {
                    "finding = {name} | value = {value} | unit = {unit} | verdict = {verdict} | points = "
                    "{points:.1f} | of = {weight:.1f}");
   rows.print("points: {points:.1f} of {possible:.1f}; not judged: {not_judged:.1f}", score);
+  if (!score["critical"].empty()) {
+    std::string names;
+    for (const Json& name : score["critical"]) names += (names.empty() ? "" : "; ") + name.get<std::string>();
+    rows.print("critical: {names}", {{"names", names}});
+  }
   if (!score["is_complete"].get<bool>()) rows.print("The recording is not complete.");
   if (!score["is_same"].get<bool>()) rows.print("The replay differs from the recording.");
   for (const Json& finding : score["findings"])

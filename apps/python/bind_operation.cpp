@@ -349,7 +349,7 @@ void bind_operation(py::module_& module) {
       .def_property_readonly("measures", &measures, "Values by name: \"removed\", \"nearest to dura\", ...")
       .def(
           "score", &score,
-          "Judges the current state: `points` of `possible`, the weight that is `not_judged`, and `findings`, a "
+          "Judges the current state: `points` of `possible`, the weight that is `not_judged`, the names of bad findings of weight 4 or more (`critical`), and `findings`, a "
           "dict each. Without measures of the hands' motion, which `trephine score` adds.")
       .def_property_readonly("events", &events, "All events so far.")
       .def_property_readonly(

@@ -14,7 +14,8 @@ py::dict dict_of(const Score& judged) {
   }
   py::dict result;
   result["points"] = judged.points, result["possible"] = judged.possible;
-  result["not_judged"] = judged.not_judged, result["findings"] = findings;
+  result["not_judged"] = judged.not_judged, result["critical"] = judged.critical;
+  result["findings"] = findings;
   return result;
 }
 

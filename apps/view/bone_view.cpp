@@ -395,6 +395,14 @@ void BoneView::Parts::lay_out() {
     overlays->labels().lay_out(marks ? marks->labels().boxes() : std::vector<LabelLayer::Box>());
 }
 
+std::vector<LabelLayer::Box> BoneView::label_boxes() const {
+  std::vector<LabelLayer::Box> boxes = parts_->overlays->labels().boxes();
+  if (!parts_->marks) return boxes;
+  const std::vector<LabelLayer::Box> more = parts_->marks->labels().boxes();
+  boxes.insert(boxes.end(), more.begin(), more.end());
+  return boxes;
+}
+
 double BoneView::distance_of(const dvec3& low, const dvec3& high) {
   // A tall body needs its full height, plus a margin for its nearer half.
   const dvec3 size = high - low;

@@ -50,6 +50,8 @@ class BoneView {
   const BoneLayer& bone() const;
   void show(const StylusState& stylus);
   OverlayLayer& overlays();
+  /// Returns the boxes of all labels of the last frame, in pixels from the lower left.
+  std::vector<LabelLayer::Box> label_boxes() const;
   /// Shows marks in front of everything, in place of the previous ones. Live windows only.
   void set_marks(std::span<const sim::Overlay> marks);
   /// Whole structures, which are drawn behind translucent bone; null if not live.

@@ -155,9 +155,11 @@ VertexMatter matter_of_detached(const haptics::TouchScene& scene, const dvec3& p
   if (deepest == nullptr) return {.normal_world = normal_world};
   const volume::Frame& frame = deepest->volume().frame;
   const dvec3 p = frame.volume_from_world(p_world);
-  // The mesh of a piece is within a third of a voxel's diagonal of the surface of the scan.
-  constexpr double k_rough = 0.35, k_rim = 0.25;  // voxel diagonals
-  const double share = std::clamp((depth_mm(*deepest, p) / frame.diagonal_mm() - k_rough) / k_rim, 0.0, 1.0);
+  // The mesh of a piece is within a third of a voxel's extent along its normal of the surface of the scan.
+  constexpr double k_rough = 0.35, k_rim = 0.25;  // extents
+  double extent = 0;                              // mm
+  for (int a = 0; a < 3; ++a) extent += std::abs(glm::dot(frame.axes()[a], normal_world));
+  const double share = std::clamp((depth_mm(*deepest, p) / extent - k_rough) / k_rim, 0.0, 1.0);
   dvec3 normal = normal_world;
   const dvec3 outward = -frame.gradient_world_from_volume(deepest->smooth_gradient(p));
   constexpr double k_turned = 0.3;  // cosine; at an edge of a cut the mesh has the better normal

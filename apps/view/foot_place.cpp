@@ -67,13 +67,14 @@ bool is_disc_free(const BoneTest& is_bone, const dvec3& at, const dvec3& shaft, 
 }
 
 /// Returns the distance (mm) along `direction` at which the surface leaves the bone; nullopt if it does not
-/// within `farthest`.
+/// within `farthest`, or if a wall of bone, such as a spinous process, is in between.
 std::optional<double> edge_along(const BoneTest& is_bone, const dvec3& at, const dvec3& shaft,
                                  const dvec3& direction, double from, double farthest) {
   constexpr double k_stride = 0.5;
   const auto has_bone = [&](double s) { return column_at(is_bone, at + s * direction, shaft).has_bone; };
   bool was_over_bone = has_bone(from);
   for (double s = from + k_stride; s <= farthest; s += k_stride) {
+    if (is_bone(at + s * direction + k_above * shaft)) return std::nullopt;
     const bool is_over_bone = has_bone(s);
     if (was_over_bone && !is_over_bone) {
       double low = s - k_stride, high = s;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 
 namespace trephine::view {
 
@@ -9,12 +10,14 @@ MouseDevice::MouseDevice(const glm::dvec3& start)
     : sent_{.position = start}, shared_(sent_), request_(sent_), position_(start) {}
 
 void MouseDevice::set(const glm::dvec3& request, const glm::dquat& turn, bool is_pressed,
-                      const std::optional<glm::dvec3>& jump) noexcept {
+                      const std::optional<glm::dvec3>& jump, const glm::dvec3& press) noexcept {
   const glm::dvec3 free = jump.value_or(glm::dvec3(0));
-  for (const double value :
-       {request.x, request.y, request.z, turn.w, turn.x, turn.y, turn.z, free.x, free.y, free.z})
+  for (const glm::dvec3& p : {request, free, press})
+    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) return;
+  for (const double value : {turn.w, turn.x, turn.y, turn.z})
     if (!std::isfinite(value)) return;
-  sent_.position = request, sent_.turn = turn, sent_.is_pressed = is_pressed;
+  sent_.position = request - press, sent_.press = press;
+  sent_.turn = turn, sent_.is_pressed = is_pressed;
   // The point of an earlier jump remains until it is read.
   if (jump) sent_.free = free, ++sent_.jumps;
   shared_.set(sent_);
@@ -42,13 +45,19 @@ bool MouseDevice::read(double t, haptics::Pose& pose) noexcept {
   const double dt = t - time_;
   if (dt > 0) {
     position_ += dt / (dt + seconds_) * (request_.position - position_);
+    constexpr double k_press_speed = 60;  // mm/s
+    const glm::dvec3 missing = request_.press - press_;
+    const double length = glm::length(missing);
+    const bool grows = glm::length(request_.press) > glm::length(press_);
+    const double share = dt / (dt + k_seconds), most = k_press_speed * dt;
+    press_ += (grows && share * length > most ? most / length : share) * missing;
     // Interpolate along the shorter arc, which never passes through a zero quaternion.
     const glm::dquat to = glm::dot(turn_, request_.turn) < 0 ? -request_.turn : request_.turn;
     turn_ = haptics::unit_of(turn_ + dt / (dt + k_turn_seconds) * (to - turn_));
   }
-  if (is_jump) position_ = request_.position, turn_ = request_.turn;
+  if (is_jump) position_ = request_.position, turn_ = request_.turn, press_ = glm::dvec3(0);
   time_ = t;
-  pose.position_world = position_;
+  pose.position_world = position_ + press_;
   pose.orientation = turn_;
   pose.press(request_.is_pressed);
   if (is_pressed_read_ && !request_.is_pressed) released_at_ = t;

@@ -13,7 +13,8 @@ namespace trephine::view {
 
 /// Call set() and release() on the window's thread and read() on the servo's; no call waits. Poses between
 /// the window's frames are smoothed, so that a burr does not jump: positions with a time constant of 15 ms,
-/// while the button is down and the frames are slow of up to 200 ms; orientations with 80 ms.
+/// while the button is down and the frames are slow of up to 200 ms; orientations with 80 ms. A press grows
+/// at 60 mm/s at most, so that the window can stop one that slips off an edge of bone.
 class MouseDevice final : public haptics::Device {
  public:
   explicit MouseDevice(const glm::dvec3& start_world);
@@ -24,10 +25,12 @@ class MouseDevice final : public haptics::Device {
   void write(const haptics::Wrench&) noexcept override {}
 
   /// Sets the requested position (world, mm), orientation of the tool (unit) and button. Ignores a request
-  /// that is not finite, as from a picture without a size. `jump_world`: the tool is lifted over to this free
-  /// point, without smoothing, instead of moving along a straight line.
+  /// that is not finite, as from a picture without a size. `press_world`: part of the request by which the
+  /// tool is pressed into bone. `jump_world`: the tool is lifted over to this free point, without smoothing,
+  /// instead of moving along a straight line.
   void set(const glm::dvec3& request_world, const glm::dquat& turn, bool is_pressed,
-           const std::optional<glm::dvec3>& jump_world = {}) noexcept;
+           const std::optional<glm::dvec3>& jump_world = {},
+           const glm::dvec3& press_world = glm::dvec3(0.0)) noexcept;
   std::optional<glm::dvec3> take_jump() noexcept override { return std::exchange(jump_, std::nullopt); }
   /// Releases the button at once, and leaves the requested pose.
   void release() noexcept;
@@ -38,7 +41,8 @@ class MouseDevice final : public haptics::Device {
 
  private:
   struct Request {
-    glm::dvec3 position{0.0};
+    glm::dvec3 position{0.0};  ///< without the press
+    glm::dvec3 press{0.0};
     glm::dquat turn{1, 0, 0, 0};
     glm::dvec3 free{0.0};     ///< point of the last jump
     std::uint64_t jumps = 0;  ///< number of jumps
@@ -50,7 +54,7 @@ class MouseDevice final : public haptics::Device {
   std::atomic<double> released_at_{-1};
   // The servo's.
   Request request_;
-  glm::dvec3 position_;
+  glm::dvec3 position_, press_{0.0};
   glm::dquat turn_{1, 0, 0, 0};
   static constexpr double k_seconds = 0.015;
   double time_ = 0;                 ///< s of the last read

@@ -135,13 +135,14 @@ std::string OperationController::fault_text() const {
          (options_.device ? ". Press F to turn it on again." : ". It returns automatically.");
 }
 
-/// Returns the depth of a probe or a catheter while it is pushed; else an empty text.
+/// Returns the distance of a pushed probe or catheter to its planned target, or its depth without a plan; an
+/// empty text for other tools. The label at the entry states the depth in matter.
 std::string OperationController::depth_text() const {
   constexpr double k_least = 0.5;  // mm
   if (!is_pressed_ || line_.inserted() < k_least || appearance_of(state_.tool).is_drill) return "";
-  std::string text = workbench::format_text("Depth %.0f mm", line_.inserted());
-  if (line_.planned() > 0) text += workbench::format_text(" of %.0f mm planned", line_.planned());
-  return text;
+  if (!(line_.planned() > 0)) return workbench::format_text("Depth %.0f mm", line_.inserted());
+  const double rest = line_.planned() - line_.inserted();
+  return workbench::format_text("%.0f mm %s the planned target", std::abs(rest), rest >= 0 ? "to" : "beyond");
 }
 
 std::string OperationController::notice_text() const {
@@ -389,8 +390,11 @@ void OperationController::drag_point() {
 }
 
 std::optional<dvec3> OperationController::touched() const {
-  if (state_.newest.has_contact) return state_.newest.proxy_world;
-  if (is_over_bone_) return state_.newest.pose.position_world;
+  if (!options_.device && is_over_bone_) return under_cursor_;
+  const haptics::ServoRecord& newest = state_.newest;
+  const bool is_ball = state_.contact_tool && !state_.contact_tool->is_six_dof();
+  if (newest.has_contact)
+    return newest.proxy_world - (is_ball ? state_.tool_radius : 0) * dvec3(newest.normal_world);
   return std::nullopt;
 }
 
@@ -400,6 +404,16 @@ std::optional<dvec3> OperationController::pointed() {
   double hit = viewport_.distance_to_solid(*version_, ray);
   if (const double body = distance_to_bodies(ray); body >= 0 && (hit < 0 || body < hit)) hit = body;
   return hit >= 0 ? std::optional(ray.origin + hit * ray.direction) : std::nullopt;
+}
+
+/// Returns the depth of a press into the bone under the cursor, at `hit` mm along the ray. It is small while
+/// the tool is deeper than that bone: it slipped past an edge, and would be pulled to the other side.
+double OperationController::press_depth(const Ray& ray, double hit) const {
+  constexpr double k_slip = 1.5, k_slipped_depth = 0.3;  // mm
+  const haptics::ServoRecord& newest = state_.newest;
+  const double tool = glm::dot(newest.proxy_world - ray.origin, ray.direction);
+  const bool has_slipped = newest.pose.is_pressed() && newest.has_contact && tool > hit + k_slip;
+  return has_slipped ? std::min(k_slipped_depth, depth_mm_) : depth_mm_;
 }
 
 void OperationController::follow_cursor() {
@@ -425,6 +439,7 @@ void OperationController::follow_cursor() {
   if (is_pressed && is_over_bone_ && hit > reach_ + k_through) hit = reach_;
   if (hit >= 0) reach_ = hit;
   is_over_bone_ = hit >= 0;
+  const dvec3 previous = std::exchange(under_cursor_, ray.origin + reach_ * ray.direction);
   const double radius = state_.tool_radius;  // height of a round tool's centre above the surface
   // A ball on a slope touches before its centre is one radius from the bone under the cursor. The rays of the
   // contact end at voxels: they may be a voxel too short.
@@ -433,7 +448,7 @@ void OperationController::follow_cursor() {
   const auto contact = [&] { return viewport_.distance_to_contact(*version_, ray, radius, hit); };
   constexpr double k_rest = 0.3;  // mm, of an idle tool into the bone
   double along = hit < 0      ? std::max(0.0, reach_ - radius - 8)
-                 : is_pressed ? hit - radius + depth_mm_
+                 : is_pressed ? hit - radius + press_depth(ray, hit)
                               : std::min(hit - radius, contact() + 0.7 * voxel) + k_rest;
   // A craniotome is perpendicular to the bone around it, not to the bone under a cursor that is ahead.
   const bool is_craniotome_held =
@@ -454,13 +469,17 @@ void OperationController::follow_cursor() {
       clearance_at(ray.origin + along * ray.direction, 0) < 0)
     if (const std::optional<double> soft = distance_to_forbidden(ray, hit, Viewport::Clipping::ignored))
       along = std::min(along, *soft);
-  dvec3 request = ray.origin + along * ray.direction;
-  if (is_pressed && hit >= 0 && !is_soft)
-    request = ray.origin + hit * ray.direction + (hit - along) * pressing_normal(ray, hit);
+  dvec3 request = ray.origin + along * ray.direction, press(0);
+  if (is_pressed && hit >= 0 && !is_soft) {
+    const dvec3 normal = pressing_normal(ray, hit);
+    request = under_cursor_ + (hit - along) * normal;
+    press = request - (under_cursor_ + radius * normal);
+  }
   // If the cursor jumps, lift the stylus over instead of dragging it through the bone.
   constexpr double k_jump_mm = 8;
   std::optional<dvec3> jump;
-  if (glm::length(request - request_) > k_jump_mm || (!is_pressed && passes_forbidden(request_, request))) {
+  if (is_lifted_ || glm::length(under_cursor_ - previous) > k_jump_mm ||
+      (!is_pressed && passes_forbidden(request_, request))) {
     double above = hit >= 0 ? std::max(0.0, std::min(along, contact() - 1.5 * frame.diagonal_mm())) : along;
     // Between a structure and the bone behind it there may be less room.
     constexpr double k_step = 0.25;  // mm
@@ -468,8 +487,8 @@ void OperationController::follow_cursor() {
       above = std::min(along, above + k_step);
     jump = ray.origin + above * ray.direction;
   }
-  mouse_.set(request, turn_along(shaft()), is_pressed && hit >= 0, jump);
-  request_ = request;
+  mouse_.set(request, turn_along(shaft()), is_pressed && hit >= 0, jump, press);
+  request_ = request, is_lifted_ = false;
   watch_sight(ray, is_pressed);
 }
 

@@ -42,7 +42,7 @@ class OperationController {
   }
   void press(bool is_down) {
     if (is_pressed_ && !is_down) {
-      request_ = glm::dvec3(1e9);  // lifts the stylus at the next frame
+      is_lifted_ = true;
       mouse_.release();
     }
     is_pressed_ = is_down;
@@ -100,7 +100,8 @@ class OperationController {
   bool grasp_or_release();
   /// Puts the held or touched piece back to where it was detached. Returns false if there is no piece.
   bool put_piece_back();
-  /// Point that the tool touches, or that is under the cursor while the tool hovers; nullopt over nothing.
+  /// Point of the surface under the cursor; with a device, the point that the tool touches. nullopt over
+  /// nothing.
   std::optional<glm::dvec3> touched() const;
   /// Returns the visible position of bone or a body under the cursor; with a device, touched().
   std::optional<glm::dvec3> pointed();
@@ -178,6 +179,7 @@ class OperationController {
   bool carry_piece(const Ray& ray);
   std::function<bool(const glm::dvec3&)> bone_in(const volume::Version& version) const;
   glm::dvec3 pressing_normal(const Ray& ray, double hit) const;
+  double press_depth(const Ray& ray, double hit) const;
   void follow_cursor();
   void watch_sight(const Ray& ray, bool is_pressed);
   bool wait_outside_clip(const Ray& ray, double hit);
@@ -244,7 +246,9 @@ class OperationController {
   std::uint64_t hidden_pictures_ = 0, touched_picture_ = 0;
   /// Position of the tool after the next picture is adopted, before the scenery that it was in; mm, world.
   std::optional<glm::dvec3> landing_;
-  glm::dvec3 request_{1e9};                      ///< position in the last frame, mm, world; 1e9: lifted
+  glm::dvec3 request_{0.0};                      ///< position in the last frame, mm, world
+  glm::dvec3 under_cursor_{0.0};                 ///< point of the surface in the last frame, mm, world
+  bool is_lifted_ = true;                        ///< the tool jumps to its next position
   std::optional<std::size_t> requested_stroke_;  ///< until it is reached
   std::vector<HistoryStep> history_steps_;       ///< that wait for the end of a stroke
   std::string refused_;

@@ -109,8 +109,8 @@ bool OperationController::carry_piece(const Ray& ray) {
     carried_->hand = carried_->guard.move(carried_->hand, above, is_obstacle);
   }
   carried_->hand = carried_->guard.move(carried_->hand, target, is_obstacle);
-  request_ = carried_->hand.position_world;
-  mouse_.set(request_, carried_->hand.rotation, false, std::nullopt);
+  is_lifted_ = true;
+  mouse_.set(carried_->hand.position_world, carried_->hand.rotation, false, std::nullopt);
   return true;
 }
 
@@ -239,9 +239,9 @@ bool OperationController::follow_line(const Ray& ray, const ToolAppearance& tool
   input.seconds = seconds_since(std::exchange(guided_at_, Clock::now()));
   const std::optional<LineGuide::Pose> pose = line_.follow(planned_lines_, input);
   viewport_.mark_edge(line_.line());
-  if (was_holding && !pose) request_ = dvec3(1e9);  // lifts the stylus
+  if (was_holding && !pose) is_lifted_ = true;
   if (!pose) return false;
-  request_ = dvec3(1e9);
+  is_lifted_ = true;
   mouse_.set(pose->at_world, turn_along(pose->shaft), pose->is_pressed,
              pose->is_jump ? std::optional(pose->at_world) : std::nullopt);
   return true;
@@ -270,7 +270,7 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   if (std::string reason = guide_.take_message(); !reason.empty())
     notices_.add({seconds(), static_cast<double>(state_.newest.tick) / options_.rate_hz, EventLevel::refusal,
                   "The tool cannot work here: " + reason});
-  if (was_holding && !pose) request_ = dvec3(1e9);  // lifts the stylus
+  if (was_holding && !pose) is_lifted_ = true;
   if (!pose) return false;
   mouse_.set(pose->at_world, pose->turn, pose->is_pressed,
              pose->is_jump ? std::optional(pose->at_world) : std::nullopt);

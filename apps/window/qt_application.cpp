@@ -27,6 +27,8 @@ void apply_look() {
   p.setColor(QPalette::Highlight, QColor(60, 130, 200));
   p.setColor(QPalette::HighlightedText, Qt::white);
   p.setColor(QPalette::Mid, QColor(92, 102, 118));
+  p.setColor(QPalette::Link, QColor(126, 190, 255));
+  p.setColor(QPalette::LinkVisited, QColor(126, 190, 255));
   for (const QPalette::ColorRole role : {QPalette::Text, QPalette::ButtonText, QPalette::WindowText})
     p.setColor(QPalette::Disabled, role, QColor(128, 136, 148));
   // The style draws the text of disabled items a second time in this colour, one pixel lower.

@@ -5,6 +5,8 @@
 #include <QScrollBar>
 #include <QTimer>
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -31,11 +33,25 @@ NoticeLabel::NoticeLabel(QWidget* canvas) : QLabel(canvas) {
   hide();
 }
 
-void NoticeLabel::show_at(const QString& text, EventLevel level, const QPoint& tip) {
+/// Returns the position of the label at a side of the tip, or at the opposite one if the picture has no room.
+QPoint NoticeLabel::position_at(int side, const QPoint& tip) const {
+  constexpr int k_gap = 28, k_border = 8;
+  const auto along = [&](bool is_before, int at, int length, int room) {
+    const int before = at - k_gap - length, after = at + k_gap;
+    const bool has_room = is_before ? before >= k_border : after + length <= room - k_border;
+    return std::clamp(is_before == has_room ? before : after, k_border,
+                      std::max(k_border, room - length - k_border));
+  };
+  return {along(side % 2 == 1, tip.x(), width(), parentWidget()->width()),
+          along(side >= 2, tip.y(), height(), parentWidget()->height())};
+}
+
+void NoticeLabel::show_at(const QString& text, EventLevel level, const QPoint& tip,
+                          std::span<const QRect> labels) {
   if (text.isEmpty()) return hide();
   const int widest_room = std::max(parentWidget()->width() - 16, 80);
-  if (text != this->text() || level != level_ || isHidden() || widest_room != widest_room_ ||
-      font() != font_) {
+  const bool is_new = text != this->text() || isHidden() || widest_room != widest_room_ || font() != font_;
+  if (is_new || level != level_) {
     level_ = level, widest_room_ = widest_room, font_ = font();
     const char* border = level == EventLevel::danger    ? "#e5533d"
                          : level == EventLevel::refusal ? "#f6c944"
@@ -53,14 +69,19 @@ void NoticeLabel::show_at(const QString& text, EventLevel level, const QPoint& t
     show();
     raise();
   }
-  constexpr int k_gap = 28;
-  const QSize room = parentWidget()->size();
-  // To the lower right of the tip, or to its left or above at the picture's border.
-  int x = tip.x() + k_gap, y = tip.y() + k_gap;
-  if (x + width() > room.width() - 8) x = tip.x() - k_gap - width();
-  if (y + height() > room.height() - 8) y = tip.y() - k_gap - height();
-  move(std::clamp(x, 8, std::max(8, room.width() - width() - 8)),
-       std::clamp(y, 8, std::max(8, room.height() - height() - 8)));
+  if (is_new) {
+    std::int64_t least = std::numeric_limits<std::int64_t>::max();
+    for (int side = 0; side < 4; ++side) {
+      std::int64_t covered = 0;
+      const QRect box(position_at(side, tip), size());
+      for (const QRect& label : labels) {
+        const QRect both = box & label;
+        if (!both.isEmpty()) covered += std::int64_t{both.width()} * both.height();
+      }
+      if (covered < least) least = covered, side_ = side;
+    }
+  }
+  move(position_at(side_, tip));
 }
 
 EventLog::EventLog(QWidget* parent) : QDockWidget("Event log", parent), list_(new QListWidget) {

@@ -3,6 +3,7 @@
 
 #include <QDockWidget>
 #include <QLabel>
+#include <span>
 
 #include "apps/view/notices.h"
 
@@ -16,10 +17,15 @@ class NoticeLabel : public QLabel {
 
  public:
   explicit NoticeLabel(QWidget* canvas);
-  /// Shows `text` at a position of the picture (pixels of the canvas); an empty text hides the label.
-  void show_at(const QString& text, workbench::EventLevel level, const QPoint& tip);
+  /// Shows `text` at a position of the picture; an empty text hides the label. A new text is placed at the
+  /// side of the tip where it covers least of `labels`, and stays there. Positions and boxes: pixels of the
+  /// canvas.
+  void show_at(const QString& text, workbench::EventLevel level, const QPoint& tip,
+               std::span<const QRect> labels);
 
  private:
+  QPoint position_at(int side, const QPoint& tip) const;
+  int side_ = 0;  ///< of the tip: 0 lower right, 1 lower left, 2 upper right, 3 upper left
   workbench::EventLevel level_ = workbench::EventLevel::record;
   int widest_room_ = 0;  ///< pixels, and the font, of the last layout
   QFont font_;

@@ -84,6 +84,7 @@ ScoreDialog::ScoreDialog(const WindowHost& host, std::function<Status(const std:
       check_output_(std::move(check_output)),
       stage_(stage),
       points_(new QLabel),
+      critical_(new QLabel),
       status_(new QLabel),
       bar_(new QProgressBar),
       judged_(make_table(
@@ -109,7 +110,12 @@ ScoreDialog::ScoreDialog(const WindowHost& host, std::function<Status(const std:
   buttons->addButton(report_, QDialogButtonBox::ActionRole);
   connect(buttons, &QDialogButtonBox::rejected, this, &QDialog::close);
   auto* column = new QVBoxLayout(this);
+  critical_->setObjectName("score_critical");
+  critical_->setWordWrap(true);
+  critical_->setStyleSheet("color: #ff7864; font-weight: bold");
+  critical_->hide();
   column->addWidget(points_);
+  column->addWidget(critical_);
   column->addWidget(status_);
   column->addWidget(bar_);
   column->addWidget(judged_, 3);
@@ -219,6 +225,11 @@ void ScoreDialog::poll() {
 
 void ScoreDialog::show_findings() {
   points_->setText(text_of(workbench::points_of(*score_)));
+  critical_->setText(score_->critical.empty()
+                         ? QString()
+                         : tr("\u25a0 %1. Points of other findings do not compensate for a critical one.")
+                               .arg(text_of(workbench::critical_text(*score_))));
+  critical_->setVisible(!score_->critical.empty());
   status_->setText(
       score_->not_judged > 0
           ? tr("Findings with %1 further points could not be judged; the column Reason explains why.")

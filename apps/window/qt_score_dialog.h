@@ -60,7 +60,7 @@ class ScoreDialog : public QDialog {
   QString page_;            ///< path of that report
   std::optional<sim::Score> score_;
   QTimer timer_;
-  QLabel *points_, *status_;
+  QLabel *points_, *critical_, *status_;
   QProgressBar* bar_;
   QTableWidget *judged_, *reported_;
   QPushButton* report_;

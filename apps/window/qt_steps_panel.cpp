@@ -1,5 +1,6 @@
 #include "apps/window/qt_steps_panel.h"
 
+#include <QCoreApplication>
 #include <QEvent>
 #include <QFontMetrics>
 #include <QGridLayout>
@@ -157,6 +158,8 @@ void StepsPanel::update_from(const StepGuide& guide) {
     buttons_[i].reason->setVisible(!reason.isEmpty());
   }
   lay_out();
+  // The next frame shows the texts in their new places.
+  QCoreApplication::sendPostedEvents(nullptr, QEvent::LayoutRequest);
 }
 
 void StepsPanel::show_rows(const StepGuide& guide) {
@@ -220,7 +223,9 @@ void StepsPanel::lay_out() {
   const int width = k_columns * fontMetrics().averageCharWidth();
   widget()->setMinimumWidth(width);
   const QLayout* rows = list_->widget()->layout();
-  list_->setMaximumHeight(std::max(1, rows->heightForWidth(std::max(width, list_->viewport()->width()))));
+  // The scrolled widget is never smaller than its minimum, whatever its width.
+  list_->setMaximumHeight(std::max(rows->minimumSize().height(),
+                                   rows->heightForWidth(std::max(width, list_->viewport()->width()))));
   // All steps are visible unless they need more than half of the panel, and the texts the rest.
   const QLayout* texts = details_->widget()->layout();
   const int details_height = texts->heightForWidth(std::max(width, details_->viewport()->width()));
@@ -237,12 +242,16 @@ void StepsPanel::lay_out() {
 
 void StepsPanel::resizeEvent(QResizeEvent* event) {
   QDockWidget::resizeEvent(event);
-  if (widget()) lay_out();
+  if (!widget()) return;
+  lay_out();
+  QTimer::singleShot(0, this, &StepsPanel::lay_out);  // when the parts have their new widths
 }
 
 void StepsPanel::changeEvent(QEvent* event) {
   QDockWidget::changeEvent(event);
-  if (event->type() == QEvent::FontChange && widget()) lay_out();
+  if (event->type() != QEvent::FontChange || !widget()) return;
+  lay_out();
+  QTimer::singleShot(0, this, &StepsPanel::lay_out);
 }
 
 }  // namespace trephine::view

@@ -351,11 +351,18 @@ void MainWindow::show_message(const QString& text) {
 void MainWindow::show_notices() {
   const haptics::ServoRecord& newest = operation_ ? operation_->state().newest : replay_->record();
   const glm::dvec2 tip = viewport()->project(newest.proxy_world);
+  const double scale = 1 / canvas_->devicePixelRatioF();
+  std::vector<QRect> labels;
+  for (const auto& [low, high] : viewport()->view().label_boxes())
+    labels.push_back(QRectF(scale * low.x, canvas_->height() - scale * high.y, scale * (high.x - low.x),
+                            scale * (high.y - low.y))
+                         .toAlignedRect());
   at_tool_->show_at(
       QString::fromStdString(operation_ ? operation_->notice_text()
                                         : replay_notices_.shown(replay_->seconds())),
       operation_ ? operation_->notice_level() : replay_notices_.shown_level(replay_->seconds()),
-      {static_cast<int>(tip.x * canvas_->width()), static_cast<int>((1 - tip.y) * canvas_->height())});
+      {static_cast<int>(tip.x * canvas_->width()), static_cast<int>((1 - tip.y) * canvas_->height())},
+      labels);
   log_->update_from(operation_ ? operation_->notices() : replay_notices_);
   if (replay_) log_->show_time(replay_notices_, replay_->seconds());
 }
@@ -374,7 +381,7 @@ void MainWindow::show_state() {
                                 : QString("nothing removed yet"));
   const bool can_undo = operation_ && operation_->state().can_undo,
              can_redo = operation_ && operation_->state().can_redo;
-  undo_->setEnabled(can_undo), undo_action_->setEnabled(can_undo);
+  undo_->setEnabled(can_undo), undo_action_->setEnabled(operation_ != nullptr);  // without one it explains
   redo_->setEnabled(can_redo), redo_action_->setEnabled(can_redo);
   if (operation_) {
     show_history();

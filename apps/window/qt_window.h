@@ -144,6 +144,7 @@ class MainWindow : public QMainWindow {
   void show_assumptions();
   void show_notices();
   void press_deeper(int steps);
+  void undo();
   void toggle_names();
   void tilt(double right, double up);
   void turn(double right, double up);

@@ -113,6 +113,13 @@ void MainWindow::show_assumptions() {
     operation_->note(text);
     if (text.starts_with("shape:")) show_message(QString::fromStdString(text).remove(0, 7));
   }
+  // Without labels, as in most scans, a burr in the brain raises no event.
+  const sim::Engine& engine = options_.start->engine;
+  if (engine.forbidden().empty() && !engine.now().settings.hands.empty() &&
+      engine.now().settings.hands[0].type != nullptr)
+    operation_->note(
+        "No structure is watched: the scan has no labels of dura, nerves or vessels. Import it with labels to "
+        "be warned of injuries.");
 }
 
 void MainWindow::start_opening(std::function<Result<OpenedScene>(const WindowHost::Listener&)> open) {

@@ -33,6 +33,16 @@ void MainWindow::tilt(double right, double up) {
   show_message(QString("tilted %1\u00b0").arg(operation_->tilted(), 0, 'f', 0));
 }
 
+/// Undoes the last change, or explains why this is not possible.
+void MainWindow::undo() {
+  const sim::LiveState& state = operation_->state();
+  operation_->undo();
+  if (state.can_undo || state.removed_mm3 > 0) return;  // or a stroke that is just ending
+  show_refusal(
+      tr("There is no change of bone or bodies to undo. Anchors, pins and measurements are removed "
+         "with their own commands."));
+}
+
 void MainWindow::toggle_names() {
   using Names = LabelLayer::Names;
   LabelLayer& labels = viewport()->view().overlays().labels();

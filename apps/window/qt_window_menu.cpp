@@ -93,8 +93,8 @@ void MainWindow::build_menu() {
   });
 
   QMenu* edit = menuBar()->addMenu(tr("&Edit"));
-  undo_action_ = add(edit, "undo_action", tr("&Undo the last change"), QKeySequence::Undo,
-                     [this] { operation_->undo(); });
+  undo_action_ =
+      add(edit, "undo_action", tr("&Undo the last change"), QKeySequence::Undo, [this] { undo(); });
   redo_action_ = add(edit, "redo_action", tr("&Redo the change"), QKeySequence("Ctrl+Y"),
                      [this] { operation_->redo(); });
   redo_action_->setShortcuts({QKeySequence("Ctrl+Y"), QKeySequence("Ctrl+Shift+Z")});

@@ -62,6 +62,8 @@ void MainWindow::build_panel() {
   column->addWidget(force_bar_);
   removed_ = new QLabel(tr("nothing removed yet"));
   removed_->setObjectName("removed");
+  removed_->setWordWrap(true);
+  removed_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Minimum);
   column->addWidget(removed_);
 
   auto* tool = new QGroupBox(tr("Tool"));
@@ -211,12 +213,13 @@ void MainWindow::build_panel() {
   addDockWidget(Qt::RightDockWidgetArea, dock);
 }
 
-/// Fits the width of the panel to its contents.
+/// Fits the width of the panel to its contents. It never shrinks: the picture would move under the cursor.
 void MainWindow::fit_panel() {
   // Deferred until the widgets have their style.
   QTimer::singleShot(0, panel_, [panel = panel_] {
-    panel->setMinimumWidth(panel->widget()->minimumSizeHint().width() +
-                           panel->verticalScrollBar()->sizeHint().width() + 4);
+    panel->setMinimumWidth(std::max(
+        panel->minimumWidth(),
+        panel->widget()->minimumSizeHint().width() + panel->verticalScrollBar()->sizeHint().width() + 4));
   });
 }
 

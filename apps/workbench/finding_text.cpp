@@ -44,6 +44,12 @@ std::string points_of(const sim::Score& score) {
                             : "no points: nothing was judged";
 }
 
+std::string critical_text(const sim::Score& score) {
+  std::string text;
+  for (const std::string& name : score.critical) text += (text.empty() ? "critical: " : "; ") + name;
+  return text;
+}
+
 bool is_only_reported(const Finding& finding) noexcept {
   return finding.value && finding.full_at == finding.zero_at;
 }

@@ -138,15 +138,22 @@ class MomentCollector {
     const sim::Chronicle& chronicle = engine.now().chronicle;
     for (; next_ < chronicle.size(); ++next_) observe(chronicle[next_], engine);
   }
-  /// Adds a position of the final state.
-  void add_final(const sim::Finding& finding, sim::Engine& engine) {
-    const bool is_bad = finding.verdict == sim::Finding::Verdict::bad;
-    if (!finding.position_world || !(is_bad || finding.verdict == sim::Finding::Verdict::fair)) return;
-    add({.tick = finding.tick.value_or(engine.now().next_tick),
-         .text = finding.name + (finding.reason.empty() ? "" : ". " + finding.reason),
-         .level = is_bad ? EventLevel::danger : EventLevel::outcome,
-         .position_world = *finding.position_world},
-        engine);
+  /// Adds the positions of bad and fair findings, each in the state at its time, in place of the events that
+  /// they judge. `replay`: at the end of the session, to which it returns.
+  Status add_findings(const sim::Score& score, sim::Replay& replay) {
+    const std::uint64_t end = replay.engine().now().next_tick;
+    for (const sim::Finding& finding : score.findings) {
+      const bool is_bad = finding.verdict == sim::Finding::Verdict::bad;
+      if (!finding.position_world || !(is_bad || finding.verdict == sim::Finding::Verdict::fair)) continue;
+      ReportMoment moment{.tick = finding.tick.value_or(end),
+                          .text = finding.name + (finding.reason.empty() ? "" : ". " + finding.reason),
+                          .level = is_bad ? EventLevel::danger : EventLevel::outcome,
+                          .position_world = *finding.position_world};
+      std::erase_if(found_, [&](const ReportMoment& event) { return !event.xray && is_same(event, moment); });
+      if (Status error = replay.seek(std::min(moment.tick + 1, end))) return error;
+      add(std::move(moment), replay.engine());
+    }
+    return replay.seek(end);
   }
   /// Returns the chosen moments by time: X-rays in their order, of other moments injuries first.
   std::vector<ReportMoment> finish() {
@@ -166,6 +173,14 @@ class MomentCollector {
  private:
   static constexpr std::size_t k_max_of_type = 2;  // events of one type, so that others are shown too
 
+  /// Returns true for two moments of one injury: an event follows its deepest position by some seconds.
+  bool is_same(const ReportMoment& a, const ReportMoment& b) const {
+    constexpr double k_seconds = 3, k_distance = 3;  // s, mm
+    const double ticks =
+        a.tick > b.tick ? static_cast<double>(a.tick - b.tick) : static_cast<double>(b.tick - a.tick);
+    return ticks < k_seconds * rate_hz_ && glm::distance(a.position_world, b.position_world) < k_distance;
+  }
+
   void observe(const sim::Event& event, sim::Engine& engine) {
     const std::shared_ptr<const volume::SurgicalPlan>& plan = engine.now().plan;
     const EventText text = plan ? describe_event(event, plan->procedure) : describe_event(event);
@@ -179,6 +194,8 @@ class MomentCollector {
     ReportMoment moment{
         .tick = event.tick, .text = text.text, .level = text.level, .position_world = event.position_world};
     if (xray) moment.xray = *xray;
+    // A touch without a tear yields to injuries.
+    if (event.value.name() == "structure-touched") moment.level = EventLevel::outcome;
     add(std::move(moment), engine);
   }
   void add(ReportMoment moment, sim::Engine& engine) {
@@ -286,9 +303,9 @@ Result<ReportData> collect_report(const ReportChoice& choice, const Listener& li
   MomentCollector moments(choice, header.rate_hz);
   if (Status error = judge(data, moments, listener)) return *error;
 
+  if (Status error = moments.add_findings(data.score, *data.session->replay)) return *error;
   sim::Engine& end = data.session->replay->engine();
   end.freeze();
-  for (const sim::Finding& finding : data.score.findings) moments.add_final(finding, end);
   data.moments = moments.finish();
   data.overlays = end.overlays();
   data.removed_mm3 = end.removed_mm3();

@@ -78,18 +78,20 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
   else if (!session.end() && !sim::SessionWriter::is_being_written(path))
     listener.notice("note: the session was not closed; it ends with the last block that was written");
 
-  // Finds the scan: the given one, the embedded one or a built-in phantom.
-  if (!case_source.path.empty()) {
-    Result<Source> opened = open_source(case_source, listener);
-    if (!opened) return opened.error();
-    result->source = std::move(opened).value();
-  } else if (session.has_scan()) {
+  // Finds the scan: the embedded one, the given one or a built-in phantom.
+  if (session.has_scan()) {
+    if (!case_source.path.empty())
+      listener.notice("note: the session contains its scan; the given scan was not read (option scan)");
     Result<volume::Volume> scan = session.scan();
     if (!scan) return scan.error();
     result->source.volume = std::make_shared<const volume::Volume>(std::move(scan).value());
     result->source.name = header.case_name.empty() ? "embedded scan" : header.case_name;
     result->source.case_name = header.case_name;
     result->source.format = "session";
+  } else if (!case_source.path.empty()) {
+    Result<Source> opened = open_source(case_source, listener);
+    if (!opened) return opened.error();
+    result->source = std::move(opened).value();
   } else if (has_own_scan(session)) {
     Result<Source> opened = open_source(header.case_name, listener);
     if (!opened) return opened.error();

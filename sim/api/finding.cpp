@@ -19,6 +19,8 @@ void judge(Finding& finding, Score& score) {
                     : share > 0 ? Finding::Verdict::fair
                                 : Finding::Verdict::bad;
   finding.points = share * finding.weight;
+  if (finding.verdict == Finding::Verdict::bad && finding.weight >= Score::k_critical_weight)
+    score.critical.push_back(finding.name);
   score.points += finding.points;
   score.possible += finding.weight;
 }

@@ -34,6 +34,10 @@ struct Score {
   double points = 0;
   double possible = 0;    ///< sum of the weights of judged findings
   double not_judged = 0;  ///< sum of the weights of findings that could not be judged
+  /// Names of critical findings: bad ones of a large weight, such as injuries and main goals. Points of other
+  /// findings do not compensate for them.
+  std::vector<std::string> critical = {};
+  static constexpr double k_critical_weight = 4;  ///< least weight of a critical finding
 };
 
 /// Computes verdicts and points: linear between `zero_at` and `full_at`. `limits`: of the plan; they replace

@@ -128,7 +128,10 @@ inline constexpr double k_tear_depth = 0.5, k_blunt_tear_depth = 3;
 
 /// Watch of one hand and one structure since the start; undo does not change it.
 struct ForbiddenWatch {
-  bool is_inside = false;
+  /// A visit lasts from a clearance below 0 to one of k_leaving_clearance: a tool that trembles at a surface
+  /// makes one visit.
+  static constexpr double k_leaving_clearance = 0.2;  ///< mm
+  bool is_inside = false;                             ///< during a visit
   /// Clearance in the newest tick, mm. Only a lower bound while it exceeds both `nearest` and
   /// k_always_measured; Engine::clearance() returns the measured value.
   double clearance = Forbidden::k_reach;

@@ -280,9 +280,11 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
                       : has_path ? forbidden_[s]->follow(last_body->centre, *body, watch.clearance, watch)
                                  : forbidden_[s]->begin_path(*body, watch.clearance, watch);
     watch.measured = watch.clearance, watch.measured_at = at;
-    const bool is_inside = watch.clearance < 0;
+    const bool is_below_surface = watch.clearance < 0;
+    const bool is_inside =
+        is_below_surface || (watch.is_inside && watch.clearance < ForbiddenWatch::k_leaving_clearance);
     const bool is_working = tick.pose.is_pressed() && !(body && body->is_blunt);
-    watch.nearest = std::min(watch.nearest, is_inside ? -watch.depth : watch.clearance);
+    watch.nearest = std::min(watch.nearest, is_below_surface ? -watch.depth : watch.clearance);
     if (is_inside && !watch.is_inside) {
       ++watch.entries;
       watch.entered_tick = static_cast<std::int64_t>(tick.tick);
@@ -290,7 +292,7 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
       watch.has_worked = watch.is_torn = false;
       pending_events_.push_back({tick.tick, tick.hand, at, ForbiddenEntered{name, is_working}});
     }
-    if (is_inside) {
+    if (is_below_surface) {
       ++watch.ticks_inside;
       if (watch.depth > watch.deepest_now) watch.deepest_now = watch.depth, watch.deepest_world = at;
       watch.has_worked = watch.has_worked || is_working;
@@ -298,7 +300,7 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
         watch.is_torn = true;
         pending_events_.push_back({tick.tick, tick.hand, at, StructureTorn{name, watch.depth}});
       }
-    } else if (watch.is_inside) {
+    } else if (watch.is_inside && !is_inside) {
       const auto ticks = static_cast<double>(static_cast<std::int64_t>(tick.tick) - watch.entered_tick);
       pending_events_.push_back({tick.tick, tick.hand, watch.deepest_world,
                                  ForbiddenLeft{name, watch.deepest_now, ticks * now_.dt}});

@@ -17,7 +17,7 @@ namespace trephine::sim {
 inline constexpr std::uint32_t k_session_layout = 14;  // 14: profiles of whole tools
 /// Revision of the arithmetic of servo and edits: raised with every change that gives other bits for the same
 /// input. A session of another revision can be viewed, but not verified. Modules have their own versions.
-inline constexpr std::uint32_t k_replay_revision = 19;
+inline constexpr std::uint32_t k_replay_revision = 20;
 
 /// Name and version of a module, or of a struct with a table of its fields.
 struct NamedVersion {

@@ -210,5 +210,21 @@ TEST(ChunkWorker, EndsWithPendingWork) {
   }
 }
 
+/// On slices of 3 mm, a groove in the side of a bone is 0.8 mm deep: a piece shows it as cut.
+TEST(ChunkMeshes, AShallowGrooveOfAPieceIsCutBoneOnThickSlices) {
+  const haptics::TouchScene scene =
+      scenes::scene_of(scenes::sampled({-10, -10, -15}, {10, 10, 15}, {0.5, 0.5, 3},
+                                       [](const glm::dvec3& p) { return p.x < 0 ? 1200.0 : -1000.0; }));
+  const glm::dvec3 side(1, 0, 0), oblique = glm::normalize(glm::dvec3(1, 0, 0.05));
+  double surface = 3;  // between the voxels at both sides of 0
+  while (scene.items[0].field.value(scene.base->frame.volume_from_world({surface, 0, 0})) < 0)
+    surface -= 0.01;
+  EXPECT_NEAR(surface, 0, 0.5);
+  for (const glm::dvec3& normal : {side, oblique}) {
+    EXPECT_LT(matter_of_detached(scene, {surface - 0.1, 0, 0}, normal).freshness, 0.1f);
+    EXPECT_GT(matter_of_detached(scene, {surface - 0.8, 0, 0}, normal).freshness, 0.9f);
+  }
+}
+
 }  // namespace
 }  // namespace trephine::view

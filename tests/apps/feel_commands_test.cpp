@@ -111,7 +111,7 @@ TEST_F(Command, AChallengersAnswersAreScoredAsOurs) {
   const Json scored = json(scenes + " --score scenes/our-results.csv");
   long compared = 0;
   for (const Json& theirs : scored["rows"]) {
-    if (theirs["method"] != "our-answers") continue;
+    if (theirs["method"] != "our-results") continue;
     for (const Json& ours : scored["rows"]) {
       if (ours["method"] != "subvoxel" || ours["motion"] != theirs["motion"]) continue;
       ++compared;

@@ -81,6 +81,18 @@ TEST(FootPose, ReportsWhyAFootFitsNowhere) {
   EXPECT_FALSE(find_edge([](const dvec3&) { return true; }, k_kerrison, {0, 0, 0}, shaft, 0).place);
 }
 
+/// The edge on the other side of a ridge, such as a spinous process, is not the one at the cursor.
+TEST(FootPose, AKerrisonDoesNotReachAcrossARidge) {
+  const auto lamina = [](const dvec3& p) { return p.z < 0 && p.z > -4 && p.x > -6 && p.x < 40; };
+  const auto with_ridge = [&](const dvec3& p) {
+    return lamina(p) || (p.z > -4 && p.z < 20 && std::abs(p.x + 1) < 1);
+  };
+  const FootSearch flat = find_edge(lamina, k_kerrison, {1.5, 0, 0}, {0, 0, 1}, 0);
+  ASSERT_TRUE(flat.place);
+  EXPECT_NEAR(flat.place->edge_world.x, -6, 0.2);
+  EXPECT_FALSE(find_edge(with_ridge, k_kerrison, {1.5, 0, 0}, {0, 0, 1}, 0).place);
+}
+
 /// A shell of bone between two spheres, with a diploe and a hole of two diameters.
 struct Vault {
   double outer = 70, inner = 63, hole = 7, hole_inside = 5.5;

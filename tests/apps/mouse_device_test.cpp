@@ -46,6 +46,27 @@ TEST(MouseDevice, AWorkingToolGlidesBetweenTheRequestsOfASlowDisplay) {
   EXPECT_GT(drag(0.3, false).fastest, 0.15) << "an idle tool follows at once";
 }
 
+TEST(MouseDevice, APressGrowsSlowlyAndEndsAtOnce) {
+  MouseDevice device(dvec3(0));
+  haptics::Pose pose;
+  device.set({0, 0, -12}, {1, 0, 0, 0}, true, {}, {0, 0, -12});
+  double fastest = 0, last = 0;
+  for (int i = 1; i <= 400; ++i) {
+    device.read(1e-3 * i, pose);
+    fastest = std::max(fastest, last - pose.position_world.z);
+    last = pose.position_world.z;
+  }
+  EXPECT_LT(fastest, 0.0601);
+  EXPECT_LT(last, -11.9);
+  device.set(dvec3(0), {1, 0, 0, 0}, false);
+  for (int i = 401; i <= 500; ++i) device.read(1e-3 * i, pose);
+  EXPECT_GT(pose.position_world.z, -0.1);
+  // A press that comes with a jump grows, too.
+  device.set({40, 0, -12}, {1, 0, 0, 0}, true, dvec3(40, 0, 1), {0, 0, -12});
+  device.read(0.501, pose);
+  EXPECT_GT(pose.position_world.z, -0.1);
+}
+
 TEST(MouseDevice, AJumpIsAtOnce) {
   MouseDevice device(dvec3(0));
   haptics::Pose pose;

@@ -3,6 +3,7 @@
 #include <cstring>
 #include <random>
 #include <regex>
+#include <set>
 
 #include "apps/cli/report/course_page.h"
 #include "apps/cli/report/report_charts.h"
@@ -289,6 +290,41 @@ TEST_F(ReportPage, HasTheScoreThePicturesAndNoNames) {
   EXPECT_EQ(run("report Erika.session -o other.html").exit_code, 2) << "its scan is missing";
   EXPECT_FALSE(fs::exists(folder_ / "other.html"));
   EXPECT_EQ(read(file("Erika.session")), session);
+}
+
+/// An injury of the beginning, and matter that was removed later: the picture of the injury does not lack it.
+TEST_F(ReportPage, AnInjuryIsShownInItsOwnState) {
+  write("a.toml", R"(schema = 1
+scan = "spine"
+plan = true
+rate = 250
+[[hands]]
+instrument = "burr"
+parameters = "diameter=4 kinematic=yes"
+points = [[0, 0, 60, 16, 0], [0.4, 0, 47, 16, 1], [1.2, 0, 24, 16, 1], [1.6, 0, 47, 16, 1], [1.7, 0, 60, 16, 0],
+          [6, 30, 50, 6, 0], [6.4, 30, 45, 6, 1], [7.2, 30, 32, 6, 1], [7.6, 30, 60, 6, 0]]
+)");
+  const Ended played = run("run a.toml --record a.session");
+  ASSERT_EQ(played.exit_code, 0) << played.err;
+  const auto report = workbench::collect_report({.session = file("a.session"), .case_source = {}}, {});
+  ASSERT_TRUE(report.is_ok()) << report.error().message();
+  const workbench::ReportData& data = report.value();
+  const auto& frame = data.session->replay->engine().scene().base->frame;
+  const auto is_removed = [&](const volume::Version& version, const dvec3& p) {
+    return version.distance(frame.volume_from_world(p)) <= 0;
+  };
+  const dvec3 later(30, 33, 6);
+  EXPECT_TRUE(is_removed(*data.session->replay->engine().current(), later));
+  int injuries = 0;
+  std::set<std::string> texts;
+  for (const workbench::ReportMoment& moment : data.moments) {
+    EXPECT_TRUE(texts.insert(moment.text).second) << "twice: " << moment.text;
+    if (moment.seconds > 5 || moment.level != workbench::EventLevel::danger) continue;
+    ++injuries;
+    EXPECT_FALSE(is_removed(*moment.version, later)) << moment.text;
+  }
+  EXPECT_GE(injuries, 1);
+  EXPECT_LE(injuries, 2) << "one tear, and one for the next structure at most";
 }
 
 /// Scores of three sessions, one of which lacks a finding, and one that could not be opened.

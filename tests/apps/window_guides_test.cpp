@@ -261,6 +261,33 @@ TEST_F(ToolWindow, AnIdleBurrOverAHoleDoesNotEnterTheDura) {
   keep(*window_, "burr-over-hole");
 }
 
+/// A deep press at an edge of the lamina does not pull the tool past it: it tore the dural sac at once.
+TEST_F(ToolWindow, APressAtAnEdgeOfBoneDoesNotSlipToItsOtherSide) {
+  workbench::SourceChoice source("spine");
+  source.uses_plan = true;
+  open(source, drilling::burr({.diameter = 4, .removal_rate = 0.1}));  // it hardly cuts
+  QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
+  let_run(200);
+  hand().set_depth(12);
+  int places = 0;
+  for (const double x : {-9.75, 9.75, 7.0})
+    for (const double z : {9.2, 6.0}) {
+      const dvec3 at(x, 40, z);
+      SCOPED_TRACE(testing::Message() << x << ' ' << z);
+      point_at(at);
+      if (!hand().touched()) continue;
+      ++places;
+      EXPECT_LT((pixel_of(*hand().touched()) - pixel_of(at)).manhattanLength(), 6) << "not under the cursor";
+      QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(at));
+      const std::uint64_t tick = hand().state().newest.tick;
+      ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 600; }));
+      EXPECT_EQ(entries(), 0);
+      QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(at));
+      ASSERT_TRUE(reaches([&] { return !hand().state().newest.pose.is_pressed(); }));
+    }
+  EXPECT_GE(places, 4);
+}
+
 /// A deep press does not move a craniotome whose foot has no place: it was drawn through structures.
 TEST_F(ToolWindow, ACraniotomeIsNotPressedWhereItsFootHasNoPlace) {
   workbench::SourceChoice source("spine");

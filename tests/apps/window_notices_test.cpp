@@ -5,6 +5,7 @@
 #include <chrono>
 #include <thread>
 
+#include "apps/window/qt_notices.h"
 #include "modules/catalogue.h"
 #include "modules/drilling/perforator.h"
 #include "modules/rongeur/rongeur.h"
@@ -83,6 +84,38 @@ TEST_F(Window, TheForceOfAMouseReturnsAutomatically) {
   EXPECT_TRUE(QTest::qWaitFor([&] { return at_tool->isHidden(); }, k_patience)) << "a message does not stay";
   window.close();
   EXPECT_GE(window.finish().force_faults, 1u);
+}
+
+/// A new message covers as few labels as possible, and stays within the picture.
+TEST_F(Window, AMessageAvoidsTheLabelsAroundTheTool) {
+  QWidget canvas;
+  canvas.resize(600, 400);
+  NoticeLabel notice(&canvas);
+  const auto place = [&](const QString& text, const QPoint& tip, std::vector<QRect> labels) {
+    notice.show_at(text, workbench::EventLevel::record, tip, labels);
+    EXPECT_TRUE(canvas.rect().contains(notice.geometry()));
+    return notice.geometry();
+  };
+  const QPoint tip(300, 200);
+  const QRect free = place("Dura torn.", tip, {});
+  EXPECT_TRUE(free.left() > tip.x() && free.top() > tip.y());
+  // A message that is shown does not move away.
+  EXPECT_EQ(place("Dura torn.", tip, {free}), free);
+  const QRect second = place("Dura touched.", tip, {free});
+  EXPECT_FALSE(second.intersects(free));
+  EXPECT_LT(second.right(), tip.x());
+  EXPECT_LT(place("No bite.", tip, {free, second}).bottom(), tip.y());
+  // At the border of the picture it changes its side.
+  EXPECT_LT(place("Bite of 3 mm\u00b3.", {590, 390}, {}).right(), 590);
+}
+
+TEST_F(Window, AnUndoWithoutAChangeIsExplained) {
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
+  child<QAction>(window, "undo_action")->trigger();
+  const auto* at_tool = child<QLabel>(window, "notice_at_tool");
+  EXPECT_TRUE(QTest::qWaitFor([&] { return at_tool->text().contains("no change"); }, k_patience));
 }
 
 TEST_F(Window, TheEffectOfABiteIsShownAtTheTool) {

@@ -53,7 +53,7 @@ TEST_F(WholeOperation, AProbeMakesATrackAlongThePlanForAScrewThatIsJudged) {
   ASSERT_TRUE(reaches([&] { return glm::dot(shaft(), -ahead) > 0.9999; })) << "the probe stands on the plan";
   QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(entry));
   ASSERT_TRUE(reaches([&] { return glm::dot(hand().state().newest.proxy_world - entry, ahead) > 35; }));
-  EXPECT_NE(hand().notice_text().find("mm planned"), std::string::npos) << hand().notice_text();
+  EXPECT_NE(hand().notice_text().find("planned target"), std::string::npos) << hand().notice_text();
   QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(entry));
   keep(*window_, "probe-in-pedicle");
   EXPECT_NE(logged("The probe entered bone."), "");

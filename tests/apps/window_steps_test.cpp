@@ -1,4 +1,7 @@
 // The window with a procedure: its panel, the tools and commands of a step, and what happens without one.
+#include <QMainWindow>
+#include <QScrollArea>
+#include <QScrollBar>
 #include <QStandardItemModel>
 #include <algorithm>
 #include <utility>
@@ -121,6 +124,35 @@ class WindowSteps : public Window {
         QTest::qWaitFor([&] { return !window.operation()->state().newest.pose.is_pressed(); }, k_patience));
   }
 };
+
+/// The text of a new step is complete at once, not one frame later.
+TEST_F(WindowSteps, ANewStepIsLaidOutBeforeItIsDrawn) {
+  volume::SurgicalPlan plan;
+  plan.procedure = burr_hole();
+  for (int i = 0; i < 4; ++i) plan.procedure.steps[1].hint += " Keep the burr upright, and rinse often.";
+  StepGuide guide(std::make_shared<const volume::SurgicalPlan>(plan));
+  QMainWindow window;
+  auto* panel = new StepsPanel(plan.procedure, &window);
+  window.setCentralWidget(new QWidget);
+  window.addDockWidget(Qt::LeftDockWidgetArea, panel);
+  window.resize(500, 600);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
+  for (const std::int32_t step : {0, 1}) {
+    sim::ProcedurePosition position;
+    position.step = step, position.visits = {1, 1, 0};
+    guide.show(position);
+    panel->update_from(guide);
+    const auto* hint = panel->findChild<QLabel*>("step_hint");
+    EXPECT_GE(hint->height(), hint->heightForWidth(hint->width())) << step;
+  }
+  // All steps are visible at any width of the panel: the bold title of the current step may take two lines.
+  const auto* list = panel->findChild<QScrollArea*>("step_list_area");
+  for (int width = 160; width <= 320; width += 20) {
+    window.resizeDocks({panel}, {width}, Qt::Horizontal);
+    EXPECT_TRUE(QTest::qWaitFor([&] { return !list->verticalScrollBar()->isVisible(); }, 1000)) << width;
+  }
+}
 
 TEST_F(WindowSteps, WithoutAProcedureThereIsNoPanelAndNoRequest) {
   MainWindow window(scene_, options_);

@@ -431,7 +431,10 @@ TEST(Findings, PointsAreLinearBetweenTheLimits) {
     EXPECT_DOUBLE_EQ(score.points, points) << at;
     EXPECT_EQ(score.findings[0].verdict, verdict) << at;
     EXPECT_EQ(score.possible, 4);
+    EXPECT_EQ(score.critical,
+              verdict == Verdict::bad ? std::vector<std::string>{"a"} : std::vector<std::string>());
   }
+  EXPECT_TRUE(sim::score(finding(20), {{"a", 2, 10, 3.9}}).critical.empty()) << "of less weight";
   // A plan replaces limits. One without a finding is not judged.
   const sim::Score score = sim::score(finding(6), {{"a", 6, 8, 1}, {"b", 0, 1, 3}});
   EXPECT_EQ(score.points, 1);

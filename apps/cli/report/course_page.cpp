@@ -6,6 +6,7 @@
 #include "apps/cli/report/report_charts.h"
 #include "apps/cli/report/report_findings.h"
 #include "apps/cli/report/report_html.h"
+#include "apps/workbench/finding_text.h"
 #include "apps/workbench/text.h"
 
 namespace trephine::cli {
@@ -109,7 +110,8 @@ std::string sessions_html(Sessions sessions) {
     for (const Finding::Verdict verdict :
          {Finding::Verdict::good, Finding::Verdict::fair, Finding::Verdict::bad})
       table.cell(std::to_string(count(session, verdict)));
-    std::string remark;
+    std::string remark = workbench::critical_text(score);
+    if (!remark.empty()) remark += ". ";
     if (!session.score->is_complete) remark += "The recording is not complete. ";
     if (!session.score->is_same) remark += "The replay differs from the recording. ";
     if (score.not_judged > 0) remark += format_text("%g points could not be judged.", score.not_judged);

@@ -28,6 +28,9 @@ std::string time_text(double seconds) { return format_text("%.1f s", seconds); }
 std::string score_html(const ReportData& data) {
   const sim::Score& score = data.score;
   std::string html = "<p class=\"points\">" + escaped(points_of(score)) + "</p>\n";
+  if (!score.critical.empty())
+    html += "<p><span class=\"verdict bad\">" + escaped(workbench::critical_text(score)) +
+            "</span>. Points of other findings do not compensate for a critical one.</p>\n";
   if (score.not_judged > 0)
     html += "<p>" +
             escaped(format_text("Findings with %g further points could not be judged.", score.not_judged)) +
@@ -237,7 +240,7 @@ std::string comparison_html(const ReportData& trainee, const ReportData& expert)
   table.cell("points");
   for (const ReportData* data : {&trainee, &expert}) {
     table.cell(points_of(data->score));
-    table.cell("");
+    table.cell(workbench::critical_text(data->score));
   }
   for (const Finding& finding : trainee.score.findings) add(finding.name);
   for (const Finding& finding : expert.score.findings)
