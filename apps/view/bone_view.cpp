@@ -300,7 +300,8 @@ void BoneView::show(const StylusState& s) {
   const double size = s.tool.radius;
   const dvec3 shaft = s.turn * dvec3(0, 0, 1);
   const dvec3 shaft_begin = s.tool_world + s.tool.shaft_from * shaft;
-  place(p.shaft, shaft_begin, shaft, 34, s.tool.shaft_radius);
+  constexpr double k_inside = 0.5;  // mm; two faces at one height would flicker
+  place(p.shaft, shaft_begin - k_inside * shaft, shaft, 34 + k_inside, s.tool.shaft_radius);
   const double grip_radius = std::max(4.5, 2.6 * s.tool.shaft_radius);
   place(p.grip, shaft_begin + 30.0 * shaft, shaft, 70, grip_radius);
   constexpr double k_tool_length = 100, k_near = 90;  // mm

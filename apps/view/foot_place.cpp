@@ -261,9 +261,13 @@ FootSearch find_hole(const BoneTest& is_bone, const BoneTest& was_bone, const Fo
     place.bone_thickness = *depth;
     return {std::move(place), {}};
   }
-  return {std::nullopt, is_open ? "the foot has no room under the bone. Widen the hole to its inner side."
-                        : is_drilled ? "the hole is too narrow at its inner end. Widen that end with a burr."
-                                     : "no burr hole is near. Make one with the perforator first."};
+  return {
+      std::nullopt,
+      is_open
+          ? "the foot has no room under the bone. Widen the inner side of the hole with a burr, to about " +
+                std::to_string(static_cast<int>(std::ceil(2 * tool.radius))) + " mm."
+      : is_drilled ? "the hole is too narrow at its inner end. Widen that end with a burr."
+                   : "no burr hole is near. Make one with the perforator first."};
 }
 
 }  // namespace trephine::view

@@ -159,7 +159,7 @@ std::string OperationController::job_text() const {
   if (job_.empty() || elapsed < k_short) return "";
   std::string words = job_;
   std::replace(words.begin(), words.end(), '-', ' ');
-  return workbench::format_text("%s: %.0f s ...", words.c_str(), std::ceil(elapsed));
+  return workbench::format_text("%s, %.0f s so far ...", words.c_str(), std::ceil(elapsed));
 }
 
 EventLevel OperationController::notice_level() const {
@@ -390,7 +390,7 @@ void OperationController::drag_point() {
 }
 
 std::optional<dvec3> OperationController::touched() const {
-  if (!options_.device && is_over_bone_) return under_cursor_;
+  if (!options_.device && is_over_bone_ && !is_guided()) return under_cursor_;
   const haptics::ServoRecord& newest = state_.newest;
   const bool is_ball = state_.contact_tool && !state_.contact_tool->is_six_dof();
   if (newest.has_contact)

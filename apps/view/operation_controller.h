@@ -151,6 +151,8 @@ class OperationController {
   }
   /// True if a guide holds the tool, independent of the cursor: with its foot under bone, or on a line.
   bool is_guided() const noexcept { return guide_.is_holding() || line_.is_holding(); }
+  /// True if a probe or a catheter is in its track.
+  bool is_inserted() const noexcept { return line_.inserted() > 0; }
   /// Returns the guide of a tool with a foot.
   const ToolGuide& guide() const noexcept { return guide_; }
   /// Returns the name and the duration of the job that is computed, such as "cut flap: 3 s"; empty: none, or

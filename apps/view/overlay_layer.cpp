@@ -56,6 +56,7 @@ Colour colour_of(const sim::Overlay& overlay) {
     case sim::Overlay::Kind::scenery:
       return {0.62, 0.60, 0.66};
     case sim::Overlay::Kind::plan:
+    case sim::Overlay::Kind::measure:
       break;
   }
   return {0.35, 0.80, 0.95};
@@ -230,7 +231,8 @@ void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const 
     }
     for (const sim::Overlay::Label& label : overlay.labels) {
       const dvec3 world = placement.world_from_local(label.at);
-      const bool is_name = overlay.handles.empty() && overlay.kind != sim::Overlay::Kind::warning;
+      const bool is_name = overlay.handles.empty() && overlay.kind != sim::Overlay::Kind::warning &&
+                           overlay.kind != sim::Overlay::Kind::measure;
       p.labels.add(world, label.text, {colour.r, colour.g, colour.b}, is_name);
     }
   }

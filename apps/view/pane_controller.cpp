@@ -24,11 +24,14 @@ imaging::Subject subject_of(const PaneInput& input) {
       subject.bone = item.field.shape();
   for (const auto& structure : input.forbidden)
     if (structure->shape()) subject.structures.push_back(*structure->shape());
+  const haptics::Placement hand{input.newest.pose.position_world,
+                                haptics::unit_of(input.newest.pose.orientation)};
   if (input.overlays != nullptr)
     for (const sim::Overlay& overlay : *input.overlays)
       if (overlay.surface && overlay.kind == sim::Overlay::Kind::object)
-        subject.objects.push_back(
-            {overlay.name, overlay.surface, overlay.place, overlay.matter, overlay.is_detached});
+        subject.objects.push_back({overlay.name, overlay.surface,
+                                   overlay.holder == 0 ? hand * overlay.grip : overlay.place, overlay.matter,
+                                   overlay.is_detached});
   subject.plan = input.plan;
   subject.depths.assign(input.depths.begin(), input.depths.end());
   return subject;
@@ -117,7 +120,8 @@ bool PaneController::frame(const PaneInput& input) {
   if (input.is_tool_there) tool_ = {tip, tip + k_shaft * shaft};
   panes_.show_tool(tip, shaft);
   show_tool_in_xrays(input);
-  if (follows_tool && r.has_contact) panes_.set_focus(middle - input.touch_radius * r.normal_world);
+  if (follows_tool && (r.has_contact || input.is_inserted))
+    panes_.set_focus(r.has_contact ? middle - input.touch_radius * r.normal_world : middle);
   if (panes_.is_live() && !panes_.shows(imaging::PaneKind::xray)) set_live(false);
   if (panes_.is_live()) {
     exposed_ += input.elapsed;

@@ -323,7 +323,9 @@ void ImagePane::draw_overlays(QPainter& painter, const volume::ImagePlane& plane
   };
   const QColor colour(90, 204, 242);
   for (const sim::Overlay& overlay : *overlays_) {
-    if (overlay.kind != sim::Overlay::Kind::plan || overlay.holder >= 0) continue;
+    const bool is_marked =
+        overlay.kind == sim::Overlay::Kind::plan || overlay.kind == sim::Overlay::Kind::measure;
+    if (!is_marked || overlay.holder >= 0) continue;
     painter.setPen(QPen(colour, 2));
     for (const auto& [from, to] : overlay.lines) {
       const auto a = pixel_of(overlay.place.world_from_local(from)),

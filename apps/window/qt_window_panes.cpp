@@ -209,25 +209,29 @@ void MainWindow::show_panes(double elapsed) {
   sim::Overlays replay_overlays;
   const sim::Overlays* overlays = nullptr;
   std::span<const std::shared_ptr<const sim::Value>> settings;
-  bool is_changed = false;
+  bool is_changed = false, is_inserted = false;
   std::vector<sim::DisplayedDepths> depths;
   if (operation_) {
     depths = operation_->state().depths;
     overlays = operation_->state().overlays.get();
     settings = operation_->state().settings;
     is_changed = operation_->state().changed.low.x <= operation_->state().changed.high.x;
+    is_inserted = operation_->is_inserted();
   } else {
     replay_overlays = replay_->engine().overlays();
     overlays = &replay_overlays;
     settings = replay_->engine().now().settings.modules;
     is_changed = replay_->has_changed();
+    const sim::Instrument& tool = replay_->engine().now().settings.hands[0];
+    is_inserted = tool.type && tool.type->is_working &&
+                  tool.type->is_working(tool.parameters.data(), tool.state.data());
     depths = replay_->engine().displayed_depths(0);
   }
   panes_.frame({*scene_, version(), is_changed, overlays, options_.plan, settings,
                 operation_ ? operation_->forbidden() : replay_->engine().forbidden(), newest,
                 viewport()->touch_radius(),
-                !operation_ || operation_->is_guided() || operation_->touched().has_value(), elapsed,
-                viewport()->camera(), viewport()->clip_plane(), depths,
+                !operation_ || operation_->is_guided() || operation_->touched().has_value(), is_inserted,
+                elapsed, viewport()->camera(), viewport()->clip_plane(), depths,
                 operation_ ? &operation_->tool() : nullptr});
   for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) {
     grid_->pane(i)->set_overlays(operation_ ? operation_->state().overlays : nullptr);

@@ -30,7 +30,7 @@ std::string value_text(const Finding& finding) {
 
 std::string limits_text(const Finding& finding) {
   if (finding.full_at == finding.zero_at) return "";
-  return format_text("full at %g, 0 at %g", finding.full_at, finding.zero_at);
+  return format_text("full at %g, none at %g", finding.full_at, finding.zero_at);
 }
 
 std::string points_text(const Finding& finding) {

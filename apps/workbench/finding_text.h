@@ -9,7 +9,7 @@ namespace trephine::workbench {
 
 /// Returns the value with its unit, "4.14 mm"; a dash if it was not judged.
 std::string value_text(const sim::Finding& finding);
-/// Returns "full at 2, 0 at 10"; empty without limits.
+/// Returns "full at 2, none at 10"; empty without limits.
 std::string limits_text(const sim::Finding& finding);
 /// Returns "1.7 of 2"; empty without points.
 std::string points_text(const sim::Finding& finding);

@@ -374,7 +374,7 @@ sim::Overlays Measurement::overlays(const sim::OperationState& operation) const 
   const auto* settings = operation.result_of<MeasurementState>();
   if (settings == nullptr || settings->kinds.empty()) return {};
   sim::Overlay overlay;
-  overlay.kind = sim::Overlay::Kind::plan;
+  overlay.kind = sim::Overlay::Kind::measure;
   overlay.is_in_front = true;  // a straight line between two positions on bone is inside it
   // Dashes of 2 mm and gaps of 1.5 mm, along each whole line.
   constexpr double k_dash = 2, k_period = 3.5;  // mm

@@ -166,7 +166,7 @@ sim::Overlays Pedicle::overlays(const sim::OperationState& operation) const {
     const auto* probe = hand.state.as<ProbeState>();
     if (probe == nullptr || !probe->has_entered) continue;
     sim::Overlay& ruler = result.emplace_back();
-    ruler.kind = probe->is_out ? sim::Overlay::Kind::warning : sim::Overlay::Kind::plan;
+    ruler.kind = probe->is_out ? sim::Overlay::Kind::warning : sim::Overlay::Kind::measure;
     ruler.name = "probe";
     ruler.labels.push_back({probe->start - k_above * probe->ahead, length_text(probe->end)});
   }

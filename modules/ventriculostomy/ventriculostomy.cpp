@@ -37,6 +37,7 @@ sim::Overlay marks_of(const Catheter& catheter, const CatheterState& state) {
   constexpr double k_between = 10, k_visible = 40;  // mm: between marks; shown above the outermost layer
   constexpr int k_numbered = 5;
   sim::Overlay overlay;
+  overlay.kind = sim::Overlay::Kind::measure;
   const dvec3 back = -state.ahead, tip = state.tip();
   const auto [right, up] = volume::axes_across(back);
   const double radius = 0.5 * catheter.diameter;

@@ -307,6 +307,12 @@ TEST_F(PictureLayout, LabelsCanBeHidden) {
   labels.set_names(LabelLayer::Names::none);
   picture_->draw();
   EXPECT_TRUE(labels.boxes().empty());
+  sim::Overlays depth = names(1, 1);
+  for (sim::Overlay& overlay : depth) overlay.kind = sim::Overlay::Kind::measure;
+  picture_->set_plan(depth);
+  picture_->draw();
+  EXPECT_EQ(labels.boxes().size(), 1u) << "a length is no name";
+  picture_->set_plan(names(3, 1));
   // Names of hidden points are shown only if all are requested.
   labels.is_hidden = [](const dvec3&) { return true; };
   labels.set_names(LabelLayer::Names::in_front);

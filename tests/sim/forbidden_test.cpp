@@ -213,6 +213,17 @@ TEST(Forbidden, EventsReportWhatAVisitDid) {
     ASSERT_EQ(events.size(), 1u) << visit.deep << visit.is_pressed;
     EXPECT_EQ(events[0], visit.event) << visit.deep << visit.is_pressed;
   }
+  // A tool that trembles at the surface makes one visit, until it moves away.
+  Lockstep run(guarded.engine({1, 1e4, 400, true}), {}, 1000);
+  int contacts = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const double out = i < 1000 ? 0.05 * std::sin(0.4 * i) : 1e-3 * (i - 1000);  // mm from the surface
+    run.step({{0, 0, edge - 0.5 - out}, {1, 0, 0, 0}, true});
+    contacts += i > 0 && i < 1000 && out < 0 && std::sin(0.4 * (i - 1)) >= 0;
+  }
+  EXPECT_GT(contacts, 50);
+  EXPECT_EQ(run.engine().watch(0, 0).entries, 1);
+  EXPECT_FALSE(run.engine().watch(0, 0).is_inside);
 }
 
 // A brain of radius 9 mm, crossed through and off its centre, and a membrane over which a tool slides: depth
