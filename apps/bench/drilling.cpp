@@ -36,28 +36,28 @@ struct Stroke {
   dvec3 start() const { return dvec3(0.11, -0.07, 0.19) - 0.5 * length * k_along; }
 };
 
-using IsGone = std::function<bool(const dvec3&)>;
+using IsRemoved = std::function<bool(const dvec3&)>;
 /// Removed matter as a surface shows it: by the trilinear field of the remaining volume.
-IsGone removed_in(const volume::Volume& scan) {
+IsRemoved removed_in(const volume::Volume& scan) {
   return [field = volume::Field(scan, volume::Shape{.low = k_threshold}), &scan](const dvec3& p) {
     return field.value(scan.frame.volume_from_world(p)) < 0;
   };
 }
 
 /// Removed volume, mm3, by points a fifteenth of a mm apart.
-double volume_of(const IsGone& is_gone) {
+double volume_of(const IsRemoved& is_removed) {
   constexpr int k_count = 210;
   constexpr double k_step = 14.0 / k_count;
   long count = 0;
   for (int z = 0; z < k_count; ++z)
     for (int y = 0; y < k_count; ++y)
-      for (int x = 0; x < k_count; ++x) count += is_gone(k_step * (dvec3(x, y, z) + 0.5) - 7.0);
+      for (int x = 0; x < k_count; ++x) count += is_removed(k_step * (dvec3(x, y, z) + 0.5) - 7.0);
   return static_cast<double>(count) * k_step * k_step * k_step;
 }
 
 /// Returns the largest error (mm) of the surface along rays from the path of the burr's middle, at right
 /// angles to the path, in all directions.
-double surface_error(const IsGone& is_gone, const volume::ToolBody& body, const Stroke& stroke) {
+double surface_error(const IsRemoved& is_removed, const volume::ToolBody& body, const Stroke& stroke) {
   const double middle = body.is_ball() ? 0 : body.middle();
   const dvec3 third = glm::cross(k_along, k_shaft);
   const auto along_ray = [](auto&& is_inside) {
@@ -75,8 +75,8 @@ double surface_error(const IsGone& is_gone, const volume::ToolBody& body, const 
     const dvec3 ray = up * k_shaft + out * third;
     const double exact =
         along_ray([&](double at) { return body.distance(middle + at * up, std::abs(at * out)) <= 0; });
-    worst =
-        std::max(worst, std::abs(along_ray([&](double at) { return is_gone(on_axis + at * ray); }) - exact));
+    worst = std::max(worst,
+                     std::abs(along_ray([&](double at) { return is_removed(on_axis + at * ray); }) - exact));
   }
   return worst;
 }
@@ -134,10 +134,10 @@ std::vector<DrillingRow> run_drilling_benchmark(bool is_quick) {
                 {"match head", drilling::Shape::match_head}};
   std::vector<DrillingRow> rows;
   const auto add = [&](const std::string& method, const char* burr, const char* voxels, double rate,
-                       const Stroke& stroke, const volume::ToolBody& body, double mm3, const IsGone& is_gone,
-                       const StepTimes& times) {
+                       const Stroke& stroke, const volume::ToolBody& body, double mm3,
+                       const IsRemoved& is_removed, const StepTimes& times) {
     rows.push_back({method, burr, voxels, rate, mm3 / exact_volume(body, stroke) - 1,
-                    surface_error(is_gone, body, stroke), times});
+                    surface_error(is_removed, body, stroke), times});
   };
   const auto sweep = [&](const std::string& method, const auto& grid, const auto& shape, double rate,
                          const Stroke& stroke) {
@@ -170,13 +170,13 @@ std::vector<DrillingRow> run_drilling_benchmark(bool is_quick) {
       const StepTimes slow = run_stroke(
           usual, rate,
           [&](const dvec3&, const dvec3& to, double seconds, bool) { intensity.stay(to, seconds); });
-      const IsGone lowered = removed_in(intensity.remaining());
+      const IsRemoved lowered = removed_in(intensity.remaining());
       add("intensity lowered near the tip", "ball", grid.name, rate, usual, ball, volume_of(lowered), lowered,
           slow);
       FixedCountDrill voxels(block(grid.spacing), 2, 6);
       const StepTimes fast = run_stroke(
           usual, rate, [&](const dvec3&, const dvec3& to, double, bool) { voxels.tick(to, k_threshold); });
-      const IsGone removed = removed_in(voxels.remaining());
+      const IsRemoved removed = removed_in(voxels.remaining());
       add("6 voxels per tick", "ball", grid.name, rate, usual, ball, volume_of(removed), removed, fast);
     }
   // Short strokes, and slow ones, in which the burr moves far less than the spacing of the lattice per tick.

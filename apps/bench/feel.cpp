@@ -266,7 +266,7 @@ FeelSplit split_of_explicit(const FeelScene& s) {
     for_segment_cells([&](const glm::ivec3& cell) {
       net.quads_of_cell(cell, [&](const volume::NetQuad& quad) {
         ++quads;
-        // Read, so that it is built.
+        // Reads the corners, so that the compiler keeps their computation.
         for (const glm::vec3& corner : quad.corners)
           corners += static_cast<double>(corner.x + corner.y + corner.z);
       });
@@ -337,7 +337,7 @@ FeelReport run_feel(const FeelOptions& options) {
       }
       PlayedScene played{&contender, contender.make(), {}};
       played.row = measure(s, judges, contender, *played.method, options.on_results);
-      // Without steps the contender does not support the scene.
+      // A row without steps means that the contender does not support the scene.
       if (played.row.steps > 0) playing.push_back(std::move(played));
     }
     time_in_turns(s, playing);

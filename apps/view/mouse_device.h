@@ -12,9 +12,10 @@
 namespace trephine::view {
 
 /// Call set() and release() on the window's thread and read() on the servo's; no call waits. Poses between
-/// the window's frames are smoothed, so that a burr does not jump: positions with a time constant of 15 ms,
-/// while the button is down and the frames are slow of up to 200 ms; orientations with 80 ms. A press grows
-/// at 60 mm/s at most, so that the window can stop one that slips off an edge of bone.
+/// the window's frames are smoothed, so that a burr does not jump: positions with a time constant of 15 ms
+/// (up to 200 ms if the button is down and frames are slow), orientations with one of 80 ms. The depth of a
+/// press grows by at most 60 mm/s, so that the window can end the press when the tool slips off an edge of
+/// bone.
 class MouseDevice final : public haptics::Device {
  public:
   explicit MouseDevice(const glm::dvec3& start_world);
@@ -25,9 +26,9 @@ class MouseDevice final : public haptics::Device {
   void write(const haptics::Wrench&) noexcept override {}
 
   /// Sets the requested position (world, mm), orientation of the tool (unit) and button. Ignores a request
-  /// that is not finite, as from a picture without a size. `press_world`: part of the request by which the
-  /// tool is pressed into bone. `jump_world`: the tool is lifted over to this free point, without smoothing,
-  /// instead of moving along a straight line.
+  /// that is not finite, such as one from a window of size zero. `press_world`: part of the request by which
+  /// the tool is pressed into bone. `jump_world`: the tool is lifted over to this free point, without
+  /// smoothing, instead of moving along a straight line.
   void set(const glm::dvec3& request_world, const glm::dquat& turn, bool is_pressed,
            const std::optional<glm::dvec3>& jump_world = {},
            const glm::dvec3& press_world = glm::dvec3(0.0)) noexcept;

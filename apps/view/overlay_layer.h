@@ -15,13 +15,13 @@ namespace trephine::view {
 /// Draws overlays in a renderer. Drawing thread only. A surface is prepared once, also if it moves.
 class OverlayLayer {
  public:
-  /// `letters`: renderer of the labels; null: the same.
+  /// `letters`: renderer of the labels; null: `renderer`.
   explicit OverlayLayer(vtkRenderer* renderer, vtkRenderer* letters = nullptr);
   ~OverlayLayer();
   OverlayLayer(const OverlayLayer&) = delete;
   OverlayLayer& operator=(const OverlayLayer&) = delete;
 
-  /// Colour of a vertex, shares of 1, and its unit normal.
+  /// Colour of a vertex (RGB, 0 to 1) and its unit normal.
   struct Vertex {
     glm::dvec3 colour{0.0}, normal{0, 0, 1};
   };

@@ -19,8 +19,9 @@ class PlaceMarking {
   struct Request {
     std::string title;  ///< "Ruler"
     std::size_t least = 1, most = std::numeric_limits<std::size_t>::max();
-    /// Quantity shown while the positions are marked: length of the line, the same named as straight (the
-    /// result is measured along a surface), length of the closed line, or angle at the second position.
+    /// Quantity shown while the positions are marked: length of the line; the same with the word
+    /// "straight", for commands that measure along a surface; length of the closed line; or angle at the
+    /// second position.
     enum class Shows { length, straight, outline, angle } shows = Shows::length;
   };
   using Places = std::vector<glm::dvec3>;  ///< world, mm
@@ -30,7 +31,7 @@ class PlaceMarking {
   bool is_active() const noexcept { return done_ != nullptr; }
   /// Marks a position. Has no effect if it is that of the last one.
   void add(const glm::dvec3& at);
-  /// Removes the last position; without one, ends the marking.
+  /// Removes the last position; without positions, cancels the marking.
   void remove_last();
   /// Ends the marking with the positions so far. Returns false if they are too few.
   bool finish();

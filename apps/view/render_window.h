@@ -1,4 +1,4 @@
-// DrawSurface: render target: a window on a display, or memory without a display.
+// DrawSurface: target of rendering, either a window on a display or memory without a display.
 #pragma once
 
 #include <cstdint>
@@ -24,8 +24,8 @@ class DrawSurface {
   virtual vtkRenderWindow* window() = 0;
 };
 
-/// Creates a surface in memory of width x height pixels, without a display (surfaceless EGL). Error (missing
-/// here): no OpenGL.
+/// Creates a surface in memory of width x height pixels, without a display (surfaceless EGL). Error
+/// (ErrorKind::missing_here) if OpenGL is not available.
 Result<std::unique_ptr<DrawSurface>> make_offscreen(int width, int height);
 
 /// Description of the OpenGL in use: "llvmpipe (LLVM 15), 4.5 (Core Profile) Mesa 22.3". Creates a temporary

@@ -18,10 +18,11 @@ struct DeviceChoice {
   double scale = 1;   ///< motion of the tool per motion of the device
 };
 
-/// Devices of a choice, not opened.
+/// Devices of a choice, which are not open yet.
 struct ChosenDevices {
   std::shared_ptr<haptics::Device> device;  ///< null: the mouse, which belongs to the window
-  std::shared_ptr<haptics::Device> pedal;   ///< of the mouse; that of another device is part of it
+  std::shared_ptr<haptics::Device>
+      pedal;  ///< used with the mouse; null with another device, of which the pedal is then a part
 };
 /// Error on unknown names, a path that cannot be read, or a build without drivers.
 Result<ChosenDevices> open_devices(const DeviceChoice& choice, const Listener& listener);

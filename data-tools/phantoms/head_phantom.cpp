@@ -133,7 +133,7 @@ HeadAnatomy varied_anatomy(std::uint64_t seed) {
   return a;
 }
 
-/// Places a tumour of a radius below the vault, mm, in a direction from the middle of the head.
+/// Places a tumour below the vault, in a direction from the middle of the head. `radius`: of the tumour, mm.
 void place_tumour(HeadAnatomy& anatomy, const dvec3& direction, double radius, double exposure) {
   constexpr double k_below = 11;  // mm, from the outer surface: bone, dura and fluid
   const double reach = distance_to_vault(k_head_middle, direction, 150, {});
@@ -170,7 +170,7 @@ HeadSample sample_head(const dvec3& p_world, double voxel_mm, const HeadAnatomy&
     paint(std::max(inside, -(inside + 1.1)), 85, HeadTissue::dura);
     paint(inside + 1.1, 9, HeadTissue::cerebrospinal_fluid);
     const double fissure = 1.1 - p.x;  // between the hemispheres
-    // Deeper than any fold every share below is 1, and the fold need not be computed.
+    // Deeper than any fold the point is wholly brain, so the fold need not be computed.
     const double fold =
         inside < -8.1 - edge
             ? 0.0

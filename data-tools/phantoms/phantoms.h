@@ -40,8 +40,8 @@ struct PhantomInfo {
 /// Returns all phantoms, for help and errors.
 std::span<const PhantomInfo> phantom_catalogue();
 
-/// Makes the phantom `name`. Air is -1000 HU and solid 1600 HU, so the iso value 300 is the middle of every
-/// blurred edge. Error on unknown names, unknown parameters and values out of range.
+/// Makes the phantom `name`. In analytic phantoms air is -1000 HU and solid 1600 HU, so the iso value 300 is
+/// the middle of each blurred edge. Error on unknown names, unknown parameters and values out of range.
 Result<volume::Volume> make_phantom(const std::string& name, const PhantomOptions& options = {});
 
 /// Returns the signed distance (mm, negative inside) of an analytic phantom at a world point, to first order

@@ -106,7 +106,7 @@ using EffectKind = std::variant<ConstantForce, Viscosity, Spring, LineTrack, Pla
                                 GravityCompensation, Texture, Align, Spin, Insertion>;
 struct Effect {
   EffectKind kind;
-  double max_force = 3;  ///< largest force, N; for a torque in units of 10 N mm
+  double max_force = 3;  ///< largest force, N; of Align: largest torque, N mm, divided by 10 mm
   friend bool operator==(const Effect&, const Effect&) = default;
 };
 

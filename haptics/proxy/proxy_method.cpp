@@ -10,7 +10,7 @@ Status check_cuts(const TouchScene& scene, const MethodInfo& method) {
   if (method.takes_cuts || !(scene.smallest_burr > 0)) return std::nullopt;
   return Error{.what = "this method does not support cuts",
                .where = "method",
-               .found = std::string(method.name) + ", which touches the volume before any cut",
+               .found = std::string(method.name) + ", which ignores cuts",
                .remedy = "use method subvoxel"};
 }
 
@@ -18,7 +18,7 @@ Status check_offsets(const TouchScene& scene, const MethodInfo& method) {
   if (!method.takes(*scene.tool)) {
     using Kind = ToolShape::Kind;
     const Kind kind = scene.tool->kind();
-    return Error{.what = "this method does not take the tool of the scene",
+    return Error{.what = "this method does not support the tool of the scene",
                  .where = "method",
                  .found = std::string(method.name) + ", with " +
                           (kind == Kind::shell   ? "the surface of a whole tool"

@@ -24,14 +24,14 @@ constexpr double k_wall_puncture = 0.4;                     // N, of the ventric
 constexpr double k_max_force = 5;                           // N
 constexpr double k_hub_stiffness = 1;                       // N/mm
 
-constexpr double k_near = 2;     // mm ahead of the tip at which a layer makes the catheter enter
-constexpr double k_left = 3;     // mm before the outermost layer at which it has left
+constexpr double k_near = 2;     // mm; the catheter enters when a layer is this near ahead of its tip
+constexpr double k_left = 3;     // mm; it has left when its tip is this far outside the outermost layer
 constexpr double k_clear = 10;   // mm ahead of the tip that must be free of bone
 constexpr double k_shaft = 15;   // mm of the shaft that must be free of bone
 constexpr double k_press = 0.5;  // N, pressure on bone that is an attempt to enter
 constexpr double k_slack = 0.3;  // mm, by which the rim of the catheter may overlap bone
 constexpr double k_fine = 0.05;  // mm between positions at which labels are looked up
-// The track law lets the tip 0.05 mm into a layer before the layer resists.
+// Reach of the search behind the tip: the track law lets the tip 0.05 mm into a layer before it resists.
 constexpr double k_behind_tip = 0.2;  // mm
 
 bool has_layer(const Layers& layers) { return layers.ventricle > 0; }
@@ -55,7 +55,7 @@ dvec3 ahead_of(const glm::dquat& hand) { return haptics::unit_of(hand) * dvec3(0
 std::string reason_not_to_enter(const Catheter& c, const CatheterState& state, const dvec3& tip,
                                 const dvec3& ahead, const dvec3& layer, const sim::Work& work) {
   if (!c.has_stylet && remaining_label(work, layer) == state.dura)
-    return "a catheter without its stylet does not pass the dura. Take it with its stylet.";
+    return "a catheter without its stylet does not pass the dura. Take the catheter again with stylet=yes.";
   const auto [a, b] = volume::axes_across(ahead);
   constexpr double k_half = 0.70710678118654752;
   const std::array<dvec3, 8> around{a,  b,  k_half * (a + b),  k_half * (a - b),
@@ -158,7 +158,7 @@ sim::HandForces forces(const Catheter& c, const CatheterState& state) {
   add(state.other_ventricle, k_wall_puncture, 0);
   sim::HandForces result;
   // The track holds the tip; bone around the hole, whose edge is blurred, does not.
-  constexpr int k_shapes = 8;  // most touchable shapes of the anatomy, which are the first items
+  constexpr int k_shapes = 8;  // largest number of touchable shapes; those of the anatomy are the first items
   for (int item = 0; item < k_shapes; ++item) result.let_through.set(item, true);
   result.effects[0] = haptics::Effect{track, k_max_force};
   constexpr double k_before_hub = 5;  // mm

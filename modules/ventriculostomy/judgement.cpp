@@ -70,7 +70,8 @@ double held_diameter(const sim::OperationState& operation) {
   return Catheter().diameter;
 }
 
-/// Sums the lengths of the path in each label, and finds what the path meets first.
+/// Sums the length of the path in each label, with the first position in it; sets the length in ventricles
+/// and the depth from the dura.
 void follow_labels(const volume::Volume& scan, const Layers& layers, const dvec3& from, const dvec3& ahead,
                    double length, CatheterJudgement& output) {
   const auto count = static_cast<int>(length / k_step);
@@ -147,7 +148,8 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
     return Error{.what = "unknown shape",
                  .where = "judge-catheter item",
                  .found = std::to_string(request.item),
-                 .expected = "a shape of the anatomy"};
+                 .expected = "a shape of the anatomy",
+                 .remedy = "pass the number of a touchable shape, 0 for the first"};
   if (anatomy.base->labels.is_empty())
     return Error{.what = "the scan has no labels",
                  .where = "judge-catheter",
@@ -213,11 +215,12 @@ std::optional<CatheterPath> newest_path(const sim::OperationState& operation) {
 Status check_judging(const JudgeCatheter& request, const sim::OperationState& operation) {
   if (!request.at.empty() &&
       (request.at.size() != 2 || !(glm::distance(request.at[0], request.at[1]) > k_step)))
-    return Error{.what = "the path does not consist of two different points",
-                 .where = "judge-catheter at",
-                 .found = std::to_string(request.at.size()),
-                 .expected = "a point before the bone, and the tip",
-                 .remedy = "pass two points that differ"};
+    return Error{
+        .what = "the path does not consist of two different points",
+        .where = "judge-catheter at",
+        .found = request.at.size() == 2 ? "two equal points" : std::to_string(request.at.size()) + " points",
+        .expected = "a point before the bone, and the tip",
+        .remedy = "pass two points that differ"};
   if (request.at.empty() && !newest_path(operation))
     return Error{.what = "there is no catheter to judge",
                  .where = "judge-catheter",
@@ -230,7 +233,8 @@ Status check_judging(const JudgeCatheter& request, const sim::OperationState& op
   return Error{.what = "unknown trajectory",
                .where = "judge-catheter trajectory",
                .found = request.trajectory,
-               .expected = known.empty() ? "a plan with trajectories" : known};
+               .expected = known.empty() ? "a plan with trajectories" : known,
+               .remedy = "choose a trajectory of the plan, or omit it"};
 }
 
 const sim::JobType& judge_job() {

@@ -106,7 +106,7 @@ std::vector<LiveSession::HistoryState> LiveSession::history_states_now(std::size
     const std::size_t stroke = branch.forgotten + i;
     if (stroke == 0 && !is_current) continue;
     if (const auto state = branch.history[i]->state())
-      result.push_back({stroke == 0 ? "before the first stroke" : "stroke " + std::to_string(stroke),
+      result.push_back({stroke == 0 ? "before the first change" : "change " + std::to_string(stroke),
                         is_current ? engine_.current() : state.value().undoable.version, is_current});
   }
   for (const Branch& other : engine_.other_branches())

@@ -144,13 +144,13 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
     EXPECT_TRUE(window.save_volume("left.doc").has_value());
     EXPECT_TRUE(window.save_picture("/no/such/folder/a.png").has_value());
 
-    QString said;
-    in_next_dialog<QMessageBox>([&said](QMessageBox& box) {
-      said = box.text();
+    QString message;
+    in_next_dialog<QMessageBox>([&message](QMessageBox& box) {
+      message = box.text();
       box.accept();
     });
     child<QAction>(window, "quit")->trigger();
-    EXPECT_TRUE(said.contains(QString::fromStdString(session_))) << "where the session is";
+    EXPECT_TRUE(message.contains(QString::fromStdString(session_))) << "where the session is";
     EXPECT_FALSE(window.isVisible());
     report = window.finish();
   }
@@ -174,7 +174,7 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
   }
 }
 
-/// Two strokes, back by the slider, and both states side by side.
+/// Three strokes, earlier states by the slider, and two states side by side.
 TEST_F(Window, MovesThroughStrokesAndComparesThem) {
   MainWindow window(scene_, options_);
   window.show();
@@ -231,7 +231,7 @@ TEST_F(Window, MovesThroughStrokesAndComparesThem) {
   ASSERT_NE(dialog, nullptr);
   const auto* picture = dialog->findChild<QLabel*>("compared");
   auto* with = dialog->findChild<QComboBox*>("compare_with");
-  EXPECT_EQ(with->currentText(), "stroke 1");
+  EXPECT_EQ(with->currentText(), "change 1");
   EXPECT_EQ(with->count(), 3);  // the untouched bone, strokes 1 and 3
   ASSERT_TRUE(QTest::qWaitFor([&] { return picture->pixmap(Qt::ReturnByValue).width() > 300; }, k_patience));
   const QImage first = picture->pixmap(Qt::ReturnByValue).toImage();
@@ -353,7 +353,7 @@ TEST_F(Window, OpensOtherScenesShowsErrorsAndChangesTheShape) {
   EXPECT_EQ(child<QDoubleSpinBox>(window, "low")->value(), 300);
   EXPECT_TRUE(
       QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() == before; }, k_patience));
-  // Clipped, with another depth of press: both survive the other shape, or end with it.
+  // A change of shape ends the clip plane and keeps the depth of a press.
   QTest::keyClick(&window, Qt::Key_C);
   child<QSlider>(window, "depth")->setValue(9);
   child<QDoubleSpinBox>(window, "low")->setValue(1200);

@@ -58,7 +58,7 @@ TEST(Pictures, FolderOfAnotherProgramIsReadInTheOrderOfItsNumbers) {
   EXPECT_NE(missing.error().message().find("4 pictures"), std::string::npos) << missing.error().message();
 }
 
-TEST(Pictures, WithoutNumbersAreRefusedAndHiddenOnesAreSkipped) {
+TEST(Pictures, RefusesGapsDuplicatesAndMixedNamesAndSkipsHiddenFiles) {
   const scenes::Scratch scratch;
   const Volume v = odd_volume();
   ASSERT_FALSE(write_volume_folder(scratch / "p", FolderFormat::tiff, v));
@@ -141,7 +141,7 @@ TEST(Pictures, AlphaDoesNotDarkenThem) {
   EXPECT_NE(odd.error().message().find("2 x 3"), std::string::npos) << odd.error().message();
 }
 
-TEST(Pictures, OfFewBitsKeepTheirNumbers) {
+TEST(Pictures, KeepsGreyValuesOfOneFourAndTwelveBits) {
   const scenes::Scratch scratch;
   OpenOptions options;
   options.spacing = glm::dvec3(1);
@@ -172,7 +172,7 @@ TEST(Pictures, OfFewBitsKeepTheirNumbers) {
 }
 
 /// A full disk, imitated by a limit on file sizes.
-TEST(Pictures, ThatDoNotFitAreReported) {
+TEST(Pictures, ReportsAFullDisk) {
   const scenes::Scratch scratch;
   Volume v = volume::make_volume({96, 96, 2}, Frame()).value();
   std::mt19937 random(3);
@@ -184,14 +184,14 @@ TEST(Pictures, ThatDoNotFitAreReported) {
   struct rlimit few = before;
   few.rlim_cur = 4096;
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &few), 0);
-  std::vector<std::string> said;
+  std::vector<std::string> outcomes;
   for (const FolderFormat format : {FolderFormat::png, FolderFormat::tiff, FolderFormat::dicom}) {
     const Status error = write_volume_folder(scratch / "full", format, v);
-    said.push_back(error ? "refused" : "written");
+    outcomes.push_back(error ? "refused" : "written");
   }
   ::setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, handler);
-  EXPECT_EQ(said, std::vector<std::string>(3, "refused"));
+  EXPECT_EQ(outcomes, std::vector<std::string>(3, "refused"));
   EXPECT_FALSE(fs::exists(scratch / "full"));
 }
 

@@ -79,14 +79,14 @@ TEST(Lockstep, UndoAndRedoByStrokeAreExact) {
     EXPECT_TRUE(run.redo().is_changed);
     EXPECT_EQ(run.engine().current()->content_hash(), hash[static_cast<std::size_t>(i)]);
   }
-  // Further drilling ends the redo branch; older versions are unchanged.
+  // Further drilling discards the strokes that could be redone; older versions are unchanged.
   stroke(run, 8, 200);
   EXPECT_FALSE(run.engine().can_redo());
   run.undo();
   EXPECT_EQ(run.engine().current()->content_hash(), hash[3]);
 }
 
-TEST(Lockstep, TheOldestStrokesCannotBeUndoneAndFreeTheirMemory) {
+TEST(Lockstep, UndoIsLimitedToTheNewestStrokes) {
   const haptics::TouchScene scene = flat_bone();
   haptics::ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());

@@ -17,7 +17,7 @@ bool is_bone_name(std::string_view label);
 /// skull.
 bool is_spine(const Volume& scan);
 
-/// Returns true in a voxel whose label denotes something else than bone. Its intensity may be that of a
+/// Returns true in a voxel whose label denotes a structure other than bone. Its intensity may be that of a
 /// blurred edge of bone, where a threshold finds bone by mistake.
 bool has_soft_label(const Volume& volume, const glm::dvec3& p_world);
 

@@ -30,8 +30,8 @@ constexpr int net_edge(int axis, int corner) {
 }
 
 /// Builds the case of a configuration. Faces are 2 * axis + side. Crossed edges of a common face belong to
-/// one patch; on an ambiguous face (four crossings) the two edges at each solid corner do, or on
-/// `flipped_face` those at each air corner.
+/// one patch. On an ambiguous face (four crossings) the two edges at each solid corner belong to one patch;
+/// on `flipped_face`, the two edges at each air corner.
 constexpr NetCase make_net_case(int config, int flipped_face) {
   NetCase result;
   std::array<int, 12> parent{};

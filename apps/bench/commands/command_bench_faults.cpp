@@ -68,7 +68,7 @@ struct PlantedError {
 const std::vector<PlantedError>& planted_errors() {
   static const std::vector<PlantedError> all{
       {"ventriculostomy",
-       "entry 5 mm aside, aimed at the target",
+       "entry shifted by 5 mm, aimed at the target",
        [](Script& s, workbench::Skill&) {
          move_line(s.hands[0], 5, 5, 1);
          lower(s.hands[0], -6, -0.5);  // the dura is nearer there
@@ -98,7 +98,7 @@ const std::vector<PlantedError>& planted_errors() {
       {"ventriculostomy", "not completed", leave_before_the_end, {"procedure: complete"}},
       {"ventriculostomy", "tremor of 0.03 mm", tremble_slightly, {"log dimensionless jerk"}},
       {"craniotomy",
-       "outline 6 mm aside",
+       "outline shifted by 6 mm",
        [](Script& s, workbench::Skill&) {
          for (ScriptCommand& command : s.commands)
            if (command.name == "add-anchor") move_position(command.words, -6);
@@ -107,7 +107,7 @@ const std::vector<PlantedError>& planted_errors() {
       {"craniotomy", "not completed", leave_before_the_end, {"procedure: complete"}},
       {"craniotomy", "tremor of 1.5 mm", tremble_strongly, {"log dimensionless jerk"}},
       {"laminectomy-screws",
-       "probe 5 mm aside",
+       "probe shifted by 5 mm",
        [](Script& s, workbench::Skill&) { move_line(s.hands[1], 5, 5, 1); },
        {"breach", "beyond bone", "canal gained", "entry to plan", "target to plan", "in front"}},
       {"laminectomy-screws",

@@ -115,7 +115,8 @@ Status bench_open(const BenchArguments& arguments, Outcome& outcome) {
     return Error{.what = "the session is empty",
                  .where = "bench open",
                  .found = "no tick",
-                 .expected = "at least one tick"};
+                 .expected = "at least one tick",
+                 .remedy = "pass a session that was played"};
 
   std::mt19937_64 random(1);
   std::vector<double> milliseconds;

@@ -128,14 +128,14 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
                           {"contacts", soak.contacts},
                           {"not_finite", soak.not_finite},
                           {"drift_mm", soak.drift_mm},
-                          {"most_made_nmm", soak.max_generated},
+                          {"max_generated_nmm", soak.max_generated},
                           {"frictionless_steps", soak.frictionless_steps},
                           {"frictionless_contacts", soak.frictionless_contacts},
                           {"hash", format_text("%016llx", static_cast<unsigned long long>(soak.hash))}};
   outcome.print(
       "{minutes:.1f} minutes of simulated contact: proxy drift {soak/drift_mm:.1e} mm, hash {soak/hash}; "
-      "without friction ({frictionless:.1f} minutes, {share:.0%} in contact) energy made "
-      "{soak/most_made_nmm:.4f} N mm at most",
+      "without friction ({frictionless:.1f} minutes, {share:.0%} in contact) energy generated "
+      "{soak/max_generated_nmm:.4f} N mm at most",
       {{"minutes", static_cast<double>(soak.steps) / 60e3},
        {"frictionless", static_cast<double>(soak.frictionless_steps) / 60e3},
        {"share", static_cast<double>(soak.frictionless_contacts) /
@@ -170,8 +170,8 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
     outcome.json["energy"].push_back({{"surface", row.surface},
                                       {"contact_share", row.contact_share},
                                       {"contact_share_with_controller", row.contact_share_with_controller},
-                                      {"most_made", row.max_generated},
-                                      {"most_made_with_controller", row.max_generated_with_controller},
+                                      {"max_generated", row.max_generated},
+                                      {"max_generated_with_controller", row.max_generated_with_controller},
                                       {"stiffness_over_bound", row.stiffness_over_bound},
                                       {"delay_ticks", row.delay_ticks},
                                       {"balance_without_controller", row.balance_without_controller},
@@ -182,11 +182,11 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
     table.push_back(outcome.json["energy"].back());
     table.back()["one_step_without_controller"] = row.one_step_without_controller;
   }
-  outcome.print("energy made, N mm:");
+  outcome.print("energy generated, N mm:");
   outcome.print_table(
       table,
       "surface = {surface} | K/bound = {stiffness_over_bound:.1f} | delay = {delay_ticks} | "
-      "without controller = {most_made:.3f} | with controller = {most_made_with_controller:.3f} | "
+      "without controller = {max_generated:.3f} | with controller = {max_generated_with_controller:.3f} | "
       "one step = {one_step_without_controller:.3f}");
   outcome.exit_code = failures > 0 ? exit_check_failed : exit_done;
   if (arguments.output.empty()) return std::nullopt;

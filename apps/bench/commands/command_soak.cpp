@@ -62,7 +62,8 @@ Result<haptics::PosePath> random_strokes(const haptics::TouchScene& scene, doubl
                      });
     if (hit < 0) {
       if (++misses > 10000)
-        return Error{.what = "the path reaches no bone", .expected = "a shape that rays from outside meet"};
+        return Error{.what = "no ray from outside meets the shape",
+                     .remedy = "choose another threshold, range or label"};
       continue;
     }
     const dvec3 point = start + hit * (end - start), side = glm::normalize(glm::cross(out, direction()));
@@ -94,8 +95,8 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
   record.file = arguments.session.empty() ? workbench::autosave_path() : arguments.session;
   if (record.file.empty())
     return Error{.what = "the session cannot be created",
-                 .found = "neither HOME nor XDG_STATE_HOME",
-                 .expected = "--record FILE"};
+                 .found = "HOME and XDG_STATE_HOME are not set",
+                 .remedy = "set one of them, or pass --record FILE"};
   if (Status error = check(record)) return *error;
   drilling::Burr burr;
   constexpr double k_smallest = 2;  // mm, of the burrs below
@@ -120,7 +121,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
   sim::LiveSession live(devices, operation.engine(), operation.servo(), recorder.value().get());
   if (Status error = live.start()) return *error;
 
-  // Every ten strokes all of them are undone, half of the time one by one while the burr is in the bone.
+  // After ten strokes all are undone. After more than three, in contact, one is undone at random.
   std::mt19937_64 random(arguments.seed + 1);
   std::vector<double> resident_mb;
   int undos = 0, redos = 0, stalls = 0;
@@ -176,7 +177,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
     std::error_code ignored;
     std::filesystem::remove(record.file, ignored);
   }
-  // Flat: the last quarter uses no more memory than the second, except for a few megabytes of the allocator.
+  // Flat: in the last quarter less than 16 MB and 5 % above the second; the allocator keeps some memory.
   const auto mean = [&resident_mb](double from, double to) {
     double sum = 0;
     int count = 0;
@@ -233,7 +234,11 @@ Run build(Options& options) {
   options.add("--seconds", a->seconds, "Duration").shows_default();
   options.add("--rate", a->rate, "Servo steps per second, 250 to 10000").shows_default().type("HZ");
   options.add("--seed", a->seed, "Seed of the hand's motion").shows_default();
-  options.add("--record", a->session, "Keep the session (it is replayed and removed otherwise)").type("FILE");
+  options
+      .add(
+          "--record", a->session,
+          "File for the session, which is kept (default: a temporary session, removed after an equal replay)")
+      .type("FILE");
   return run_with(a, run_soak);
 }
 

@@ -52,7 +52,7 @@ std::string marker(ComparedMethod::Kind kind, bool is_hollow) {
          k_colors[index] + "\" stroke-width=\"2\"/>";
 }
 
-/// Width of a text in the font of the chart, about.
+/// Approximate width of a text in the font of the chart.
 double text_width(const std::string& text) { return 8.0 * static_cast<double>(text.size()) + 3; }
 
 /// Returns the free place around a point that is nearest to it, for its name.
