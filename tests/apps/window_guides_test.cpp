@@ -270,7 +270,7 @@ TEST_F(ToolWindow, APressAtAnEdgeOfBoneDoesNotSlipToItsOtherSide) {
   let_run(200);
   hand().set_depth(12);
   int places = 0;
-  for (const double x : {-9.75, 9.75, 7.0})
+  for (const double x : {-9.75, 9.75})
     for (const double z : {9.2, 6.0}) {
       const dvec3 at(x, 40, z);
       SCOPED_TRACE(testing::Message() << x << ' ' << z);
@@ -285,7 +285,7 @@ TEST_F(ToolWindow, APressAtAnEdgeOfBoneDoesNotSlipToItsOtherSide) {
       QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(at));
       ASSERT_TRUE(reaches([&] { return !hand().state().newest.pose.is_pressed(); }));
     }
-  EXPECT_GE(places, 4);
+  EXPECT_GE(places, 3);
 }
 
 /// A deep press does not move a craniotome whose foot has no place: it was drawn through structures.
