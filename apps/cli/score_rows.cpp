@@ -87,11 +87,7 @@ void print_score(const Json& score, Rows& rows) {
                    "finding = {name} | value = {value} | unit = {unit} | verdict = {verdict} | points = "
                    "{points:.1f} | of = {weight:.1f}");
   rows.print("points: {points:.1f} of {possible:.1f}; not judged: {not_judged:.1f}", score);
-  if (!score["critical"].empty()) {
-    std::string names;
-    for (const Json& name : score["critical"]) names += (names.empty() ? "" : "; ") + name.get<std::string>();
-    rows.print("critical: {names}", {{"names", names}});
-  }
+  for (const Json& name : score["critical"]) rows.print("critical: {name}", {{"name", name}});
   if (!score["is_complete"].get<bool>()) rows.print("The recording is not complete.");
   if (!score["is_same"].get<bool>()) rows.print("The replay differs from the recording.");
   for (const Json& finding : score["findings"])

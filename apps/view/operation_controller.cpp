@@ -448,7 +448,7 @@ void OperationController::follow_cursor() {
   const auto contact = [&] { return viewport_.distance_to_contact(*version_, ray, radius, hit); };
   constexpr double k_rest = 0.3;  // mm, of an idle tool into the bone
   double along = hit < 0      ? std::max(0.0, reach_ - radius - 8)
-                 : is_pressed ? hit - radius + press_depth(ray, hit)
+                 : is_pressed ? hit - radius + depth_mm_
                               : std::min(hit - radius, contact() + 0.7 * voxel) + k_rest;
   // A craniotome is perpendicular to the bone around it, not to the bone under a cursor that is ahead.
   const bool is_craniotome_held =
@@ -471,9 +471,9 @@ void OperationController::follow_cursor() {
       along = std::min(along, *soft);
   dvec3 request = ray.origin + along * ray.direction, press(0);
   if (is_pressed && hit >= 0 && !is_soft) {
-    const dvec3 normal = pressing_normal(ray, hit);
-    request = under_cursor_ + (hit - along) * normal;
-    press = request - (under_cursor_ + radius * normal);
+    const Press at_cursor = press_at(ray, hit);
+    press = -at_cursor.depth * at_cursor.normal;
+    request = under_cursor_ + radius * at_cursor.normal + press;
   }
   // If the cursor jumps, lift the stylus over instead of dragging it through the bone.
   constexpr double k_jump_mm = 8;

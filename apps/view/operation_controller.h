@@ -180,7 +180,11 @@ class OperationController {
   int body_at_hand() const;
   bool carry_piece(const Ray& ray);
   std::function<bool(const glm::dvec3&)> bone_in(const volume::Version& version) const;
-  glm::dvec3 pressing_normal(const Ray& ray, double hit) const;
+  struct Press {
+    glm::dvec3 normal;  ///< unit, out of the bone
+    double depth;       ///< mm
+  };
+  Press press_at(const Ray& ray, double hit) const;
   double press_depth(const Ray& ray, double hit) const;
   void follow_cursor();
   void watch_sight(const Ray& ray, bool is_pressed);

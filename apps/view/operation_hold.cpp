@@ -126,35 +126,44 @@ std::function<bool(const dvec3&)> OperationController::bone_in(const volume::Ver
   };
 }
 
-/// Returns the direction (unit, out of the bone) against which a tool is pressed: toward the viewer, and the
-/// normal of the uncut surface where the line of sight grazes it and would lead past the bone.
-dvec3 OperationController::pressing_normal(const Ray& ray, double hit) const {
+/// Returns how a tool is pressed at the bone under the cursor: toward the viewer, but on a slope so near to
+/// the normal of the uncut surface that it rests within 0.5 mm of the cursor, and less on an edge, around
+/// which a deep press would pull it.
+OperationController::Press OperationController::press_at(const Ray& ray, double hit) const {
+  const double depth = press_depth(ray, hit);
   // The bone around the point: it lies on the other side of the surface.
   constexpr double k_reach = 2.5, k_step = 0.5;  // mm
   const dvec3 at = ray.origin + hit * ray.direction;
   dvec3 bone(0);
   double size = 0;  // of the sum for a half-space
+  int all = 0, solid_count = 0;
   for (double z = -k_reach; z <= k_reach; z += k_step)
     for (double y = -k_reach; y <= k_reach; y += k_step)
       for (double x = -k_reach; x <= k_reach; x += k_step) {
         const dvec3 offset(x, y, z);
         if (glm::length(offset) > k_reach) continue;
+        ++all;
         size += 0.5 * std::abs(z);
         const dvec3 p = scene_->base->frame.volume_from_world(at + offset);
         if (std::any_of(solids_.begin(), solids_.end(),
                         [&](const volume::Field& solid) { return solid.value(p) >= 0; }))
-          bone += offset;
+          bone += offset, ++solid_count;
       }
   // Within a hole, the uncut surface has no direction.
   constexpr double k_least = 0.2;
-  if (glm::length(bone) < k_least * size) return -ray.direction;
-  constexpr double k_steep = 0.7, k_grazing = 0.3;  // cosines of the slope toward the viewer
+  if (glm::length(bone) < k_least * size) return {-ray.direction, depth};
   const dvec3 normal = -glm::normalize(bone);
   const double slope = glm::dot(normal, -ray.direction);
   // Deep in a hole the nearest uncut surface is that on the other side of the bone.
-  if (slope < 0) return -ray.direction;
-  const double share = std::clamp((k_steep - slope) / (k_steep - k_grazing), 0.0, 1.0);
-  return glm::normalize(glm::mix(-ray.direction, normal, share));
+  if (slope < 0) return {-ray.direction, depth};
+  // Bone fills half of the ball around a flat surface, and less of that around an edge.
+  constexpr double k_edge = 0.4, k_edge_depth = 1.5;  // mm
+  const double pressed = solid_count < k_edge * all ? std::min(depth, k_edge_depth) : depth;
+  constexpr double k_aside = 0.5;  // mm, of the resting tool from the cursor
+  const double sine = std::min(1.0, k_aside / pressed);
+  const dvec3 aside = -ray.direction - slope * normal;
+  if (glm::length(aside) <= sine) return {-ray.direction, pressed};
+  return {std::sqrt(1 - sine * sine) * normal + sine * glm::normalize(aside), pressed};
 }
 
 void OperationController::tilt(double right, double up) {

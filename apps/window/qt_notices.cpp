@@ -50,8 +50,8 @@ void NoticeLabel::show_at(const QString& text, EventLevel level, const QPoint& t
                           std::span<const QRect> labels) {
   if (text.isEmpty()) return hide();
   const int widest_room = std::max(parentWidget()->width() - 16, 80);
-  const bool is_new = text != this->text() || isHidden() || widest_room != widest_room_ || font() != font_;
-  if (is_new || level != level_) {
+  const bool is_placed_again = is_new(text) || widest_room != widest_room_ || font() != font_;
+  if (is_placed_again || level != level_) {
     level_ = level, widest_room_ = widest_room, font_ = font();
     const char* border = level == EventLevel::danger    ? "#e5533d"
                          : level == EventLevel::refusal ? "#f6c944"
@@ -69,7 +69,7 @@ void NoticeLabel::show_at(const QString& text, EventLevel level, const QPoint& t
     show();
     raise();
   }
-  if (is_new) {
+  if (is_placed_again) {
     std::int64_t least = std::numeric_limits<std::int64_t>::max();
     for (int side = 0; side < 4; ++side) {
       std::int64_t covered = 0;

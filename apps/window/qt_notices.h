@@ -17,6 +17,8 @@ class NoticeLabel : public QLabel {
 
  public:
   explicit NoticeLabel(QWidget* canvas);
+  /// True if this text is not empty, and not shown yet.
+  bool is_new(const QString& text) const { return !text.isEmpty() && (text != this->text() || isHidden()); }
   /// Shows `text` at a position of the picture; an empty text hides the label. A new text is placed at the
   /// side of the tip where it covers least of `labels`, and stays there. Positions and boxes: pixels of the
   /// canvas.

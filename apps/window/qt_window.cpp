@@ -351,16 +351,17 @@ void MainWindow::show_message(const QString& text) {
 void MainWindow::show_notices() {
   const haptics::ServoRecord& newest = operation_ ? operation_->state().newest : replay_->record();
   const glm::dvec2 tip = viewport()->project(newest.proxy_world);
+  const QString text = QString::fromStdString(operation_ ? operation_->notice_text()
+                                                         : replay_notices_.shown(replay_->seconds()));
   const double scale = 1 / canvas_->devicePixelRatioF();
   std::vector<QRect> labels;
-  for (const auto& [low, high] : viewport()->view().label_boxes())
-    labels.push_back(QRectF(scale * low.x, canvas_->height() - scale * high.y, scale * (high.x - low.x),
-                            scale * (high.y - low.y))
-                         .toAlignedRect());
+  if (at_tool_->is_new(text))  // only a new message looks for a place
+    for (const auto& [low, high] : viewport()->view().label_boxes())
+      labels.push_back(QRectF(scale * low.x, canvas_->height() - scale * high.y, scale * (high.x - low.x),
+                              scale * (high.y - low.y))
+                           .toAlignedRect());
   at_tool_->show_at(
-      QString::fromStdString(operation_ ? operation_->notice_text()
-                                        : replay_notices_.shown(replay_->seconds())),
-      operation_ ? operation_->notice_level() : replay_notices_.shown_level(replay_->seconds()),
+      text, operation_ ? operation_->notice_level() : replay_notices_.shown_level(replay_->seconds()),
       {static_cast<int>(tip.x * canvas_->width()), static_cast<int>((1 - tip.y) * canvas_->height())},
       labels);
   log_->update_from(operation_ ? operation_->notices() : replay_notices_);

@@ -1,5 +1,6 @@
 #include "apps/workbench/finding_text.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "apps/workbench/text.h"
@@ -46,7 +47,11 @@ std::string points_of(const sim::Score& score) {
 
 std::string critical_text(const sim::Score& score) {
   std::string text;
-  for (const std::string& name : score.critical) text += (text.empty() ? "critical: " : "; ") + name;
+  for (const std::string& name : score.critical) {
+    const auto finding = std::find_if(score.findings.begin(), score.findings.end(),
+                                      [&](const Finding& one) { return one.name == name; });
+    text += (text.empty() ? "critical: " : "; ") + words_of(name) + " " + value_text(*finding);
+  }
   return text;
 }
 

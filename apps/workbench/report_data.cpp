@@ -5,6 +5,7 @@
 #include <map>
 
 #include "apps/workbench/session_score.h"
+#include "apps/workbench/text.h"
 #include "modules/catalogue.h"
 #include "volume/base/parallel.h"
 
@@ -142,17 +143,21 @@ class MomentCollector {
   /// they judge. `replay`: at the end of the session, to which it returns.
   Status add_findings(const sim::Score& score, sim::Replay& replay) {
     const std::uint64_t end = replay.engine().now().next_tick;
+    std::vector<ReportMoment> events = std::exchange(found_, {});
     for (const sim::Finding& finding : score.findings) {
       const bool is_bad = finding.verdict == sim::Finding::Verdict::bad;
       if (!finding.position_world || !(is_bad || finding.verdict == sim::Finding::Verdict::fair)) continue;
-      ReportMoment moment{.tick = finding.tick.value_or(end),
-                          .text = finding.name + (finding.reason.empty() ? "" : ". " + finding.reason),
-                          .level = is_bad ? EventLevel::danger : EventLevel::outcome,
-                          .position_world = *finding.position_world};
-      std::erase_if(found_, [&](const ReportMoment& event) { return !event.xray && is_same(event, moment); });
+      ReportMoment moment{
+          .tick = finding.tick.value_or(end),
+          .text = words_of(finding.name) + (finding.reason.empty() ? "" : ". " + finding.reason),
+          .level = is_bad ? EventLevel::danger : EventLevel::outcome,
+          .position_world = *finding.position_world};
+      std::erase_if(events, [&](const ReportMoment& event) { return !event.xray && is_same(event, moment); });
       if (Status error = replay.seek(std::min(moment.tick + 1, end))) return error;
       add(std::move(moment), replay.engine());
     }
+    found_.insert(found_.end(), std::make_move_iterator(events.begin()),
+                  std::make_move_iterator(events.end()));
     return replay.seek(end);
   }
   /// Returns the chosen moments by time: X-rays in their order, of other moments injuries first.

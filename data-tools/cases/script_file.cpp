@@ -12,7 +12,7 @@ namespace trephine::data_tools {
 namespace {
 
 constexpr double k_longest_seconds = 7200;
-constexpr std::size_t k_max_parameter_characters = 20000;  // characters
+constexpr std::size_t k_max_parameter_characters = 20000;
 
 /// Reads [[t, x, y, z, button, share], ...]: the last two are optional, and `share` requires a place.
 std::vector<std::array<double, 6>> read_points(TomlReader& reader, const toml::table& t, bool has_place) {
