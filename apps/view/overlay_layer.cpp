@@ -21,6 +21,8 @@
 #include <vtkSphereSource.h>
 #include <vtkUnsignedCharArray.h>
 
+#include "apps/view/structures.h"
+
 namespace trephine::view {
 
 using glm::dvec3;
@@ -50,6 +52,9 @@ Colour colour_of(volume::Matter matter) {
 Colour colour_of(const sim::Overlay& overlay) {
   switch (overlay.kind) {
     case sim::Overlay::Kind::object:
+      if (overlay.matter == volume::Matter::soft_tissue)
+        if (const std::optional<dvec3> colour = usual_structure_colour(overlay.name))
+          return {colour->r, colour->g, colour->b};
       return colour_of(overlay.matter);
     case sim::Overlay::Kind::warning:
       return {0.96, 0.78, 0.20};

@@ -57,6 +57,11 @@ dvec3 bone_shape_colour(const volume::Volume& scan, const volume::Shape& shape, 
 
 }  // namespace
 
+std::optional<dvec3> usual_structure_colour(const std::string& name) {
+  const NamedColour* usual = find_structure(name);
+  return usual != nullptr ? std::optional(usual->colour) : std::nullopt;
+}
+
 dvec3 structure_colour(const volume::Volume& scan, int label) {
   const auto l = static_cast<std::size_t>(label);
   if (l < scan.label_colours.size()) return dvec3(scan.label_colours[l]) / 255.0;
@@ -75,7 +80,17 @@ std::array<bool, 256> structures_in_gaps(const volume::Volume& scan) {
 }
 
 namespace {
-/// Returns the label values of a scan that are not touched, where `is_wanted(name)`.
+/// Returns true if the scene has models of a label's structures, such as "L4 left nerve root" of
+/// "nerve_root". They are drawn in place of the label: two surfaces at one position would flicker.
+bool has_models_of(const haptics::TouchScene& scene, std::string label) {
+  std::replace(label.begin(), label.end(), '_', ' ');
+  return std::any_of(scene.items.begin(), scene.items.end(), [&](const haptics::TouchItem& item) {
+    return item.is_mesh() && item.mover < 0 && item.matter == volume::Matter::soft_tissue &&
+           item.name.find(label) != std::string::npos;
+  });
+}
+
+/// Returns the label values of a scan that are not touched and not given as models, where `is_wanted(name)`.
 template <class IsWanted>
 std::vector<int> untouched_labels(const haptics::TouchScene& scene, const IsWanted& is_wanted) {
   std::vector<int> labels;
@@ -87,7 +102,7 @@ std::vector<int> untouched_labels(const haptics::TouchScene& scene, const IsWant
     const bool is_touched = std::any_of(items.begin(), items.end(), [&](const haptics::TouchItem& item) {
       return item.field.shape().is_label() && item.field.shape().label == label;
     });
-    if (!is_touched && is_wanted(names[i])) labels.push_back(label);
+    if (!is_touched && is_wanted(names[i]) && !has_models_of(scene, names[i])) labels.push_back(label);
   }
   return labels;
 }

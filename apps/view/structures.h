@@ -3,6 +3,7 @@
 
 #include <array>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -48,6 +49,8 @@ Status check_opacities(const haptics::TouchScene& scene, std::span<const Structu
 
 /// Returns the label values of a scan that name a soft structure and are not touched.
 std::vector<int> untouched_structures(const haptics::TouchScene& scene);
+/// Returns the usual colour (RGB, 0 to 1) of a structure by its name, such as "dural sac"; empty: unknown.
+std::optional<glm::dvec3> usual_structure_colour(const std::string& name);
 /// Returns the colour of a label that names a soft structure: that of the scan, or the usual one.
 glm::dvec3 structure_colour(const volume::Volume& scan, int label);
 /// Returns, by label value, the soft structures that are visible between the vertebrae of a spine.

@@ -56,6 +56,22 @@ TEST(Structures, AreListedWithBoneFirst) {
   EXPECT_EQ(list[3].opacity, 0) << "not a structure of the operation";
 }
 
+/// A label is not drawn where a model of soft tissue has its name; a steel tool with that word is no such
+/// model.
+TEST(Structures, AModelIsDrawnInPlaceOfItsLabel) {
+  haptics::TouchScene scene = shell();
+  scene.items.push_back(haptics::mesh_item("left brain", nullptr));
+  scene.items.back().matter = volume::Matter::steel;
+  EXPECT_EQ(structures_of(scene).size(), 4u);
+  scene.items.back().matter = volume::Matter::soft_tissue;
+  const std::vector<Structure> list = structures_of(scene);
+  ASSERT_EQ(list.size(), 3u);
+  EXPECT_EQ(list[1].name, "tumour");
+  EXPECT_TRUE(usual_structure_colour("L4 left nerve root"));
+  EXPECT_NE(usual_structure_colour("L4 left nerve root"), usual_structure_colour("dural sac"));
+  EXPECT_FALSE(usual_structure_colour("L4"));
+}
+
 TEST(Structures, RefuseUnknownNames) {
   std::vector<Structure> list = structures_of(shell());
   const std::array known{StructureOpacity{"brain", 0.25}}, unknown{StructureOpacity{"brian", 0.25}};
