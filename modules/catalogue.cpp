@@ -20,8 +20,8 @@ sim::Catalogue catalogue_of(ModuleList<Modules...>) {
       all);
 }
 
-/// The one list of a program's modules, filled before it is used: types of commands are found by it in every
-/// session, script and panel.
+/// Returns the program's only list of modules, which is complete before its first use: sessions, scripts and
+/// panels find the types of commands in it.
 sim::Catalogue& all_modules() {
   static sim::Catalogue all = catalogue_of(AllModules());
   return all;
@@ -75,7 +75,7 @@ Result<const sim::Module*> load_module(const std::string& path) {
                  .where = where,
                  .found = linker_error(file),
                  .expected = "a shared library that was built against this version",
-                 .remedy = "build it again"};
+                 .remedy = "build the module against this version"};
   const auto get = reinterpret_cast<sim::ModuleFunction*>(dlsym(library.get(), sim::k_module_symbol));
   const sim::ModuleExport* exported = get ? get() : nullptr;
   if (exported == nullptr)

@@ -438,7 +438,8 @@ Result<Image<std::uint8_t>> Operation::xray(const XrayPose& pose) {
     return Error{.what = "an X-ray needs Hounsfield units",
                  .where = "scan",
                  .found = "a scan without units",
-                 .expected = "a CT"};
+                 .expected = "a CT",
+                 .remedy = "open a CT, or mark the scan as one in Hounsfield units"};
   fluoroscopy::CArm arm;
   arm.isocentre = pose.isocentre_world;
   arm.primary = pose.primary, arm.secondary = pose.secondary;

@@ -84,7 +84,7 @@ struct Body {
   double mm3 = 0;
   glm::dvec3 position_world{0.0};  ///< mm, current pose of the frame of `surface`
   glm::dquat rotation{1, 0, 0, 0};
-  std::shared_ptr<const Surface> surface;  ///< in the frame in which the body was detached
+  std::shared_ptr<const Surface> surface;  ///< in the frame at its detachment; of an implant, in its own
 };
 
 /// A row of a score: a measured value, its verdict and its points.
@@ -102,7 +102,7 @@ struct Score {
   std::vector<Finding> findings;
   double points = 0;
   double possible = 0;                ///< sum of the weights of judged findings
-  double not_judged = 0;              ///< sum of the weights of the others
+  double not_judged = 0;              ///< sum of the weights of findings that could not be judged
   std::vector<std::string> critical;  ///< names of bad findings of weight 4 or more
 };
 
@@ -127,7 +127,7 @@ struct VoxelRange {
 };
 
 /// State of an operation at one moment, with its undo history. Snapshots share their data with the operation
-/// and with each other. Valid as long as the program keeps it, also after the end of the operation.
+/// and with each other, and stay valid after the end of the operation.
 class Snapshot {
  public:
   std::uint64_t tick() const noexcept;  ///< number of executed ticks
@@ -231,7 +231,7 @@ class Operation {
   Result<Surface> surface(std::size_t item = 0) const;
   /// Intensities in a plane, with the cuts; -32768 outside the scan.
   Result<Image<std::int16_t>> slice(const ImagePlane& plane) const;
-  /// X-ray of a CT with bodies and models, in grey values. Further images reuse what did not change.
+  /// X-ray of a CT with bodies and models, in grey values. Further images reuse unchanged parts.
   Result<Image<std::uint8_t>> xray(const XrayPose& pose);
 
  private:

@@ -154,14 +154,14 @@ Target with_radius(Target target, double radius) {
   return target;
 }
 
-/// The target under a rod of three balls.
+/// The target, touched by a rod of three balls.
 Target with_rod(Target target, double radius) {
   const std::vector<dvec3> centres{{-2.5 * radius, 0, 0}, {0, 0, 0}, {2.5 * radius, 0, 0}};
   if (haptics::set_tool(target.scene, radius, centres)) target.scene.items.clear();
   return target;
 }
 
-/// The target under the surface of a rod. Its judged points are those of the shell.
+/// The target, touched by the surface of a rod. The judge tests the points of this shell.
 Target with_shell(Target target, double radius) {
   auto rod = std::make_shared<const haptics::ToolShape>(
       haptics::ToolProfile{{{-radius, radius}, {5 * radius, radius}}, radius});
@@ -263,7 +263,8 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
     const double x = random(), y = random(), z = random();
     return dvec3(x, y, z);
   };
-  // Methods on triangles are judged by a mesh of the whole surface, which each cut rebuilds: cuts are rare.
+  // Methods on triangles are judged by a mesh of the whole surface, which each cut rebuilds, so cuts are
+  // rare.
   const bool is_of_triangles = info.solid == MethodInfo::Solid::net ||
                                info.solid == MethodInfo::Solid::images ||
                                info.solid == MethodInfo::Solid::marching_cubes;
@@ -373,7 +374,7 @@ std::vector<AttackRow> run_attack(const AttackOptions& options) {
           target("groove 60, slices 1:3, fine cuts", "groove", 0.7, false, false, {{"angle", 60}}, 3)),
       with_fine_lattice(target("corner, slices 1:8, fine cuts", "corner", 0.7, false, false, {}, 8)),
       {"gyroid, two shapes", two_shapes_scene()},
-      {"gyroid, from within", held_from_within_scene()},
+      {"gyroid, from within", touched_from_inside_scene()},
       with_radius(target("gyroid, ball of 3 mm", "gyroid", 0.7), 3),
       with_radius(with_fine_lattice(target("groove, slices 1:3, fine cuts, ball of 2.5 mm", "groove", 0.7,
                                            false, false, {{"angle", 60}}, 3)),

@@ -81,7 +81,7 @@ haptics::TouchScene three_labels_scene() {
   return scene;
 }
 
-haptics::TouchScene held_from_within_scene() {
+haptics::TouchScene touched_from_inside_scene() {
   haptics::TouchScene scene = attack_scene("gyroid", 1, false, false);
   scene.items[0].sides = haptics::Side::back;
   return scene;

@@ -10,7 +10,7 @@ haptics::TouchScene two_shapes_scene();
 /// A ball of three labels.
 haptics::TouchScene three_labels_scene();
 /// A gyroid touched from inside its solid (Side::back).
-haptics::TouchScene held_from_within_scene();
+haptics::TouchScene touched_from_inside_scene();
 /// The surface of a torus as a polygonal model, through a gyroid of bone.
 haptics::TouchScene pierced_scene();
 

@@ -31,10 +31,10 @@ struct ScalingRow {
   StepTimes step;
 };
 struct StepResult {
-  StepTimes implicit;  ///< us, size^3 sphere in 120 mm, sigma 1.5, 100 mm/s, contact steps
+  StepTimes implicit;  ///< us, sphere in a box of 120 mm with size^3 voxels, sigma 1.5, 100 mm/s
   double voxels_per_step = 0;
   std::vector<ScalingRow> fixed_density;  ///< spacing 120/512 mm, 50^3 and up
-  StepTimes chain_corner;  ///< us, a rod of 16 balls of 3 mm in a corner of a mesh with edges of 0.5 mm
+  StepTimes chain_corner;  ///< us, a rod of 16 balls of 6 mm in a corner of a mesh with edges of 0.5 mm
   StepTimes removal_tick;  ///< us, ball of 24 voxels in diameter at 50 mm/s, new version published
   StepTimes csg_tick;      ///< us, with OpenVDB's csgDifference; count 0: not built in
   StepTimes csg_tick_with_capsule;  ///< us, including the level set of the swept ball

@@ -45,7 +45,7 @@ struct ModelRow {
   };
   std::vector<Method> methods;
 };
-/// `is_quick`: only the smallest ball. `real`: closed models, in mm.
+/// `is_quick`: only the smallest of the balls, and fewer runs. `real`: closed models, in mm.
 std::vector<ModelRow> run_depth_models(bool is_quick, const std::vector<BenchModel>& real);
 
 /// Random steps in and around an object with thin walls, and the number of walls passed by each method.

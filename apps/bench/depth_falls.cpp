@@ -93,18 +93,22 @@ std::vector<FallRow> run_depth_falls(bool is_quick) {
       one.name = name;
       std::uint64_t n = 1;
       const auto random = [&] { return static_cast<double>(hash_bits(n++) >> 11) * 0x1p-53; };
+      const auto random_point = [&] {  // the order of arguments is unspecified, that of statements is not
+        const double x = random(), y = random();
+        return dvec3(x, y, random());
+      };
       ProxyState state;
       dvec3 hip(0);
       for (long i = 0; i < row.steps; ++i) {
         if (i % 200 == 0) {  // restart, inside and outside in turn
           state = {};
-          do hip = i % 400 == 0 ? object.start : 9.0 * (2.0 * dvec3(random(), random(), random()) - 1.0);
+          do hip = i % 400 == 0 ? object.start : 9.0 * (2.0 * random_point() - 1.0);
           while (std::abs(depth::winding(object.model, hip)) > 0.5);
         }
         const bool was_fresh = !state.has_proxy;
-        // Per tick along each axis: up to 1.7 m/s, and a tenth of it.
+        // Up to 1 mm per tick along each axis (1.7 m/s), or a tenth of it.
         const double mm = was_fresh ? 0 : i % 3 == 0 ? 1 : 0.1;
-        const dvec3 direction = 2.0 * dvec3(random(), random(), random()) - 1.0;
+        const dvec3 direction = 2.0 * random_point() - 1.0;
         hip = glm::clamp(hip + mm * direction, dvec3(-10), dvec3(10));
         const ProxyStep s = method->step(scene, *version, state, {hip});
         one.touched += s.has_contact;

@@ -190,10 +190,10 @@ std::vector<EditRow> run_depth_edits(bool is_quick) {
       const volume::Mesh net = volume::surface_net_chunk(source, chunk);
       net_ms.push_back(1e3 * seconds_since(begin));
       row.triangles = std::max(row.triangles, static_cast<long>(net.triangles.size() / 3));
-      if (peers().embree_tree && net.triangles.size() > 0)
-        tree_ms.push_back(
-            peers().embree_tree(&net.vertices.span()[0].x, static_cast<long>(net.vertices.size()),
-                                net.triangles.span().data(), static_cast<long>(net.triangles.size() / 3)));
+      if (peers().embree_build_ms && net.triangles.size() > 0)
+        tree_ms.push_back(peers().embree_build_ms(
+            &net.vertices.span()[0].x, static_cast<long>(net.vertices.size()), net.triangles.span().data(),
+            static_cast<long>(net.triangles.size() / 3)));
     }
     row.update_us = times_of(us).p50, row.net_ms = times_of(net_ms).p50;
     if (!tree_ms.empty()) row.embree_ms = times_of(tree_ms).p50;
@@ -233,7 +233,6 @@ std::vector<FrameRow> run_frame_times(bool is_quick, MakeWindow draw_on) {
     row.voxel_touch_us = steps_us();
     const dvec3 touched = k_ball_radius * direction(3);
     row.depth_ms = min_ms(3, [&] {
-      depth::ModelKeys keys;
       (void)DepthCube::of_triangles(m.vertices, m.triangles,
                                     volume::Frame::from_spacing(touched - 10.0, dvec3(0.2)).value(),
                                     ivec3(100))

@@ -31,8 +31,8 @@ struct DrawPeerRequest {
   float* depths;  ///< as in SixImages
 };
 struct DrawPeerResult {
-  double first_ms = 0;          ///< including the upload of the triangles
-  double draw_ms = 0, read_ms;  ///< six pictures as large as the window, drawn; and their depths read
+  double first_ms = 0;              ///< including the upload of the triangles
+  double draw_ms = 0, read_ms = 0;  ///< six pictures as large as the window, drawn; and their depths read
 };
 using DrawPeer = bool (*)(const DrawPeerRequest&, vtkRenderWindow*, DrawPeerResult&);
 
@@ -42,7 +42,7 @@ struct ImagesRow {
   double ours_ms = 0;  ///< every layer, without preprocessing
   double embree_build_ms = -1,
          embree_ms = -1;  ///< building of Embree's tree; first hits only. Below 0: not built in
-  /// VTK's depth buffer: the first six, and further ones with reading back
+  /// VTK's depth buffer: time of the first six images, and of six further ones; both are read back.
   double gl_first_ms = -1, gl_ms = -1;
   // Pixels of the six images in which the depths of a peer and ours differ by more than 2 um, or which only
   // one of the two hits; -1: not built in. `moved_different`: the number for our images shifted

@@ -23,7 +23,7 @@ BenchModel ball_of(int triangles);
 int close_holes(BenchModel& model);
 /// Centres the model and scales its longest dimension to `longest_mm`.
 void fit(BenchModel& model, double longest_mm);
-/// Unit vectors to positions all over a ball, by number.
+/// Returns the n-th of a fixed sequence of random unit vectors.
 glm::dvec3 direction(int n);
 
 }  // namespace trephine::bench

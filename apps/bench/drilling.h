@@ -16,7 +16,8 @@ struct DrillingRow {
   double surface_error_mm = 0;  ///< largest distance from the exact surface, across the path
   StepTimes tick;               ///< us
 };
-/// A burr of 4 mm moves through solid bone: 8 mm at 20 mm/s, and ours in shorter and slower strokes too.
+/// A burr of 4 mm moves through solid bone: 8 mm at 20 mm/s; with our method also in shorter and slower
+/// strokes.
 std::vector<DrillingRow> run_drilling_benchmark(bool is_quick);
 
 /// A servo at 1 kHz while a hand presses on bone and moves back and forth, for some seconds: with a burr that

@@ -59,7 +59,7 @@ struct Judges {
 struct Contender {
   MethodInfo info;
   std::function<std::unique_ptr<haptics::ProxyMethod>()> make;
-  bool needs_radius = false;  ///< plays only smooth scenes with a ball of 2 mm
+  bool needs_radius = false;  ///< plays only smooth scenes with a ball of 2 mm radius
   bool is_peer = false;
 };
 std::vector<Contender> contenders() {
@@ -99,9 +99,9 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, 
   if (s.scene.items[0].soft) row.bytes += s.scene.items[0].soft->bytes();
   if (s.scene.items[0].offset) row.bytes += s.scene.items[0].offset->bytes();
 
-  // Judged once.
+  // One run is judged; time_in_turns() measures times in further runs.
   verify::FallThroughJudge judge = judges.fall_through(s, info);
-  const ExactHand* same_solid = nullptr;
+  const IdealProxy* same_solid = nullptr;
   if (info.solid == MethodInfo::Solid::smooth) same_solid = &judges.ideal.on_smooth_solid();
   if (info.solid == MethodInfo::Solid::cubes && s.radius_mm == 0) same_solid = &judges.ideal.on_cubes();
   Scorer scorer(s, judges.ideal, same_solid);
@@ -248,7 +248,7 @@ FeelSplit split_of_explicit(const FeelScene& s) {
     const haptics::ProxyStep step = method->step(s.scene, version, state, {hip});
     const double all = 1e6 * seconds_since(start);
     if (!step.has_contact) continue;
-    // The segments, and the last one toward the hand.
+    // Calls use(cell) for the cells along the path's segments and along a last segment toward the hand.
     const auto for_segment_cells = [&](auto&& use) {
       const dvec3 hip_volume = s.scene.base->frame.volume_from_world(hip);
       for (int i = 0; i < step.waypoint_count; ++i) {
@@ -281,8 +281,8 @@ FeelSplit split_of_explicit(const FeelScene& s) {
   return split;
 }
 
-void scale(bool is_quick, FeelReport& report) {
-  for (const bool is_rising : {false, true})
+void measure_scaling(bool is_quick, FeelReport& report) {
+  for (const bool is_density_rising : {false, true})
     for (const int n : {50, 100, 200, 400, 800}) {
       if (n > (is_quick ? 200 : 800)) continue;
       const auto voxels =
@@ -291,7 +291,7 @@ void scale(bool is_quick, FeelReport& report) {
       data_tools::PhantomOptions o;
       o.size = glm::ivec3(n);
       o.psf_sigma_voxels = 1.5;
-      o.spacing_mm = dvec3(is_rising ? 12.0 / n : 12.0 / 50);
+      o.spacing_mm = dvec3(is_density_rising ? 12.0 / n : 12.0 / 50);
       o.parameters = {{"radius", 4.5}};
       haptics::TouchScene scene = scenes::phantom_scene("sphere", o);
       scene.items[0].material = {0.5, 0.001, 0, 0};
@@ -311,7 +311,7 @@ void scale(bool is_quick, FeelReport& report) {
             if (step.has_contact) minima.add(i, us);
           }
         }
-        report.scaling.push_back({info.name, is_rising, n, minima.result()});
+        report.scaling.push_back({info.name, is_density_rising, n, minima.result()});
       }
     }
 }
@@ -343,7 +343,7 @@ FeelReport run_feel(const FeelOptions& options) {
     time_in_turns(s, playing);
     for (PlayedScene& played : playing) {
       FeelRow& row = played.row;
-      // Not for peers: their threads do not exist in the child process.
+      // Instructions of peers are not counted: their threads do not exist in the child process.
       const bool is_short = row.voxels < 60 && row.triangles < 25;  // others take minutes to count
       if (is_reference(s) && !played.contender->is_peer && (is_short || !options.is_quick))
         row.instructions = instructions_per_step(s, *played.contender, options.is_quick);
@@ -369,7 +369,8 @@ FeelReport run_feel(const FeelOptions& options) {
   for_feel_scenes(options.is_quick, options.only, [&](FeelScene&& s) { return play(s); });
   for (const FeelScene& s : options.more)
     if (!report.is_stopped && !report.failure) play(s);
-  if (!report.is_stopped && !report.failure && options.only.empty()) scale(options.is_quick, report);
+  if (!report.is_stopped && !report.failure && options.only.empty())
+    measure_scaling(options.is_quick, report);
   return report;
 }
 

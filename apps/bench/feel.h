@@ -72,7 +72,8 @@ struct FeelRow {
 
 struct FeelScaling {
   std::string method;
-  bool is_rising = false;  ///< one box in ever smaller voxels; otherwise equal voxels in ever larger boxes
+  bool is_density_rising =
+      false;  ///< one box in ever smaller voxels; otherwise equal voxels in ever larger boxes
   int size = 0;
   StepTimes time_us;
 };
@@ -85,7 +86,7 @@ struct FeelTrace {
   std::vector<double> t, raw_n, smoothed_n;
 };
 
-/// Answers of another program to exported scenes: a proxy per step, in the order of hip.csv.
+/// Results of another program for exported scenes: a proxy per step, in the order of hip.csv.
 struct FeelResults {
   std::string program;                                           ///< its name on the chart
   std::map<std::string, std::vector<glm::dvec3>> proxies_world;  ///< by the scene's id
@@ -98,7 +99,7 @@ inline std::string feel_id(const FeelScene& s) { return feel_id(s.name, s.varian
 
 struct FeelOptions {
   bool is_quick = false;
-  /// Called with a method's results to a scene, a proxy per step.
+  /// Called with a method's results for a scene, a proxy per step.
   std::function<void(const FeelScene&, const std::string& method, const std::vector<glm::dvec3>& proxies)>
       on_results;
   std::string only;  ///< play scenes whose id contains this; empty: all

@@ -1,4 +1,4 @@
-// Kept in one file: the scenes of one benchmark, each with its answer.
+// Scenes of one benchmark with their analytic distances, kept in one file.
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -38,7 +38,7 @@ dvec3 on_surface(const Distance& distance, dvec3 p) {
 }
 
 /// Walks over a smooth surface from `start` toward `heading`, reversing at the edge of the box; the HIP is
-/// `depth` (mm) below it. One sample per ms; the first comes from `depth` above.
+/// `depth` (mm) below the surface. One sample per ms; the first is 1 mm above the surface.
 std::vector<dvec3> surface_walk(const Distance& distance, dvec3 start, dvec3 heading, double speed,
                                 double depth, int samples) {
   std::vector<dvec3> hips;
@@ -76,14 +76,14 @@ std::vector<dvec3> polyline(const std::vector<dvec3>& corners, double speed) {
   return hips;
 }
 
-/// The motion at five times the speed for 12 ms, then held for 48, repeatedly.
+/// Returns the motion at five times the speed for 12 ms, then held for 48 ms, repeatedly.
 template <class Hips>
 auto held(Hips hips) {
   return [hips](const Distance& distance, int samples) {
-    const std::vector<dvec3> way = hips(distance, samples + 60);
+    const std::vector<dvec3> path = hips(distance, samples + 60);
     std::vector<dvec3> result;
     for (std::size_t i = 0; i < static_cast<std::size_t>(samples); ++i)
-      result.push_back(way[i / 60 * 60 + 5 * std::min<std::size_t>(i % 60, 12)]);
+      result.push_back(path[i / 60 * 60 + 5 * std::min<std::size_t>(i % 60, 12)]);
     return result;
   };
 }
@@ -91,7 +91,7 @@ auto held(Hips hips) {
 struct Grid {
   double psf = 1.5, noise = 0, shear = 0;
   bool is_binary = false, is_anisotropic = false;
-  double slice_mm = 0;  ///< above 0: voxels of 0.5 x 0.5 x that, and cuts as fine as a 2 mm burr needs
+  double slice_mm = 0;  ///< above 0: voxels of 0.5 x 0.5 x slice_mm, and cuts as fine as a 2 mm burr needs
 };
 
 haptics::TouchScene make_scene(const std::string& phantom, const Parameters& parameters, int size,
@@ -118,7 +118,7 @@ haptics::TouchScene make_scene(const std::string& phantom, const Parameters& par
 }
 
 /// A scene that is built when its turn comes.
-struct Plan {
+struct SceneRequest {
   std::string name, variant, motion, group, phantom;
   Parameters parameters;
   Grid grid;
@@ -127,8 +127,8 @@ struct Plan {
   bool has_hole = false;  ///< a burr hole is drilled first: 4 mm radius, along -z at the origin, 8 mm deep
 };
 
-std::vector<Plan> plans(bool is_quick) {
-  std::vector<Plan> all;
+std::vector<SceneRequest> plans(bool is_quick) {
+  std::vector<SceneRequest> all;
   const auto slide = [](dvec3 start, dvec3 heading, double speed, double depth = 1) {
     return [=](const Distance& d, int samples) {
       return surface_walk(d, start, heading, speed, depth, samples);
@@ -436,7 +436,7 @@ std::vector<Plan> plans(bool is_quick) {
                    true});
   }
   if (is_quick) {
-    std::erase_if(all, [](const Plan& p) {
+    std::erase_if(all, [](const SceneRequest& p) {
       return p.name == "plane 45" || p.motion == "modest contact" || p.variant == "psf 2" ||
              p.variant == "1.5 voxels" || (p.group == "sharp" && p.variant == "psf 0" && p.name != "corner");
     });
@@ -488,13 +488,14 @@ std::string feel_id(const std::string& name, const std::string& variant, const s
 
 std::vector<std::string> feel_scene_ids(bool is_quick) {
   std::vector<std::string> ids;
-  for (const Plan& plan : plans(is_quick)) ids.push_back(feel_id(plan.name, plan.variant, plan.motion));
+  for (const SceneRequest& plan : plans(is_quick))
+    ids.push_back(feel_id(plan.name, plan.variant, plan.motion));
   return ids;
 }
 
 void for_feel_scenes(bool is_quick, const std::string& only, const std::function<bool(FeelScene&&)>& use) {
   const int size = is_quick ? 128 : 512, samples = is_quick ? 1500 : 3100;
-  for (const Plan& plan : plans(is_quick)) {
+  for (const SceneRequest& plan : plans(is_quick)) {
     if (feel_id(plan.name, plan.variant, plan.motion).find(only) == std::string::npos) continue;
     // Distance to the region forbidden to the tool's centre.
     const Distance distance = [phantom = plan.phantom, parameters = plan.parameters,

@@ -7,8 +7,8 @@
 namespace trephine::bench {
 
 /// Instructions that this program's own code spends on `work`, without the kernel's. The work runs in a copy
-/// of the process without other threads, and its effects are lost. Some 20 us per instruction. Empty if
-/// processes may not be traced.
+/// of the process without other threads, and its effects are lost. Takes about 20 us per instruction. Empty
+/// if processes may not be traced.
 std::optional<long> count_instructions(const std::function<void()>& work);
 
 }  // namespace trephine::bench

@@ -7,8 +7,8 @@
 namespace trephine::bench {
 
 /// Lowers the intensity near the tip until it is that of air. After Jie Jiang's dissertation (section 6.2.4).
-/// The removal depends on the time that the tip stays, on voxels and on their values; positions between two
-/// ticks are not covered.
+/// The removal depends on the time that the tip stays, on the voxels and on their values; positions between
+/// two ticks are not covered.
 class IntensityDrill {
  public:
   static constexpr double k_air = -1000;
@@ -24,7 +24,8 @@ class IntensityDrill {
 };
 
 /// Removes a fixed number of voxels of the ball per tick, independent of time, force and bone (rule of LCSR's
-/// volumetric_drilling on AMBF, and of CHAI3D's examples). A ball of 6 mm removes 10 voxels, one of 4 mm 6.
+/// volumetric_drilling on AMBF, and of CHAI3D's examples). With 6 mm diameter it removes
+/// 10 voxels per tick, with 4 mm 6.
 class FixedCountDrill {
  public:
   /// `radius`: mm. `max_voxels`: number of voxels per tick.

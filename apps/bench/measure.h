@@ -14,7 +14,7 @@ inline double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Nearest-rank percentiles, us.
+/// Nearest-rank percentiles, in the unit of the values: us, unless a name states another unit.
 struct StepTimes {
   std::size_t count = 0;
   double p50 = 0, p99 = 0, p999 = 0, max = 0;

@@ -13,7 +13,8 @@ namespace {
 
 using Grid = openvdb::FloatGrid;
 
-/// The level set of a ball moved along a straight line, three voxels to each side of its surface.
+/// Returns the level set of a ball moved along a straight line, with values within three voxels of its
+/// surface.
 Grid::Ptr capsule(const openvdb::Vec3d& from, const openvdb::Vec3d& to, double radius, double spacing) {
   const double width = 3 * spacing;
   Grid::Ptr grid = openvdb::createLevelSet<Grid>(spacing, 3);
@@ -56,7 +57,7 @@ CsgTicks csg_ticks(double spacing, double radius, const double* step, int lanes,
     for (int k = 0; k < ticks; ++k) {
       const auto begin = clock();
       Grid::Ptr swept = capsule(start + motion * k, start + motion * (k + 1), radius, spacing);
-      openvdb::tools::pruneLevelSet(swept->tree());  // its inside in tiles
+      openvdb::tools::pruneLevelSet(swept->tree());  // stores its inside as tiles
       const auto capsule_done = clock();
       openvdb::tools::csgDifference(*bone, *swept);
       const auto done = clock();

@@ -1,4 +1,4 @@
-// GDCM and ITK, used as is common to read series.
+// GDCM and ITK as peers: series are read in their usual way.
 #include <chrono>
 #include <itkGDCMImageIO.h>
 #include <itkGDCMSeriesFileNames.h>

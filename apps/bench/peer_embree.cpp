@@ -180,7 +180,8 @@ struct Built {
 
 }  // namespace
 
-double embree_tree(const float* vertices, long vertex_count, const unsigned* triangles, long triangle_count) {
+double embree_build_ms(const float* vertices, long vertex_count, const unsigned* triangles,
+                       long triangle_count) {
   return Built(vertices, vertex_count, triangles, triangle_count).ms;
 }
 

@@ -89,20 +89,20 @@ class FclProxy final : public haptics::ProxyMethod {
           target = input.hip_world;
     if (!state.has_proxy) at = target;
     for (int plane = 0; state.has_proxy && plane < 3; ++plane) {
-      const dvec3 way = target - at;
-      const double length = glm::length(way);
+      const dvec3 motion = target - at;
+      const double length = glm::length(motion);
       double t = 0;
       dvec3 normal(0);
       bool is_blocked = false;
       for (int i = 0; i < 20 && t < 1 && length > 0; ++i) {
-        const double d = distance_at(at + t * way, normal);
-        if (d <= near && glm::dot(normal, way) < -1e-6 * length) {
+        const double d = distance_at(at + t * motion, normal);
+        if (d <= near && glm::dot(normal, motion) < -1e-6 * length) {
           is_blocked = true;
           break;
         }
         t = std::min(1.0, t + std::max(d, 0.5 * near) / length);
       }
-      at += t * way;
+      at += t * motion;
       if (!is_blocked) break;
       result.has_contact = true;
       result.shape = 0, result.side = haptics::Side::front;

@@ -1,4 +1,4 @@
-// ITK, used as is common to flood and label.
+// ITK as a peer: floods and components with its usual filters.
 #include <chrono>
 #include <itkBinaryThresholdImageFilter.h>
 #include <itkConnectedComponentImageFilter.h>

@@ -36,14 +36,14 @@ double run_nano_rays(const NanoGrid& grid, const double* rays, int count, int* v
   const auto start = std::chrono::steady_clock::now();
   for (int i = 0; i < count; ++i) {
     const double* r = rays + 6 * i;
-    // Its voxels are [i, i + 1).
+    // Voxels of NanoVDB are [i, i + 1).
     const nanovdb::Vec3<float> origin(static_cast<float>(r[0] + 0.5), static_cast<float>(r[1] + 0.5),
                                       static_cast<float>(r[2] + 0.5));
-    nanovdb::Vec3<float> way(static_cast<float>(r[3] - r[0]), static_cast<float>(r[4] - r[1]),
-                             static_cast<float>(r[5] - r[2]));
-    const float length = way.length();
-    way /= length;
-    Ray ray(origin, way, 0.0f, length);
+    nanovdb::Vec3<float> direction(static_cast<float>(r[3] - r[0]), static_cast<float>(r[4] - r[1]),
+                                   static_cast<float>(r[5] - r[2]));
+    const float length = direction.length();
+    direction /= length;
+    Ray ray(origin, direction, 0.0f, length);
     int* voxel = voxels + 3 * i;
     voxel[0] = -1;
     if (!ray.clip(accessor.root().bbox())) continue;

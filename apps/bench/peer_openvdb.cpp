@@ -65,8 +65,8 @@ class OpenVdbProxy final : public haptics::ProxyMethod {
     };
     for (int i = 0; state.has_proxy && i < 3 && at != target; ++i) {
       const double length = glm::length(target - at);
-      // It searches for a change of sign between voxels: segments shorter than a voxel are extended at both
-      // ends.
+      // The intersector searches for a change of sign between voxels, which needs more than a voxel's length:
+      // segments are extended at both ends.
       const double margin = 1.5 * voxel_;
       const dvec3 along = (target - at) / length, from = at - margin * along;
       const auto cast = [&](double begin, dvec3& met, dvec3& out) {
@@ -84,7 +84,7 @@ class OpenVdbProxy final : public haptics::ProxyMethod {
       const double behind = 0.05 * voxel_;
       dvec3 met(0), out(0);
       bool is_met = cast(1e-9, met, out);
-      // Nor is a point where the ray leaves matter a hit.
+      // A point where the ray leaves matter is not a hit either.
       const auto is_no_hit = [&] { return glm::dot(met - at, along) < -behind || glm::dot(out, along) >= 0; };
       for (int more = 0; is_met && more < 8 && is_no_hit(); ++more)
         is_met = cast(glm::dot(met - from, along) + behind, met, out);
@@ -102,7 +102,7 @@ class OpenVdbProxy final : public haptics::ProxyMethod {
       result.has_contact = true;
       result.shape = 0, result.side = haptics::Side::front;
       result.normal_world = out;
-      // Off the surface at the hit; near another wall, out of that as well.
+      // Move off the surface at the hit and, near another wall, out of that wall as well.
       dvec3 over = met + above * out;
       for (int more = 0; more < 4 && distance(over) < 0; ++more) over += (above - distance(over)) * out;
       if (distance(over) < 0) break;

@@ -165,7 +165,8 @@ extern "C" bool trephine_draw_peer(const DrawPeerRequest& request, vtkRenderWind
       window->GetZbufferData(0, 0, size[0] - 1, size[1] - 1, depths);
       read_ms += 1e3 * seconds_since(begin);
       if (round > 0) continue;
-      // Up is along (axis + 1) % 3; from the high face right is against (axis + 2) % 3.
+      // Up in the picture is along axis (axis + 1) % 3; viewed from the high face, right is opposite to axis
+      // (axis + 2) % 3.
       const bool is_high = face % 2 == 0;
       const int pixels = size[0];
       float* const image = request.depths + static_cast<std::ptrdiff_t>(2 * axis + is_high) * pixels * pixels;

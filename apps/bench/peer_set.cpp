@@ -46,7 +46,7 @@ extern "C" const trephine::bench::PeerSet* trephine_peer_set() {
       nullptr,
 #endif
 #ifdef TREPHINE_HAS_EMBREE
-      embree_tree,
+      embree_build_ms,
       embree_images,
 #else
       nullptr,

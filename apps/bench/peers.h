@@ -14,7 +14,7 @@ namespace trephine::bench {
 struct Peer {
   haptics::MethodInfo info;
   std::string version;
-  bool needs_radius = false;  ///< only for a ball of 2 mm: its steps take too long for others
+  bool needs_radius = false;  ///< plays only a ball of 2 mm radius: its steps take too long in other scenes
   std::unique_ptr<haptics::ProxyMethod> (*make)();
 };
 
@@ -23,8 +23,8 @@ struct Peer {
 struct CsgTicks {
   std::vector<double> difference_us, with_capsule_us;
 };
-/// `way`: mm per tick.
-CsgTicks csg_ticks(double spacing, double radius, const double* way, int lanes, int ticks);
+/// `step`: motion of the ball per tick, mm.
+CsgTicks csg_ticks(double spacing, double radius, const double* step, int lanes, int ticks);
 
 double gdcm_scan(const char* folder, int& series);
 double itk_read(const char* folder, long long& sum);
@@ -37,7 +37,8 @@ double itk_components(const short* voxels, int size, short low, bool has_corners
 
 /// Duration, ms, of Embree's build of a tree of triangles; and of six orthographic images of a cube around a
 /// position, first hits: `depths` as in SixImages, the duration in `images_ms`. Least of three.
-double embree_tree(const float* vertices, long vertex_count, const unsigned* triangles, long triangle_count);
+double embree_build_ms(const float* vertices, long vertex_count, const unsigned* triangles,
+                       long triangle_count);
 double embree_images(const float* vertices, long vertex_count, const unsigned* triangles, long triangle_count,
                      const double* middle, double edge, int pixels, double& images_ms, float* depths);
 
@@ -65,7 +66,7 @@ struct PeerSet {
   double (*itk_read)(const char* folder, long long& sum) = nullptr;
   double (*itk_flood)(const short*, int, short, const int*, long long&) = nullptr;
   double (*itk_components)(const short*, int, short, bool, int, long long&) = nullptr;
-  double (*embree_tree)(const float*, long, const unsigned*, long) = nullptr;
+  double (*embree_build_ms)(const float*, long, const unsigned*, long) = nullptr;
   double (*embree_images)(const float*, long, const unsigned*, long, const double*, double, int, double&,
                           float*) = nullptr;
   void (*fcl_collide)(const PeerMesh&, const PeerMesh&, const double*, long, double*) = nullptr;

@@ -70,13 +70,13 @@ verify::Clearance clearance_of(const FeelScene& s) {
   };
 }
 
-ExactHand::Go go_on(verify::Clearance clearance, double voxel) {
+IdealProxy::Go go_on(verify::Clearance clearance, double voxel) {
   return [clearance = std::move(clearance), voxel](const dvec3& proxy, const dvec3& from, const dvec3& to) {
     return verify::follow_exactly(clearance, voxel, proxy, from, to);
   };
 }
 
-ExactHand::Go go_on_cubes(const FeelScene& s) {
+IdealProxy::Go go_on_cubes(const FeelScene& s) {
   return [solid = verify::solid_voxels(s.scene.base, s.scene.items[0].field.shape(),
                                        s.drilled ? s.drilled->version : nullptr),
           base = s.scene.base](const dvec3& proxy, const dvec3&, const dvec3& to) {
@@ -95,8 +95,8 @@ Ideal::Ideal(const FeelScene& scene) : scene_(scene), of_smooth_(clearance_of(sc
   if (scene.distance) on_shape_ = follow_path(go_on(scene.distance, voxel_));
 }
 
-ExactHand Ideal::follow_path(ExactHand::Go go) const {
-  ExactHand hand{std::move(go), {}};
+IdealProxy Ideal::follow_path(IdealProxy::Go go) const {
+  IdealProxy hand{std::move(go), {}};
   dvec3 last(0);
   for (const auto& sample : scene_.path.samples()) {
     const dvec3& hip = sample.pose.position_world;
@@ -106,17 +106,17 @@ ExactHand Ideal::follow_path(ExactHand::Go go) const {
   return hand;
 }
 
-const ExactHand& Ideal::on_smooth_solid() const {
+const IdealProxy& Ideal::on_smooth_solid() const {
   if (!on_smooth_.go) on_smooth_ = follow_path(go_on(of_smooth_, voxel_));
   return on_smooth_;
 }
 
-const ExactHand& Ideal::on_cubes() const {
+const IdealProxy& Ideal::on_cubes() const {
   if (!on_cubes_.go) on_cubes_ = follow_path(go_on_cubes(scene_));
   return on_cubes_;
 }
 
-const ExactHand& Ideal::judge() const {
+const IdealProxy& Ideal::judge() const {
   const bool is_blunt = scene_.group == "sharp" && scene_.radius_mm == 0;
   return is_blunt || !scene_.distance ? on_smooth_solid() : on_shape_;
 }
@@ -129,13 +129,13 @@ bool Ideal::is_fallen(const dvec3& p) const {
   return deep > voxel_ && (scene_.group != "sharp" || of_smooth_(p) < 0);
 }
 
-const dvec3& ExactHandTracker::at(std::size_t i) {
+const dvec3& IdealProxyTracker::at(std::size_t i) {
   if (!own_) return hand_.proxies[i];
   own_ = hand_.go(*own_, hip(i > 0 ? i - 1 : 0), hip(i));
   return *own_;
 }
 
-ExactHandTracker::Verdict ExactHandTracker::judge(std::size_t i, const dvec3& proxy, bool is_away) {
+IdealProxyTracker::Verdict IdealProxyTracker::judge(std::size_t i, const dvec3& proxy, bool is_away) {
   away_ = is_away ? away_ + 1 : 0;
   if (away_ == 0) return Verdict::following;
   if (away_ < 10) return Verdict::away;
@@ -146,7 +146,7 @@ ExactHandTracker::Verdict ExactHandTracker::judge(std::size_t i, const dvec3& pr
   return Verdict::other_rest;
 }
 
-Scorer::Scorer(const FeelScene& scene, const Ideal& ideal, const ExactHand* same_solid)
+Scorer::Scorer(const FeelScene& scene, const Ideal& ideal, const IdealProxy* same_solid)
     : scene_(scene),
       ideal_(ideal),
       raw_(without_smoothing(), 1e-3),
@@ -181,9 +181,9 @@ void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
   if (on_same_) {
     const double off = glm::length(proxy - on_same_->at(i));
     pending_same_.push_back(off);
-    const ExactHandTracker::Verdict verdict = on_same_->judge(i, proxy, off > voxel);
-    if (verdict == ExactHandTracker::Verdict::other_rest) pending_same_.clear();
-    if (verdict != ExactHandTracker::Verdict::away) add_from_same();
+    const IdealProxyTracker::Verdict verdict = on_same_->judge(i, proxy, off > voxel);
+    if (verdict == IdealProxyTracker::Verdict::other_rest) pending_same_.clear();
+    if (verdict != IdealProxyTracker::Verdict::away) add_from_same();
   }
 
   const dvec3 expected = judged_.at(i), exact = scene_.distance ? on_shape_.at(i) : expected;
@@ -215,28 +215,27 @@ void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
     }
     pending_.push_back(e);
   }
-  // Stuck: more than a voxel from the ideal proxy, ten steps in a row, and not held by a wall. If contact is
-  // missed in matter no proxy can have other_rest.
+  // Stuck: more than a voxel from the ideal proxy, ten steps in a row, and not held by a wall. A proxy that
+  // misses contact inside matter does not count as away: it cannot rest elsewhere.
   const bool is_fallen_through = is_missed && ideal_.is_in_matter(hip);
   switch (judged_.judge(i, proxy, !is_fallen_through && glm::length(proxy - expected) > voxel)) {
-    case ExactHandTracker::Verdict::away:
+    case IdealProxyTracker::Verdict::away:
       return;
-    case ExactHandTracker::Verdict::stuck:
+    case IdealProxyTracker::Verdict::stuck:
       ++stuck_;
       break;
-    case ExactHandTracker::Verdict::other_rest:
+    case IdealProxyTracker::Verdict::other_rest:
       ++other_rest_;
       on_shape_.part(proxy);
       pending_.clear();
       break;
-    case ExactHandTracker::Verdict::following:
+    case IdealProxyTracker::Verdict::following:
       break;
   }
   add_errors();
 }
 
-/// In the shape, or through a plate: on plates the whole path from the last proxy is tested, not only its
-/// ends.
+/// Counts entries into the shape. On plates the whole path from the last proxy is tested, not only its ends.
 void Scorer::find_falls(const dvec3& proxy) {
   if (!scene_.distance) return;
   deepest_ = std::max(deepest_, -scene_.distance(proxy));

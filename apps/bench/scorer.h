@@ -13,48 +13,48 @@
 namespace trephine::bench {
 
 /// Path of an ideal proxy on one solid, from the start of a motion.
-struct ExactHand {
+struct IdealProxy {
   using Go = std::function<glm::dvec3(const glm::dvec3& proxy, const glm::dvec3& hip_from,
                                       const glm::dvec3& hip_to)>;
-  Go go;                            ///< one step of such a hand
+  Go go;                            ///< one step of the ideal proxy
   std::vector<glm::dvec3> proxies;  ///< one per step of the motion
 };
 
-/// Exact hands over a scene, built once for all methods.
+/// Ideal proxies of a scene, built once for all methods.
 class Ideal {
  public:
   explicit Ideal(const FeelScene& scene);
 
-  const ExactHand& on_shape() const { return on_shape_; }  ///< the analytic one; empty on scans
-  const ExactHand& on_smooth_solid() const;                ///< of the samples; built at the first call
-  const ExactHand& on_cubes() const;                       ///< of the voxels; built at the first call
-  /// The hand that decides whether a proxy is stuck: samples of a sharp shape describe a blunt one, on which
-  /// a point rests.
-  const ExactHand& judge() const;
+  const IdealProxy& on_shape() const { return on_shape_; }  ///< on the analytic shape; empty for scans
+  const IdealProxy& on_smooth_solid() const;                ///< of the samples; built at the first call
+  const IdealProxy& on_cubes() const;                       ///< of the voxels; built at the first call
+  /// The ideal proxy that decides whether a proxy is stuck. For a point on a sharp shape it is on the smooth
+  /// solid, since the samples describe a blunt shape, on which the point rests.
+  const IdealProxy& judge() const;
   /// True if a proxy is deeper in the analytic shape than any tolerance: more than a voxel; for a ball, a
   /// tenth of one (a whole one near an outer edge) plus 2 % of its radius.
   bool is_fallen(const glm::dvec3& p) const;
-  /// True if p is in the solid of the judge's hand.
+  /// True if p is in the analytic shape; for scans, in the smooth solid.
   bool is_in_matter(const glm::dvec3& p) const {
     return (scene_.distance ? scene_.distance(p) : of_smooth_(p)) < 0;
   }
   double voxel() const { return voxel_; }
 
  private:
-  ExactHand follow_path(ExactHand::Go go) const;
+  IdealProxy follow_path(IdealProxy::Go go) const;
 
   const FeelScene& scene_;
   double voxel_;
   verify::Clearance of_smooth_;
-  ExactHand on_shape_;
-  mutable ExactHand on_smooth_, on_cubes_;
+  IdealProxy on_shape_;
+  mutable IdealProxy on_smooth_, on_cubes_;
 };
 
 /// Compares a proxy with an ideal proxy. If the proxy rests at another local minimum, it gets its own ideal
 /// proxy from there.
-class ExactHandTracker {
+class IdealProxyTracker {
  public:
-  ExactHandTracker(const ExactHand& hand, const FeelScene& scene, double voxel)
+  IdealProxyTracker(const IdealProxy& hand, const FeelScene& scene, double voxel)
       : hand_(hand), scene_(scene), voxel_(voxel) {}
 
   enum class Verdict {
@@ -67,13 +67,13 @@ class ExactHandTracker {
   const glm::dvec3& at(std::size_t i);
   /// `is_away`: more than a voxel off. Call after at().
   Verdict judge(std::size_t i, const glm::dvec3& proxy, bool is_away);
-  /// Continues from here.
+  /// Continues with an ideal proxy of its own from this position.
   void part(const glm::dvec3& proxy) { own_ = proxy; }
 
  private:
   const glm::dvec3& hip(std::size_t i) const { return scene_.path.samples()[i].pose.position_world; }
 
-  const ExactHand& hand_;
+  const IdealProxy& hand_;
   const FeelScene& scene_;
   double voxel_;
   std::optional<glm::dvec3> own_;
@@ -83,15 +83,15 @@ class ExactHandTracker {
 /// Scores the steps of a path, in order.
 class Scorer {
  public:
-  /// `same_solid`: hand on the solid that the method guarantees, or null.
-  Scorer(const FeelScene& scene, const Ideal& ideal, const ExactHand* same_solid = nullptr);
+  /// `same_solid`: ideal proxy on the solid that the method guarantees, or null.
+  Scorer(const FeelScene& scene, const Ideal& ideal, const IdealProxy* same_solid = nullptr);
   void judge_step(std::size_t i, const haptics::ProxyStep& step);
   /// Writes errors, forces and counts. The number of falls is raised to the number counted here.
   void finish(FeelRow& row);
 
  private:
-  /// Contribution of a step to the errors, added once the proxy is known to have rested apart from the ideal
-  /// proxy.
+  /// Contribution of a step to the errors. Pending while the proxy is away from the ideal proxy: discarded if
+  /// it comes to rest elsewhere, otherwise added.
   struct Errors {
     double distance = 0, off = 0, aside = 0, unrendered = 0;
     std::optional<double> degrees;
@@ -104,8 +104,8 @@ class Scorer {
   const FeelScene& scene_;
   const Ideal& ideal_;
   haptics::ForceModel raw_, smoothed_;
-  ExactHandTracker on_shape_, judged_;
-  std::optional<ExactHandTracker> on_same_;
+  IdealProxyTracker on_shape_, judged_;
+  std::optional<IdealProxyTracker> on_same_;
   std::vector<Errors> pending_;
   std::vector<double> pending_same_;
   glm::dvec3 last_force_{0.0};
@@ -120,8 +120,8 @@ class Scorer {
   std::optional<glm::dvec3> last_proxy_;
 };
 
-/// The step of a program that gives only its proxies: contact if the proxy differs from the HIP by more than
-/// a thousandth of a voxel.
+/// Returns the step of a program that gives only its proxies: contact if the proxy differs from the HIP. The
+/// Scorer ignores contacts within a thousandth of a voxel.
 haptics::ProxyStep step_of_answer(const glm::dvec3& proxy, const glm::dvec3& hip);
 
 }  // namespace trephine::bench

@@ -1,4 +1,4 @@
-// Detection of freed pieces after each stroke of a saw around a flap of the built-in head.
+// Detection of detached pieces after each stroke of a saw around a flap of the built-in head.
 #pragma once
 
 #include <string>
@@ -10,9 +10,9 @@ struct SeparationRow {
   double voxel_mm = 0, burr_mm = 0;
   int samples_a_voxel = 1;  ///< along an axis
   int strokes = 0, held = 0, detached = 0, pending = 0;
-  double p50_ms = 0, p99_ms = 0;  ///< of one answer
+  double p50_ms = 0, p99_ms = 0;  ///< of one detection
   double complete_ms = 0;         ///< all parts of the whole volume recomputed
-  int wrong = 0;                  ///< answers that contradict those parts
+  int wrong = 0;                  ///< results that contradict those parts
 };
 std::vector<SeparationRow> run_separation_benchmark();
 

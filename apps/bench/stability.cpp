@@ -96,10 +96,10 @@ std::vector<Surface> surfaces() {
   return all;
 }
 
-/// Smoothing's weight of a tick at `rate` (Hz), for one that is `alpha` at 1 kHz.
+/// Returns the weight of smoothing per tick at `rate` (Hz) that corresponds to `alpha` at 1 kHz.
 double weight_at(double rate, double alpha) { return alpha < 1 ? 1 - std::pow(1 - alpha, 1000 / rate) : 1; }
 
-/// The loop between a hand and a surface, without the device's damping.
+/// The loop between a device and a surface, without the device's damping.
 struct Loop {
   double rate, alpha = 1;  ///< Hz; smoothing's weight of a tick at 1 kHz
   int delay_ticks = 0;
@@ -141,7 +141,7 @@ bool is_stable(Surface& surface, double stiffness, const Loop& loop) {
     const dvec3& delayed = pipe[static_cast<std::size_t>((i + 1) % static_cast<long>(pipe.size()))];
     device.hold(delayed + push, dt);
     const double off = std::abs(glm::dot(device.x - surface.start, surface.normal) + depth);
-    if (!(off < depth)) return false;  // left the surface or sank: it grew
+    if (!(off < depth)) return false;  // left the surface or sank: the motion grew
     if (i > ticks / 10 && i < ticks * 3 / 10) early = std::max(early, off);
     if (i > ticks * 8 / 10) late = std::max(late, off);
   }
@@ -308,7 +308,7 @@ dvec3 request_at(double t) {
 }
 
 /// Generated energy: given by the surface and stored, minus the device's loss, above its minimum so far.
-struct EnergyMade {
+struct GeneratedEnergy {
   double given = 0, least = 0, largest = 0;
   void add_work(double work, double stored, double lost) {
     given += work;
@@ -327,7 +327,7 @@ void soak_without_friction(haptics::TouchScene scene, long steps, SoakRow& row) 
       haptics::scene_for_one(scene, *method, std::make_shared<volume::Version>(scene.base));
   haptics::ServoCore core({}, 1e-3);
   Device device;
-  EnergyMade result;
+  GeneratedEnergy result;
   dvec3 held(0), last = device.x;
   for (long i = 0; i < steps; ++i) {
     const double work = glm::dot(held, device.x - last);
@@ -435,7 +435,7 @@ std::vector<EnergyRow> run_energy_test() {
           Device device = plain;
           device.x = surface.start + 2.0 * surface.normal;
           dvec3 held(0), last_force(0), last_place = device.x;
-          EnergyMade result;
+          GeneratedEnergy result;
           double one_step = 0, least = 0;
           long contacts = 0;
           constexpr int k_ticks = 20000;

@@ -96,7 +96,7 @@ void VoxelImages::scan_across(const SurfaceSource& source, int axis, bool from_h
 void VoxelImages::update(const SurfaceSource& source, const volume::VoxelBox& changed) {
   query_count_ = 0;
   const VoxelSamples samples(source);
-  // The surface also moves with the neighbouring voxel.
+  // A changed voxel also moves the surface of its neighbours.
   const ivec3 low = glm::max(changed.low - 1, ivec3(0)), high = glm::min(changed.high + 1, size_ - 1);
   if (low.x > high.x || low.y > high.y || low.z > high.z) return;
   for (int axis = 0; axis < 3; ++axis) {
@@ -108,7 +108,7 @@ void VoxelImages::update(const SurfaceSource& source, const volume::VoxelBox& ch
       for (int j = low[v]; j <= high[v]; ++j)
         for (int i = low[u]; i <= high[u]; ++i) {
           Pixel& known = image[pixel(axis, i, j)];
-          if (known.voxel >= 0 && step * known.voxel < step * enter) continue;  // the row ends before the box
+          if (known.voxel >= 0 && step * known.voxel < step * enter) continue;  // ends before the box
           ivec3 at(0);
           at[u] = i, at[v] = j;
           const auto find = [&](int from, int to) {  // excludes `to`

@@ -16,7 +16,7 @@ class VoxelImages {
   /// Makes all six images.
   explicit VoxelImages(const volume::SurfaceSource& source);
   /// Updates to another state of the same shape, which differs from the last one in the box `changed` only:
-  /// scans the rows through the box, from where they may have changed on.
+  /// scans the rows through the box, starting where they may have changed.
   void update(const volume::SurfaceSource& source, const volume::VoxelBox& changed);
 
   const glm::ivec3& size() const noexcept { return size_; }
@@ -25,7 +25,7 @@ class VoxelImages {
   int first(int axis, bool from_high, int i, int j) const noexcept {
     return image(axis, from_high)[pixel(axis, i, j)].voxel;
   }
-  /// Returns the position of the surface before it, voxels along the axis.
+  /// Returns the position of the surface in front of that voxel, voxels along the axis.
   float surface(int axis, bool from_high, int i, int j) const noexcept {
     return image(axis, from_high)[pixel(axis, i, j)].at;
   }

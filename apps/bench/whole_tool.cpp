@@ -38,7 +38,7 @@ struct Ticks {
   std::size_t free = 0, busy = 0;
 };
 
-/// One play of a tool along poses; keeps the poses of the tool.
+/// One play of a tool along poses; keeps the current pose of the tool.
 class Play {
  public:
   Play(const TouchScene& scene, std::shared_ptr<const volume::Version> version, Ticks& ticks)

@@ -37,7 +37,8 @@ struct IntegratorRow {
 };
 std::vector<IntegratorRow> compare_integrators();
 
-/// The lever task of Kadlecek (2013): most points of the tool that passed through two plates (0: none).
+/// The lever task of Kadlecek (2013): largest number of the tool's points in the interior of two plates,
+/// through which a tool can pass.
 struct LeverRow {
   bool is_limited;
   int points = 0;

@@ -31,7 +31,7 @@ namespace {
 
 constexpr int k_angles = 12, k_xray_runs = 3;
 constexpr double k_to_source = 1000, k_to_detector = 1536, k_detector = 200;  // mm
-/// As plastimatch counts: nothing up to -800 HU, and its own value for water.
+/// Weights of plastimatch: 0 up to -800 HU, and its own value for water.
 constexpr volume::VoxelWeights k_weights{-800, -1000, 0, 2.2e-5f, 2.2e-5f};
 
 volume::Volume volume_of(const std::string& name, int size) {
@@ -89,7 +89,7 @@ void judge(const volume::Volume& v, const volume::RayFan& fan, const std::vector
     }
 }
 
-/// plastimatch's images of a file; seconds of the whole program.
+/// Writes plastimatch's images of scan.mha into the folder. Returns the seconds of the whole program.
 std::optional<double> run_plastimatch(const fs::path& folder, int pixels, int threads, int angles) {
   char command[1000];
   std::snprintf(command, sizeof command,
@@ -102,16 +102,14 @@ std::optional<double> run_plastimatch(const fs::path& folder, int pixels, int th
   return seconds_since(begin);
 }
 
-/// Floats of a PFM file, the lowest row first.
+/// Returns the floats of a PFM file in the order of the file.
 std::vector<float> read_pfm(const fs::path& file, int pixels) {
   std::ifstream in(file, std::ios::binary);
   std::string line;
   for (int i = 0; i < 3; ++i) std::getline(in, line);
-  std::vector<float> image(static_cast<std::size_t>(pixels * pixels)), turned(image.size());
+  std::vector<float> image(static_cast<std::size_t>(pixels * pixels));
   in.read(reinterpret_cast<char*>(image.data()), static_cast<std::streamsize>(image.size() * sizeof(float)));
-  for (int j = 0; j < pixels; ++j)
-    std::copy_n(image.begin() + j * pixels, pixels, turned.begin() + (j)*pixels);
-  return in ? turned : std::vector<float>();
+  return in ? image : std::vector<float>();
 }
 
 }  // namespace
@@ -179,7 +177,7 @@ std::vector<XrayRow> run_xray_benchmark(int size, int pixels) {
                  many = run_plastimatch(folder, pixels, threads, 12);
       if (few && many) {
         row.peer_ms = 1e3 * (*many - *few) / 10;
-        // Its scale factor is arbitrary: the best fit is used.
+        // The scale factor of plastimatch is arbitrary: use the best fit.
         double ab = 0, aa = 0, error = 0;
         std::vector<std::vector<float>> theirs;
         for (int angle = 0; angle < k_angles; ++angle) {
@@ -213,7 +211,7 @@ std::vector<XrayRow> run_xray_benchmark(int size, int pixels) {
   return rows;
 }
 
-XrayServoLoad run_xray_beside_servo(double seconds) {
+XrayServoLoad run_servo_during_xray(double seconds) {
   XrayServoLoad result;
   haptics::TouchScene scene =
       scenes::scene_of(data_tools::make_phantom("spine").value(), {}, volume::Shape{"bone", 140});

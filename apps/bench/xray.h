@@ -15,7 +15,7 @@ struct XrayRow {
   int size = 0, pixels = 0, threads = 1;
   double filled = 0;                   ///< fraction of blocks that are not empty
   double preparing_ms = 0;             ///< once per volume
-  double exact_ms = 0, joseph_ms = 0;  ///< per image, the mean of 12 around
+  double exact_ms = 0, joseph_ms = 0;  ///< per image, mean of 12 directions around z
   /// plastimatch's exact sums: difference for 10 more images, so that start-up and reading cancel. Empty:
   /// missing.
   std::optional<double> peer_ms;
@@ -38,6 +38,6 @@ struct XrayServoLoad {
   };
   std::vector<Part> parts;
 };
-XrayServoLoad run_xray_beside_servo(double seconds);
+XrayServoLoad run_servo_during_xray(double seconds);
 
 }  // namespace trephine::bench

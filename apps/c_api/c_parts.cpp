@@ -25,7 +25,7 @@ int fail(trephine_error* error, int code, const Error& what) noexcept {
 }
 
 Error bad(const char* what, const std::string& found, const char* expected) {
-  return {what, "C API", found, expected, "see the comments of the header"};
+  return {what, "C API", found, expected, "see the comments in trephine.h"};
 }
 
 bool is_valid_position(const double v[3]) noexcept {
@@ -63,7 +63,8 @@ Result<std::shared_ptr<volume::Volume>> borrow_volume(const int16_t* voxels, con
 Result<Surface> copy_mesh(const double* vertices, std::size_t vertex_count, const uint32_t* triangles,
                           std::size_t triangle_count) {
   if (vertices == nullptr || triangles == nullptr || triangle_count < 1 || triangle_count > (1u << 28))
-    return bad("the mesh has no triangles", std::to_string(triangle_count), "one triangle or more");
+    return bad("the triangles of the mesh are missing or too many", std::to_string(triangle_count),
+               "vertices, and 1 to 2^28 triangles");
   Surface surface;
   surface.vertices_world.resize(vertex_count);
   for (std::size_t i = 0; i < vertex_count; ++i) {

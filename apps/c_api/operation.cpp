@@ -12,12 +12,12 @@ using c_api::bad;
 using c_api::fail;
 using c_api::guarded;
 
-/// An operation with the arrays that its last answers refer to.
+/// An operation with the arrays to which its last results refer.
 struct trephine_operation {
   Operation operation;
   std::vector<Pose> poses;
   std::vector<glm::dvec3> torques;                         ///< N mm, of the last step, per hand
-  std::optional<std::vector<Body>> bodies = std::nullopt;  ///< of the current state; empty: not asked for yet
+  std::optional<std::vector<Body>> bodies = std::nullopt;  ///< of the current state; empty: not queried yet
   Surface surface = {};
 
   explicit trephine_operation(Operation opened)
@@ -113,8 +113,8 @@ trephine_operation* make(trephine_error* error, Open&& open) noexcept {
   return code == TREPHINE_OK ? result.release() : nullptr;
 }
 
-/// Runs `work` on the operation. Errors of the kinds `refused` and `different` have codes of their own, other
-/// errors `otherwise`.
+/// Runs `work` on the operation. Errors of the kinds `refused` and `different` have codes of their own; other
+/// errors have the code `otherwise`.
 template <class Work>
 int apply(trephine_operation* operation, trephine_error* error, int otherwise, Work&& work) noexcept {
   Status failed;

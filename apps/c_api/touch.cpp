@@ -92,7 +92,7 @@ int add_shape(trephine_scene* scene, const char* name, volume::Shape shape, trep
     if (shape.is_label() && scene->base->labels.is_empty())
       return bad("the scene has no labels", std::to_string(shape.label), "trephine_scene_set_labels first");
     if (scene->touch.items.size() == haptics::TouchScene::k_max_shapes)
-      return bad("there are too many shapes", "one more than 8", "at most 8");
+      return bad("there are too many shapes", "a ninth shape", "at most 8");
     if (!scene->touch.items.empty() && scene->touch.items.back().is_mesh())
       return bad("a window comes after a mesh", name ? name : "", "windows first, then meshes");
     shape.name = name ? name : "";
@@ -241,7 +241,7 @@ int trephine_scene_add_mesh(trephine_scene* scene, const char* name, const doubl
     if (mover < -1 || mover >= haptics::TouchScene::k_max_movers)
       return bad("unknown mover", std::to_string(mover), "-1, or 0 to 7");
     if (haptics::item_count(scene->touch) >= haptics::ShapeSet::k_max)
-      return bad("too many shapes and meshes", std::to_string(haptics::ShapeSet::k_max + 1), "128");
+      return bad("too many shapes and meshes", std::to_string(haptics::ShapeSet::k_max + 1), "at most 128");
     auto mesh = copy_mesh(vertices, vertex_count, triangles, triangle_count);
     if (!mesh) return mesh.error();
     auto tree = std::make_shared<const haptics::MeshTree>(std::move(mesh.value().vertices_world),

@@ -26,9 +26,9 @@ enum trephine_code {
   TREPHINE_NO_MEMORY = 2,
   TREPHINE_NOT_PREPARED =
       3, /* shapes or method changed since trephine_scene_prepare, or the hand is older than it */
-  TREPHINE_REFUSED = 4,   /* a command that is not allowed now; the state is unchanged */
+  TREPHINE_REFUSED = 4,   /* a command that is not allowed now, or whose job had no effect */
   TREPHINE_DIFFERENT = 5, /* a replay whose result differs from the recording */
-  TREPHINE_FAILED = 6     /* a file or disk error */
+  TREPHINE_FAILED = 6     /* a file or disk error, or a session that cannot be verified */
 };
 enum trephine_side { TREPHINE_NONE = 0, TREPHINE_FRONT = 1, TREPHINE_BACK = 2, TREPHINE_BOTH = 3 };
 
@@ -126,17 +126,17 @@ typedef struct trephine_event {
   int hand;
   double place[3]; /* position, mm */
   char name[64];
-  char words[400]; /* parameters, truncated if longer: "depth=0.2 structure=dura" */
+  char words[400]; /* parameters, truncated if longer: "structure=dura deepest=0.2" */
 } trephine_event;
 
 typedef struct trephine_measure {
-  char name[128]; /* "removed", "strokes", "nearest to dura", ... */
+  char name[128]; /* "removed", "changes", "nearest to dura", ... */
   char unit[16];  /* "mm3"; empty: no unit */
   double value;
 } trephine_measure;
 
-/* A detached body. `surface` is in the frame in which the body was detached; its arrays remain valid until
- * the next step, command or go_to of this operation. */
+/* A detached body, or an implant. `surface` is in the frame at the detachment, or in that of the implant; its
+ * arrays remain valid until the next step, command, go_to or verify of this operation. */
 typedef struct trephine_body {
   uint32_t id; /* number in commands: "hold-body" with "body=3" */
   int holder;  /* the hand that holds it; -1: not held */
@@ -174,7 +174,7 @@ int trephine_operation_torques(const trephine_operation* operation, double (*tor
  * "burr" with "diameter=3", "free-pieces", "hold-body" with "body=1", ...: `trephine modules` lists them.
  * Longer work (a job) is finished before this returns. Returns TREPHINE_REFUSED, without a change, if the
  * command is not allowed now; undo and redo with an empty history succeed without a change. A job whose
- * result cannot be used (no body was detached) raises an event "job-discarded". */
+ * result cannot be used (no body was detached) also returns TREPHINE_REFUSED, and emits "job-discarded". */
 int trephine_operation_command(trephine_operation* operation, int hand, const char* command,
                                const char* words, trephine_error* error);
 /* Clears faults, contact and force with the next step. After a non-finite pose the force is 0 until then. */
@@ -222,7 +222,7 @@ int trephine_operation_changed(trephine_operation* operation, int low[3], int hi
 int trephine_operation_read(const trephine_operation* operation, const int low[3], const int high[3],
                             int16_t* intensities, trephine_error* error);
 /* Surface of the structure with this index, with its cuts. The arrays remain valid until the next call of
- * this function, or the operation is destroyed. */
+ * this function or the destruction of the operation. */
 int trephine_operation_surface(trephine_operation* operation, size_t structure, trephine_model* surface,
                                trephine_error* error);
 /* Intensities in a plane of columns * rows pixels of `pixel` mm, with the cuts, row by row from the upper
@@ -269,7 +269,7 @@ int trephine_scene_add_window(trephine_scene* scene, const char* name, double lo
 /* Sets the labels of a segmentation, one per voxel in the order of the voxels; borrowed like them. Call
  * before any shape is added. */
 int trephine_scene_set_labels(trephine_scene* scene, const uint8_t* labels, trephine_error* error);
-/* Adds a shape: the voxels with this label, smoothed. Returns its index among the windows, or -1. */
+/* Adds a shape: the voxels with this label. Returns its index among the shapes, or -1. */
 int trephine_scene_add_label(trephine_scene* scene, const char* name, int label, trephine_error* error);
 /* Makes the tip of all hands a ball (radius in mm, 0 to 6; 0, the default, is a point): positions are those
  * of its centre. Prepare again afterwards: that builds a distance field, which takes seconds for large
@@ -309,10 +309,11 @@ trephine_hand* trephine_hand_create(const trephine_scene* scene, double rate_hz,
 void trephine_hand_destroy(trephine_hand* hand);
 /* Runs one step at the device's position. A non-finite position gives no force and latches a fault. */
 int trephine_hand_step(trephine_hand* hand, const double position[3], trephine_touch* touch);
-/* Sets whether the shape may block this hand, from the next step on. All shapes may at first. */
+/* Sets whether the shape may block this hand, from the next step on. Initially all shapes may block it. */
 int trephine_hand_set_touchable(trephine_hand* hand, int shape, int is_touchable);
-/* Limits the occupancy of a shape to the voxels low .. high, because the rest is not available yet: elsewhere
- * the shape lets the hand through, which is an event. Both NULL (the initial state): all is available. */
+/* Limits the occupancy of a shape to the voxels low .. high, because the rest is not available yet:
+ * elsewhere, and within a few voxels of the border, the shape lets the hand through. Both NULL (the initial
+ * state): all voxels are available. */
 int trephine_hand_set_ready(trephine_hand* hand, int shape, const int low[3], const int high[3]);
 /* Places the model with this mover from the next step on: position in mm, and a unit quaternion w x y z. A
  * model that moves onto the tool pushes it along. */
@@ -321,7 +322,7 @@ int trephine_hand_set_mesh_placement(trephine_hand* hand, int mover, const doubl
 /* Adds an effect to the forces of the surfaces, given as text: "viscous damping=0.004", "line start=0,0,9
  * ahead=0,0,-1 resistance=2": see trephine touch --help. At most 8. */
 int trephine_hand_add_effect(trephine_hand* hand, const char* words, trephine_error* error);
-/* Clears contact and faults. */
+/* Clears contact, force and faults. */
 void trephine_hand_reset(trephine_hand* hand);
 
 /* For haptics engines that query custom shapes for the first intersection of a motion: returns one surface

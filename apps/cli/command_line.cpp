@@ -28,13 +28,15 @@ int finish(const std::string& name, bool wants_json, const Result<Outcome>& resu
   const Outcome& outcome = result.value();
   std::fputs(wants_json ? (text_of_json(outcome.json) + "\n").c_str() : for_terminal(outcome.text).c_str(),
              stdout);
-  // A text that is longer than the buffer fails before it is flushed.
+  // Text that is longer than the buffer is written before fflush(); ferror() reports its errors.
   const bool is_written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
-  return is_written ? outcome.exit_code : int{exit_missing_here};
+  if (is_written) return outcome.exit_code;
+  std::fputs("error: the output cannot be written\n", stderr);
+  return exit_missing_here;
 }
 
-/// Returns the unknown options of a list of unexpected words; all words if it has no option. The value of an
-/// unknown option is an unexpected word, too.
+/// Returns the options in a list of unexpected words, or all words if the list has no options. The value of
+/// an unknown option is an unexpected word as well.
 std::string unknown_options(const std::string& words) {
   std::istringstream list(words);
   std::string options, others;
@@ -54,7 +56,7 @@ Error to_error(const CLI::ParseError& error, const std::string& program, const s
     return Error{.what = "invalid value of an option",
                  .where = name,
                  .found = rest,
-                 .expected = "a value as its help says: numbers without a unit",
+                 .expected = "a value as described in the help; numbers without a unit",
                  .remedy = help};
   if (rest == k_empty_value)
     return Error{.what = "the value of an option is empty",

@@ -212,7 +212,7 @@ void listen_for_interrupt() {
   if (hang_up.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // nohup(1) ignores SIGHUP
 }
 Error interrupted(const std::string& work, bool is_recorded) {
-  return {work + (is_recorded ? " was interrupted; the session up to there is kept, nothing else was written"
+  return {work + (is_recorded ? " was interrupted; the session so far is kept, nothing else was written"
                               : " was interrupted; nothing was written"),
           "",
           "",

@@ -78,9 +78,10 @@ void notice(const std::string& text);
 std::string with_dashes(std::string text);
 /// Returns a listener that prints notices and progress to stderr.
 workbench::Listener terminal_listener();
-/// Prints the bounding boxes of the touchable objects and of a path that touched nothing.
+/// Prints the bounding box of the first shape and the models, and that of a path that touched nothing.
 void print_shape_location(const haptics::TouchScene& scene, const haptics::PosePath& path);
-/// Progress line, on a terminal only; rewritten at most ten times per second. Returns false after Ctrl-C.
+/// Progress line, on a terminal only, from one second after the first call on; rewritten at most ten times
+/// per second. Returns false after an interrupt.
 class ProgressLine {
  public:
   explicit ProgressLine(std::string label) : label_(std::move(label)) {}

@@ -78,7 +78,7 @@ Json json_of_score(const workbench::SessionScore& result, double dt) {
 
 void print_score(const Json& score, Rows& rows) {
   Json findings = score["findings"];
-  for (Json& finding : findings)  // whole numbers are counts
+  for (Json& finding : findings)  // whole numbers, such as counts, have no decimals
     if (finding["value"].is_number()) {
       const double value = finding["value"];
       finding["value"] = workbench::format_text("%.*f", value == std::floor(value) ? 0 : 2, value);
@@ -87,7 +87,14 @@ void print_score(const Json& score, Rows& rows) {
                    "finding = {name} | value = {value} | unit = {unit} | verdict = {verdict} | points = "
                    "{points:.1f} | of = {weight:.1f}");
   rows.print("points: {points:.1f} of {possible:.1f}; not judged: {not_judged:.1f}", score);
-  for (const Json& name : score["critical"]) rows.print("critical: {name}", {{"name", name}});
+  for (const Json& name : score["critical"])
+    for (const Json& finding : findings)
+      if (finding["name"] == name)
+        rows.print("critical: {name} {value} ({limit} {full_at} for full points)",
+                   {{"name", workbench::words_of(name)},
+                    {"value", finding["value"]},
+                    {"limit", finding["full_at"] > finding["zero_at"] ? "at least" : "at most"},
+                    {"full_at", finding["full_at"]}});
   if (!score["is_complete"].get<bool>()) rows.print("The recording is not complete.");
   if (!score["is_same"].get<bool>()) rows.print("The replay differs from the recording.");
   for (const Json& finding : score["findings"])

@@ -6,9 +6,9 @@
 
 namespace trephine::imaging {
 
-/// Draws the views from L, P, S in the upper row and from R, A, I in the lower row; near is bright. At most
-/// `columns` x `rows` pixels. Shows all objects in the clip volume of the first. Error: no object near the
-/// tool is touched by depth images.
+/// Draws the views from L, P, S in the upper row and from R, A, I in the lower row; near is bright. Fits
+/// `columns` x `rows` pixels, with 8 to 96 pixels along the edge of a view. Shows all objects in the clip
+/// volume of the first. Error: no object near the tool is touched by depth images.
 Result<Panel> depth_panel(std::span<const sim::DisplayedDepths> depths, int columns, int rows);
 
 /// Returns the edges of the clip volumes (world, mm).

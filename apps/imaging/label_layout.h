@@ -31,10 +31,10 @@ class LabelLayout {
     double radius = 0;          ///< of the marker around it
     glm::dvec2 size{0.0};       ///< of the label
     glm::dvec2 preferred{0.0};  ///< preferred lower left corner of the label
-    /// Vertical line that the label's centre must not pass, and its side of that line; nullopt: no limit.
+    /// Vertical line that the label's centre must not pass; nullopt: no limit.
     std::optional<double> limit = {};
-    bool is_left = false;
-    double longest = 1e9;  ///< of the lead
+    bool is_left = false;  ///< the label is on the left side of that line
+    double longest = 1e9;  ///< greatest length of the lead
   };
   struct Place {
     PictureBox box;
@@ -67,7 +67,7 @@ struct LabelSpace {
   double line = 0;                                     ///< height of a label
   std::function<double(const std::string&)> width_of;  ///< width of a label with this text
   std::vector<PictureBox> occupied = {};               ///< boxes of controls and of other texts
-  int first_number = 1;
+  int first_number = 1;                                ///< first of the numbers that replace names
 };
 struct PlacedLabel {
   std::string text;     ///< the name, or its number; empty: not shown

@@ -33,8 +33,8 @@ class PaneWorker {
   PaneWorker(const PaneWorker&) = delete;
   PaneWorker& operator=(const PaneWorker&) = delete;
 
-  /// Requests an image. Drawing thread. Replaces a pending request of the same pane. The first request starts
-  /// the thread. `stamp`: returned with the image.
+  /// Requests an image, from the drawing thread. Replaces a pending request of the same pane. The first
+  /// request starts the worker's thread. `stamp`: returned with the image.
   void request(std::size_t pane, Make make, std::uint64_t stamp = 0);
   /// Discards the pending request and the finished image of a pane; an image in progress is still finished.
   void forget(std::size_t pane);

@@ -91,7 +91,7 @@ class Panes {
   bool is_live() const noexcept { return is_live_; }
   /// Requests a single X-ray of the current state, 1024 pixels across.
   void shoot();
-  /// True while an X-ray is computed.
+  /// True while an X-ray is requested or computed.
   bool is_exposing() const noexcept { return xray_.is_requested || xray_.is_computing; }
   /// Sets the text next to X-rays: the total exposure.
   void set_xray_note(std::string note) { xray_note_ = std::move(note); }
@@ -114,8 +114,8 @@ class Panes {
   bool shows(PaneKind kind) const noexcept;
   /// True if all visible panes show the newest state at full resolution.
   bool is_up_to_date() const;
-  /// True if a visible pane has no image yet, an image of another size, or a volume rendering of an earlier
-  /// camera; or if an X-ray is computed.
+  /// True if a visible pane has no image yet, an image of another size, or a volume rendering that is stale
+  /// or coarse; or if an X-ray is requested or computed.
   bool is_waiting() const;
   PaneWorker::Counters counters() const { return worker_.counters(); }
 
@@ -143,7 +143,7 @@ class Panes {
     bool is_visible = false;
     double pixel = 0;           ///< mm; 0: fits the whole scan
     glm::dvec3 middle{0.0};     ///< world; its height above the plane is ignored
-    std::uint64_t changes = 0;  ///< of the kind
+    std::uint64_t changes = 0;  ///< of the kind and the problem, in addition to Image::changes
     Image image;                ///< unused for X-rays
     std::shared_ptr<Renderer> renderer;
     bool is_coarse = false;  ///< drawn in fewer pixels during motion

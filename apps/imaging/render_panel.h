@@ -7,12 +7,12 @@
 
 namespace trephine::imaging {
 
-/// Names of transfer functions, in HU; `grey` spans the values of any scan.
+/// Names of transfer functions, in HU; `grey` also serves scans without Hounsfield units.
 inline constexpr std::string_view k_transfer_functions[] = {"bone", "bone-and-skin", "skin", "vessels",
                                                             "grey"};
-/// Opacity of a millimetre from which matter drawn by a transfer function is touchable.
+/// Opacity per millimetre at and above which matter drawn by a transfer function is touchable.
 inline constexpr double k_touch_opacity = 0.1;
-inline constexpr double k_bone = 190;  ///< HU, at which `bone` reaches that opacity, unless stated otherwise
+inline constexpr double k_bone = 190;  ///< HU at which `bone` reaches that opacity by default
 /// Returns a named transfer function; always `grey` for a scan without Hounsfield units. `bone`: HU at which
 /// the function of this name reaches k_touch_opacity.
 volume::TransferFunction transfer_function_of(std::string_view name, const volume::Volume& scan,

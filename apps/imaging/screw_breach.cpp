@@ -53,7 +53,7 @@ ScrewBreach breach_of(const data_tools::ScrewPosition& screw, const Subject& sub
         if (const double depth = distance_to_bone(axis + radius * outward(i), -outward(i), radius);
             depth > breach)
           breach = depth, breach_direction = outward(i);
-    } else {  // away from the bone nearest to the axis
+    } else {  // outside bone: the breach points away from the nearest bone
       double nearest = k_max_diameters * screw.diameter;
       for (int i = 0; i < k_around; ++i)
         if (const double distance = distance_to_bone(axis, outward(i), nearest); distance < nearest || i == 0)

@@ -19,7 +19,7 @@ struct ScrewBreach {
 /// degrees around the shaft.
 ScrewBreach breach_of(const data_tools::ScrewPosition& screw, const Subject& subject);
 
-/// Returns the patient's main axis of a direction: "the patient's left", "the front", ...
+/// Returns the side toward which a direction mainly points: "the patient's left", "the front", "the head".
 std::string side_of_patient(const glm::dvec3& direction);
 
 }  // namespace trephine::imaging

@@ -177,7 +177,7 @@ class Layout {
     return lines;
   }
 
-  /// Gives each arrow at the sides of a box a height, from the top of the box on, so that few arrows cross.
+  /// Assigns heights to the arrows at the sides of a box, from its top downward, so that few arrows cross.
   /// Returns the height of the box.
   double place_ports(std::size_t s, double top) {
     double height = 2 * k_padding;

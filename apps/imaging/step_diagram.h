@@ -22,7 +22,7 @@ struct StepDiagram {
   };
   struct Text {
     std::string words;
-    PictureBox area;   ///< a bound: no usual font needs more
+    PictureBox area;   ///< upper bound of the area that usual fonts need
     double size = 13;  ///< of the font
     bool is_bold = false, is_grey = false;
     bool is_at_right = false;  ///< aligned with the right edge of its area
@@ -39,7 +39,7 @@ inline constexpr double k_dot = 6, k_double_line = 3;
 
 /// Lays out a procedure. No arrow passes through a box, and no text covers another or an arrow.
 StepDiagram step_diagram(const volume::SurgicalProcedure& procedure);
-/// Returns the corners of an arrow's head, from its tip.
+/// Returns the corners of an arrow's head, its tip first.
 std::array<glm::dvec2, 3> head_of(const StepDiagram::Arrow& arrow);
 /// Returns the diagram as an SVG file.
 std::string svg_of(const StepDiagram& diagram);

@@ -21,8 +21,8 @@ Status check_closed(const Object& object) {
                  .where = object.name,
                  .found = format_text("%zu open edges, %zu between triangles that face opposite sides",
                                       facts.open_edges, facts.turned_edges),
-                 .expected = "neither",
-                 .remedy = "close the surface in a mesh editor"};
+                 .expected = "a closed surface with all triangles facing outward",
+                 .remedy = "close the surface and turn these triangles in a mesh editor"};
   if (facts.volume > 0) return std::nullopt;
   return Error{.what = "the triangles of the model face inward",
                .where = object.name,

@@ -83,7 +83,7 @@ void register_error(py::module_& module) {
   py::dict body;
   body["__doc__"] =
       "Raised where an operation refuses its input. `what` is the problem, `where` the file or argument, "
-      "`found` and `expected` the values, `remedy` what helps.";
+      "`found` and `expected` the values, `remedy` the correction.";
   error_class() =
       py::reinterpret_steal<py::object>(PyErr_NewException("trephine.Error", PyExc_ValueError, body.ptr()));
   module.attr("Error") = error_class();
@@ -113,7 +113,7 @@ dvec3 vector_of(const py::handle& value, const char* name) {
   const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(value);
   if (!array || array.ndim() != 1 || array.shape(0) != 3) {
     PyErr_Clear();
-    raise(argument_error("an argument is no point or direction", name,
+    raise(argument_error("an argument is not a point or direction", name,
                          py::str(py::str(value)[py::slice(0, 80, 1)]), "three numbers (x, y, z)",
                          "pass a list, tuple or array of three numbers"));
   }
@@ -125,7 +125,7 @@ glm::ivec3 indices_of(const py::handle& value, const char* name) {
   constexpr double k_most = 1 << 20;
   for (int a = 0; a < 3; ++a)
     if (v[a] != std::floor(v[a]) || !(std::abs(v[a]) <= k_most))
-      raise(argument_error("an index is no integer in range", name, number_text(v[a]),
+      raise(argument_error("an index is not an integer in range", name, number_text(v[a]),
                            "indices of voxels (x, y, z)", "round the numbers"));
   return glm::ivec3(v);
 }
@@ -146,20 +146,20 @@ py::array_t<std::uint32_t, py::array::c_style> buttons_of(const py::handle& valu
   if (!any) PyErr_Clear();
   const char kind = any ? any.dtype().kind() : 'O';
   if (kind != 'i' && kind != 'u' && kind != 'b')
-    raise(argument_error("buttons are no integers", "buttons",
+    raise(argument_error("buttons are not integers", "buttons",
                          any ? std::string(py::str(any.dtype())) : "no array", expected,
-                         "1 activates the tool, 0 does not"));
+                         "pass 1 to activate the tool, otherwise 0"));
   const bool is_same = static_cast<std::size_t>(any.ndim()) + 1 == shape.size() &&
                        std::equal(any.shape(), any.shape() + any.ndim(), shape.begin());
   if (any.ndim() != 0 && !is_same)
     raise(argument_error("the shapes of buttons and positions differ", "buttons", shape_text(any), expected,
                          "pass one number per pose"));
   if (any.size() > 0 && kind == 'i' && any.attr("min")().cast<long long>() < 0)
-    raise(argument_error("a number of buttons is negative", "buttons",
-                         std::string(py::str(any.attr("min")())), expected, "1 activates the tool"));
+    raise(argument_error("a value of buttons is negative", "buttons", std::string(py::str(any.attr("min")())),
+                         expected, "pass 0 or 1"));
   if (any.size() > 0 && any.attr("max")().cast<unsigned long long>() > 0xffffffff)
-    raise(argument_error("a number of buttons is too large", "buttons",
-                         std::string(py::str(any.attr("max")())), "less than 2^32", "a button is a bit"));
+    raise(argument_error("a value of buttons is too large", "buttons",
+                         std::string(py::str(any.attr("max")())), "less than 2^32", "use bits 0 to 31"));
   return py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>::ensure(any);
 }
 
@@ -173,15 +173,15 @@ py::array_t<double, py::array::c_style> doubles_of(const py::handle& value, cons
   py::array any = py::array::ensure(value);
   if (!any) {
     PyErr_Clear();
-    raise(argument_error("an argument is no array", name, std::string(py::str(py::type::of(value))), expected,
-                         "pass a NumPy array"));
+    raise(argument_error("an argument is not an array", name, std::string(py::str(py::type::of(value))),
+                         expected, "pass a NumPy array"));
   }
   const char kind = any.dtype().kind();
   if ((kind != 'f' && kind != 'i' && kind != 'u') || any.ndim() < 2 || any.ndim() > 3 ||
       any.shape(any.ndim() - 1) != width)
     raise(argument_error("an array has the wrong shape or type", name,
                          shape_text(any) + " of " + std::string(py::str(any.dtype())), expected,
-                         "one row per tick; with several hands one row per tick and hand"));
+                         "pass one row per tick, or with several hands one per tick and hand"));
   auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(any);
   if (!array) raise_out_of_memory(name);
   shape.assign(array.shape(), array.shape() + array.ndim());

@@ -64,13 +64,13 @@ glm::ivec3 indices_of(const py::handle& value, const char* name);
 py::tuple tuple_of(const glm::dvec3& v);
 py::tuple tuple_of(const glm::dquat& q);  ///< w, x, y, z
 
-/// Returns an array's numbers as doubles, without a copy if it is contiguous. Error, which names argument and
-/// expected shape, if the last dimension is not `width`, or the number of dimensions not `dimensions`.
+/// Returns an array's numbers as doubles, without a copy if they are contiguous doubles. Sets `shape`. Error,
+/// which names argument and expected shape, unless there are 2 or 3 dimensions, the last of size `width`.
 py::array_t<double, py::array::c_style> doubles_of(const py::handle& value, const char* name, int width,
                                                    std::vector<py::ssize_t>& shape);
 
-/// Returns one number of buttons, or one per pose (`shape` without its last dimension). Error for fractions,
-/// negative numbers and any other shape.
+/// Returns the buttons as bits of one number, or of one per pose (`shape` without its last dimension). Error
+/// for fractions, negative numbers and any other shape.
 py::array_t<std::uint32_t, py::array::c_style> buttons_of(const py::handle& value,
                                                           const std::vector<py::ssize_t>& shape);
 

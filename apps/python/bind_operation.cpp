@@ -23,7 +23,7 @@ py::array_t<Pixel> image_of(const Image<Pixel>& image) {
   return py::array_t<Pixel>({image.rows, image.columns}, image.pixels.data());
 }
 
-/// An operation that one thread at a time uses: a second one gets an exception.
+/// An operation that one thread at a time may use: a second thread gets an exception.
 class PyOperation {
  public:
   explicit PyOperation(Operation operation) : operation_(std::move(operation)) {}
@@ -280,13 +280,13 @@ void bind_operation(py::module_& module) {
       .def_static(
           "open", &open, py::arg("source"),
           "Opens a path (DICOM folder, file or case), \"head\", \"spine\" or a Scan. Keywords: `hand` or "
-          "`hands`; the touched solid: `iso`, `window` or `label`; `plan`: True takes a phantom's plan; "
+          "`hands`; the touched solid: `iso`, `window` or `label`; `plan`: True uses a phantom's plan; "
           "`rate`: ticks per second (1000); `smallest_burr`: mm; `record`: path of a new session. "
-          "Assumptions about the scan are warnings.")
+          "Assumptions about the scan give warnings.")
       .def_static(
           "reopen", &reopen, py::arg("session"), py::arg("scan") = py::none(),
           "Opens a recorded operation at its beginning, read-only. `scan`: the path or the Scan that was "
-          "operated on, if it is neither a phantom nor in the file. A lost end is a warning.")
+          "operated on, if it is neither a phantom nor in the file. A lost end gives a warning.")
       .def(
           "run", &run, py::arg("positions"), py::arg("orientations") = py::none(), py::arg("buttons") = 0,
           "Executes a tick per pose. `positions`: (N, 3), or (T, H, 3) for H hands, world, mm. `orientations`: "
@@ -295,13 +295,13 @@ void bind_operation(py::module_& module) {
       .def(
           "command",
           [](PyOperation& self, const py::args& names, py::kwargs keywords) {
-            // The parameters of a command may have any name, so that its own name has none.
+            // A parameter may have any name, so that the name of the command has no keyword.
             if (names.size() != 1 || !py::isinstance<py::str>(names[0]))
               raise({.what = "no command selected",
                      .where = "command",
                      .found = std::to_string(names.size()) + " positional arguments",
                      .expected = "the name of a command, then its parameters by keyword",
-                     .remedy = "command(\"burr\", diameter=3)"});
+                     .remedy = "call command(\"burr\", diameter=3)"});
             int hand = 0;
             if (keywords.contains("hand")) {
               hand = argument<int>(keywords["hand"], "command hand", "0 for the first hand");
@@ -342,15 +342,15 @@ void bind_operation(py::module_& module) {
           [](PyOperation& self, std::uint64_t tick) {
             self.with([tick](Operation& o) { return check(o.go_to(tick)), 0; });
           },
-          py::arg("tick"), "Of a reopened operation: goes to the state after this number of ticks.")
+          py::arg("tick"), "Goes to the state of a reopened operation after this number of ticks.")
       .def(
           "verify", [](PyOperation& self) { self.with([](Operation& o) { return check(o.verify()), 0; }); },
-          "Of a reopened operation: replays all. Raises Error with the first difference.")
+          "Replays all of a reopened operation. Raises Error with the first difference.")
       .def_property_readonly("measures", &measures, "Values by name: \"removed\", \"nearest to dura\", ...")
-      .def(
-          "score", &score,
-          "Judges the current state: `points` of `possible`, the weight that is `not_judged`, the names of bad findings of weight 4 or more (`critical`), and `findings`, a "
-          "dict each. Without measures of the hands' motion, which `trephine score` adds.")
+      .def("score", &score,
+           "Judges the current state: `points` of `possible`, the weight that is `not_judged`, the names of "
+           "bad findings of weight 4 or more (`critical`), and `findings`, a dict each. Without measures of "
+           "the hands' motion, which `trephine score` adds.")
       .def_property_readonly("events", &events, "All events so far.")
       .def_property_readonly(
           "event_count",

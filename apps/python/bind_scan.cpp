@@ -120,7 +120,7 @@ void bind_scan(py::module_& module) {
           "Number of voxels (z, y, x).")
       .def_property_readonly(
           "spacing", [](const Scan& s) { return tuple_of(s.volume->frame.spacing()); },
-          "Distances of voxels along x, y, z, mm.")
+          "Distances between voxel centres along x, y, z, mm.")
       .def_property_readonly(
           "origin", [](const Scan& s) { return tuple_of(s.volume->frame.origin()); },
           "World position of the centre of voxel (0, 0, 0), mm.")

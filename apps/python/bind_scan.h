@@ -13,7 +13,7 @@ struct Scan {
   std::shared_ptr<const volume::Volume> volume;
 };
 
-/// Returns the voxels as a read-only array of shape (z, y, x) that owns `owner`.
+/// Returns the voxels as a read-only array of shape (z, y, x) that keeps `owner` alive.
 py::array voxels_of(const volume::Volume& scan, py::object owner);
 void bind_scan(py::module_& module);
 

@@ -62,7 +62,7 @@ volume::Mesh mesh_of_cells(const volume::LocalCubes<Samples>& cubes, const glm::
   for (int z = -1; z < size.z; ++z)
     for (int y = -1; y < size.y; ++y)
       for (int x = -1; x < size.x; ++x) {
-        // With the next block empty, too, no cell up to the end of this block is crossed.
+        // If the next block is empty as well, no cell up to the end of this block is crossed.
         if (bits && x >= 0 && y >= 0 && z >= 0 && bits->empty_distance({x, y, z}) > 1) {
           x |= 3;
           continue;

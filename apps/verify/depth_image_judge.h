@@ -13,8 +13,8 @@ class MovingModel {
  public:
   MovingModel(std::vector<std::vector<glm::dvec3>> keys, std::vector<std::uint32_t> triangles, double beat,
               bool is_repeating);
-  /// Returns the depth of p (model frame) in matter at `time` (s), mm. If p is free: minus a lower bound of
-  /// its distance from matter.
+  /// Returns the depth of p (model frame) in matter at `time` (s), mm. If p is free: minus its distance from
+  /// matter.
   double depth(const glm::dvec3& p, double time) const;
 
  private:

@@ -1,4 +1,4 @@
-// EffectJudge: forces that effects should add, from their documents (docs/file-formats.md). Shares no code
+// EffectJudge: forces that effects should add, by their documentation (docs/file-formats.md). Shares no code
 // with haptics.
 #pragma once
 
@@ -27,7 +27,7 @@ struct EffectLaw {
   glm::dvec3 position{0.0};   ///< anchor, start or point, mm; of a constant effect the force, N
   glm::dvec3 direction{0.0};  ///< unit: forward, normal, up, or direction of the effect
   double strength = 0;        ///< N s/mm, N/mm, N, kg, mm, N mm/rad or a share, by its kind
-  double second = 0;          ///< resistance N, frequency Hz, wavelength mm or N mm s/rad
+  double second = 0;          ///< resistance N, frequency Hz, wavelength mm, N/mm or N mm s/rad
   double third = 0;           ///< a share, of a spin
   double max_force = 3;       ///< largest force, N
   std::uint32_t id = 0;

@@ -23,7 +23,7 @@ struct Big {
     auto bits = static_cast<std::uint64_t>(std::ldexp(m, 53));
     int shift = e - 53 + power;
     while (shift < 0) {
-      bits >>= 1;  // zeros: the product is an integer
+      bits >>= 1;  // loses only zeros, since the product is an integer
       ++shift;
     }
     b.sign = x < 0 ? -1 : 1;
@@ -102,7 +102,7 @@ struct Big {
   }
 };
 
-/// Crossing of a plane at h = (2k+1)/2: t = numerator / denominator in units that cancel.
+/// Crossing of the plane at k + 1/2 on an axis.
 struct Crossing {
   int axis;
   int k;  // between voxel k and k + 1
@@ -162,7 +162,7 @@ class Scaled {
       sign = (left - right).sign;
     }
     if (sign != 0) return sign * step_[i] * step_[j];
-    // The line's coordinates are moved by e, e^2, e^3; the largest of the two decides.
+    // The line's coordinates are moved by e, e^2, e^3; the larger of the two moves decides.
     if (p.axis < q.axis) return step_[i] > 0 ? -1 : 1;
     return step_[j] > 0 ? 1 : -1;
   }

@@ -49,7 +49,7 @@ void FallThroughJudge::judge_step(const StepUnderJudgement& step) {
   if (step.path_volume.size() == 1) fell = fell || meets_solid_(proxy, proxy);
   for (std::size_t i = 1; i < step.path_volume.size(); ++i)
     fell = fell || meets_solid_(step.path_volume[i - 1], step.path_volume[i]);
-  // Within rounding: a proxy without contact passes through another frame than the hand.
+  // Without contact the proxy is at the hand, except for rounding: it was converted by another frame.
   if (!step.has_contact)
     fell = fell || glm::length(proxy - step.hip_volume) > 1e-12 * (1 + glm::length(step.hip_volume));
   if (fell) {

@@ -32,8 +32,8 @@ class FallThroughJudge {
   bool meets_solid(const glm::dvec3& a, const glm::dvec3& b) const { return meets_solid_(a, b); }
   /// Returns the last proxy; null if it is unknown or was inside the solid.
   const glm::dvec3* free_proxy() const { return has_last_ && !is_inside_ ? &last_ : nullptr; }
-  /// Moves the last proxy along with a moving object to the start of the next path. `is_fall`: through
-  /// another object.
+  /// Moves the last proxy along with a moving object to the start of the next path. `is_fall`: the motion
+  /// leads through another object and counts as a fall-through.
   void set_carried_proxy(const glm::dvec3& position, bool is_fall) {
     last_ = position;
     fall_throughs_ += is_fall;
@@ -49,7 +49,8 @@ class FallThroughJudge {
   /// Returns the number of steps that could be judged: the previous proxy was known and free.
   long judged() const { return judged_; }
   long fall_throughs() const { return fall_throughs_; }
-  long buried_starts() const { return buried_starts_; }  ///< steps that reported it, justified or not
+  /// Returns the number of steps that reported restored matter over their proxy, justified or not.
+  long buried_starts() const { return buried_starts_; }
 
  private:
   MeetsSolid meets_solid_;

@@ -18,14 +18,14 @@ void ForceJudge::restart(bool is_fresh) {
   has_axes_ = false;
   const ForceLaw law = law_;
   const long ticks = ticks_, wrong = wrong_forces_;
-  const double force = worst_force_, energy = worst_energy_;
+  const double force = worst_force_, torque = worst_torque_, energy = worst_energy_;
   // Lost ticks rendered no force: a debt of energy stays, and so does the softening.
   const double debt = is_fresh ? 0 : std::max(0.0, given_), firmness = is_fresh ? 1 : firmness_,
                strongest = is_fresh ? 0 : strongest_;
   const std::vector<dvec3> sent = is_fresh ? std::vector<dvec3>() : sent_;
   const dvec3 motion = is_fresh ? dvec3(0) : motion_;
   *this = ForceJudge(law);
-  ticks_ = ticks, wrong_forces_ = wrong, worst_force_ = force, worst_energy_ = energy;
+  ticks_ = ticks, wrong_forces_ = wrong, worst_force_ = force, worst_torque_ = torque, worst_energy_ = energy;
   given_ = debt, firmness_ = firmness, strongest_ = strongest, sent_ = sent, motion_ = motion;
   // 0.8 s: smoothing forgets in about 20 ticks, fades and the recovery from a lead take longer.
   if (!is_fresh) unsure_ = static_cast<int>(0.8 / law_.dt);

@@ -1,5 +1,5 @@
-// follow_exactly(): proxy of an ideal hand near any wall with a clearance function. Uses that function alone;
-// shares no code with what it judges.
+// follow_exactly(): ideal proxy near any wall with a clearance function. Uses that function alone; shares no
+// code with the judged code.
 #pragma once
 
 #include <functional>

@@ -64,7 +64,7 @@ MeshVerdict judge_mesh(std::span<const glm::vec3> vertices, std::span<const std:
       ++reached;
       for (std::size_t j = 0; j < count; ++j) {
         if (is_reached[j]) continue;
-        int shared = 0;  // vertices in common besides v
+        int shared = 0;  // common vertices other than v
         for (int a = 0; a < 3; ++a)
           for (int b = 0; b < 3; ++b) {
             const std::uint32_t x = triangles[3 * around[first + i] + static_cast<std::size_t>(a)];

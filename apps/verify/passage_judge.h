@@ -1,5 +1,6 @@
-// PassageJudge: judges paths by the triangles of closed models, for methods that know these only through
-// images. Such a method may be off by a pixel, but must not come out on the other side of a wall.
+// PassageJudge: judges paths by the triangles of closed models, for methods that know these models only
+// through images. Such a method may be off by a pixel, but its proxy must not leave on the other side of a
+// wall.
 #pragma once
 
 #include "apps/verify/mesh_judge.h"

@@ -20,7 +20,7 @@ struct SampledField {
   glm::ivec3 per_voxel{1};
 };
 
-/// Parts of a field in some cubes: there the solid is the union of those of its parts.
+/// Parts of a field in some cubes. In these cubes the solid is the union of the solids of the parts.
 struct FieldParts {
   /// Parts of a cube, a bit each; 0: the field itself.
   std::function<std::uint64_t(const glm::ivec3& cube)> parts_at;
@@ -43,8 +43,8 @@ class SmoothSolid {
   }
   std::size_t field_count() const { return fields_.size(); }
   const glm::ivec3& per_voxel(std::size_t f) const { return fields_[f].per_voxel; }
-  /// Returns the value of field f at p (volume frame), as a sum over 27 of its samples; where it has parts,
-  /// the largest value of one.
+  /// Returns the value of field f at p (volume frame), as a sum over 27 of its samples; in cubes with parts,
+  /// the largest value of a part.
   double value(std::size_t f, const glm::dvec3& p) const;
   bool is_solid(const glm::dvec3& p) const;
   /// Returns true if the segment meets no solid: decided on the Bernstein form of the polynomials in each

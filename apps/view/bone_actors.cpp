@@ -171,7 +171,7 @@ void BoneActors::draw_nothing() {
   for (const Reduced& reduced : reduced_) reduced.actor->VisibilityOff();
 }
 
-std::size_t BoneActors::draw_also(const Key& chunk) {
+std::size_t BoneActors::draw_chunk(const Key& chunk) {
   const auto it = chunks_.find(chunk);
   if (it == chunks_.end() || !is_shown(chunk)) return 0;
   it->second.actor->VisibilityOn();
@@ -182,7 +182,7 @@ std::size_t BoneActors::draw_where(const std::function<bool(const Box&)>& is_dra
   draw_nothing();
   std::size_t triangles = 0;
   for (const auto& [key, chunk] : chunks_)
-    if (is_drawn(chunk.box)) triangles += draw_also(key);
+    if (is_drawn(chunk.box)) triangles += draw_chunk(key);
   return triangles;
 }
 

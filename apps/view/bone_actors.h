@@ -1,5 +1,5 @@
-// BoneActors: actors of the bone's chunks, of coarse groups of chunks and of reduced surfaces, and which of
-// them the next frame draws.
+// BoneActors: actors of the bone's chunks, of coarse groups of chunks and of reduced surfaces, and the choice
+// of those that the next frame draws.
 #pragma once
 
 #include <array>
@@ -36,7 +36,7 @@ class BoneActors {
   BoneActors(vtkRenderer* renderer, bool has_coarse) : renderer_(renderer), has_coarse_(has_coarse) {}
 
   struct Change {
-    std::array<Box, 2> boxes;  ///< of the chunk's part that changed, before and now
+    std::array<Box, 2> boxes;  ///< of the chunk's part that changed, before and after the change
     std::optional<Key> chunk;  ///< the shown chunk; nullopt if it was removed, or is empty
   };
   /// Shows a chunk in place of its previous state.
@@ -57,8 +57,8 @@ class BoneActors {
   std::size_t draw_coarse();
   std::size_t draw_reduced();
   void draw_nothing();
-  /// Adds a chunk to what is drawn.
-  std::size_t draw_also(const Key& chunk);
+  /// Draws a chunk in addition to the others, unless its shape is hidden. Returns its number of triangles.
+  std::size_t draw_chunk(const Key& chunk);
   std::size_t draw_where(const std::function<bool(const Box&)>& is_drawn);
 
   std::vector<Key> chunks() const;

@@ -30,7 +30,7 @@ using glm::dvec3;
 namespace {
 
 constexpr double k_rest_seconds = 0.12;  // rest of the view before drawing at full detail starts
-constexpr double k_batch_ms = 30;        // share of a frame for drawing at full detail
+constexpr double k_batch_ms = 30;        // time per frame for drawing at full detail
 
 }  // namespace
 
@@ -86,7 +86,8 @@ class BoneLayer::Painter {
   std::array<double, 16> view() const;
   /// Returns true if the window has another size or camera than the kept picture.
   bool has_moved() const;
-  /// Begins the picture of a new view: at full detail if that is quick, otherwise coarse.
+  /// Begins the picture of a new view: reduced while there are reduced surfaces, at full detail if that is
+  /// quick, otherwise coarse.
   void prepare_view();
   void draw_all_once();
   void prepare_reduced();
@@ -213,7 +214,7 @@ void BoneLayer::Painter::set_hidden(std::set<std::size_t> shapes) {
   if (actors_.set_hidden(std::move(shapes))) forget_view();
 }
 
-/// The finished picture of the bone stays as it is: only its blending changes.
+/// Changes only the blending of the bone's finished picture, not that picture.
 void BoneLayer::Painter::set_opacity(double opacity, std::function<void()> restore_behind) {
   opacity_ = opacity;
   restore_behind_ = std::move(restore_behind);
@@ -270,7 +271,7 @@ void BoneLayer::Painter::prepare_batch() {
   const double max_triangles = std::max(60000.0, triangles_per_ms_ * k_batch_ms);
   std::size_t triangles = 0;
   while (!to_draw_.empty() && static_cast<double>(triangles) < max_triangles) {
-    triangles += actors_.draw_also(to_draw_.back());
+    triangles += actors_.draw_chunk(to_draw_.back());
     to_draw_.pop_back();
   }
   begin_pass(Pass::batch, triangles);

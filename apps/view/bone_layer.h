@@ -34,10 +34,10 @@ class BoneLayer {
   void clear();
   /// Removes the chunks of a shape.
   void remove_shape(std::size_t shape);
-  /// Hides shapes, by number, which are drawn otherwise.
+  /// Hides shapes, by number, such as those that another layer draws.
   void set_hidden(std::set<std::size_t> shapes);
   /// Draws the finished picture of the bone with this opacity, 0 to 1, over everything else: in a live
-  /// window, `restore_behind` copies what is behind the bone to the framebuffer before the tools are drawn,
+  /// window, `restore_behind` copies the picture behind the bone to the framebuffer before tools are drawn,
   /// and blend() is called after them. Null `restore_behind`: opaque, and the tools are drawn over the bone.
   void set_opacity(double opacity, std::function<void()> restore_behind);
   /// Blends the bone over the framebuffer if it is not opaque.

@@ -1,4 +1,4 @@
-// Meshes of bone as VTK draws them, with colours by density, age of the cut and occlusion.
+// Meshes of bone as VTK draws them, with colours by density, distance to cuts and occlusion.
 #pragma once
 
 #include <vector>

@@ -52,7 +52,7 @@ constexpr double k_half_angle = glm::radians(14.0);  // vertical, of the camera
 
 struct BoneView::Parts {
   vtkRenderWindow* window;
-  vtkNew<vtkRenderer> renderer;  // the bone, and in pictures everything
+  vtkNew<vtkRenderer> renderer;  // the bone; not live: everything
   vtkNew<vtkRenderer> behind;    // live: whole structures behind translucent bone
   vtkNew<vtkRenderer> front;     // live: objects on top of the kept picture
   vtkNew<vtkRenderer> letters;   // live: text, over translucent bone
@@ -257,7 +257,7 @@ ScreenDepth* BoneView::screen_depth() { return parts_->scenery ? &parts_->scener
 void BoneView::set_marks(std::span<const sim::Overlay> marks) {
   if (!parts_->marks) return;
   parts_->marks->show(marks, {});
-  // Without the depth of what was drawn before, nothing hides them.
+  // Without the depth of the objects that were drawn before, nothing hides the marks.
   parts_->letters->SetPreserveDepthBuffer(marks.empty());
 }
 
@@ -349,7 +349,7 @@ void BoneView::show(const StylusState& s) {
   const dvec3 sideways = glm::length(glm::cross(shaft, s.force_world)) > 1e-9
                              ? glm::normalize(glm::cross(shaft, s.force_world))
                              : glm::normalize(glm::cross(shaft, dvec3(0.3, 1, 0.2)));
-  // Keep the arrow's size in the picture independent of the distance.
+  // Seen from nearby, the arrow becomes shorter, so that its size in the picture does not grow.
   const double zoom = std::min(1.0, view_height / 180);
   place(p.arrow, s.proxy_world + (size + 2.5 * zoom) * sideways, s.force_world,
         zoom * std::clamp(12 * force, 3.0, 60.0), zoom * 11);
@@ -387,7 +387,7 @@ void BoneView::Parts::lay_out() {
   // Redrawn bone may hide labels, or no longer hide them.
   const std::uint64_t revision = bone->revision();
   has_changed |= std::exchange(labelled_revision, revision) != revision;
-  // Names keep off the labels of marks and measurements, which are in front.
+  // Names avoid the labels of marks and of overlays in front of everything.
   if (marks && (has_changed || marks->labels().is_stale())) {
     marks->labels().lay_out();
     has_changed = true;

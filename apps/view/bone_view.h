@@ -69,8 +69,8 @@ class BoneView {
   void show_text(const std::string& corner, const std::string& foot);
   /// Distance (mm) of the camera from which a whole world box is visible.
   static double distance_of(const glm::dvec3& low, const glm::dvec3& high);
-  /// Widens the camera's angle in a picture that is narrower than high, so that it shows what a square one
-  /// does. Runs before each frame; call it before the camera is used outside a frame.
+  /// Widens the camera's angle in a picture that is narrower than 0.9 of its height, so that its width still
+  /// shows as much as at that ratio. Runs before each frame; call it before using the camera outside a frame.
   void fit_camera();
   /// Moves the camera to `distance` mm from `target` along `from` (unit), with `up` upward.
   void aim_camera(const glm::dvec3& target, const glm::dvec3& from, const glm::dvec3& up, double distance);

@@ -25,7 +25,8 @@ struct Chart {
   std::vector<ChartSeries> series;
 };
 
-/// Returns colour `i` of a palette that is distinguishable with red-green blindness (Okabe and Ito 2008).
+/// Returns colour `i` of a palette of 16. The first six are distinguishable with red-green blindness (Okabe
+/// and Ito 2008).
 std::array<std::uint8_t, 3> chart_color(std::size_t i);
 
 /// Draws into memory and writes a PNG. Points that an axis cannot show are omitted.

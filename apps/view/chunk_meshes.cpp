@@ -42,7 +42,7 @@ double cut_share(const volume::Field& field, const dvec3& p) {
 }
 
 /// Returns the density of the matter below p (volume frame) as DrawMesh::density. `inward_mm`: vector from p
-/// to the place where it is read, world.
+/// to the position at which the intensity is read, world.
 float density_below(const volume::Field& field, const dvec3& p, const dvec3& inward_mm) {
   const volume::Volume& base = field.volume();
   if (!base.is_hounsfield || field.shape().is_label()) return 1;
@@ -62,7 +62,7 @@ std::optional<dvec3> label_colour(const volume::Volume& base, const volume::Shap
 
 constexpr int k_block = 4;  ///< voxels along the edge of a block of the reduced surface
 
-/// Counts the solid voxels in each block of a shape, without those that were cut.
+/// Counts the solid voxels in each block of a shape; 0 for a block whose middle was removed.
 Result<volume::Volume> block_counts(const volume::Volume& base, const volume::Occupancy& bits,
                                     const volume::Version& version) {
   const dvec3 middle(0.5 * (k_block - 1));
@@ -155,7 +155,7 @@ VertexMatter matter_of_detached(const haptics::TouchScene& scene, const dvec3& p
   if (deepest == nullptr) return {.normal_world = normal_world};
   const volume::Frame& frame = deepest->volume().frame;
   const dvec3 p = frame.volume_from_world(p_world);
-  // The mesh of a piece is within a third of a voxel's extent along its normal of the surface of the scan.
+  // A piece's mesh is at most a third of a voxel's extent along the normal away from the surface of the scan.
   constexpr double k_rough = 0.35, k_rim = 0.25;  // extents
   double extent = 0;                              // mm
   for (int a = 0; a < 3; ++a) extent += std::abs(glm::dot(frame.axes()[a], normal_world));
@@ -348,7 +348,7 @@ ChunkWorker::~ChunkWorker() {
 }
 
 void ChunkWorker::request_all(std::shared_ptr<const volume::Version> version) {
-  constexpr std::size_t k_large = 8'000'000;  // voxels; the chunks of a smaller scan are finished as soon
+  constexpr std::size_t k_large = 8'000'000;  // voxels; smaller scans need no reduced surfaces
   if (scene_->base->voxels.size() > k_large) {
     const std::lock_guard guard(lock_);
     version_ = version;

@@ -23,7 +23,7 @@ struct DrawMesh {
   std::vector<glm::vec3> vertices, normals;
   std::vector<float> freshness;    ///< 0 old bone, 1 cut
   std::vector<float> openness;     ///< ambient visibility: 0 in a crevice, 1 in the open
-  std::vector<float> density;      ///< of the matter just below, 0 spongy to 1 compact; 1 without HU
+  std::vector<float> density;      ///< of the matter just below, 0 spongy to 1 compact; 1 if unknown
   std::vector<glm::vec3> colours;  ///< by vertex, shares of 1; empty: the shape has one colour
   std::vector<std::uint32_t> triangles;
 };

@@ -18,7 +18,7 @@ struct ComparedState {
   sim::Overlays overlays = {};
 };
 
-/// Difference of the first shape.
+/// Difference of two states in the first shape.
 struct Difference {
   double first_mm3 = 0, second_mm3 = 0;  ///< matter only in the first state, only in the second
   glm::dvec3 middle_world{0.0};          ///< differing point nearest to the centroid of the difference, mm

@@ -7,7 +7,8 @@ namespace trephine::view {
 
 /// Returns the rotation from the frame of a device (x to the right, y up, z toward the user) to the world.
 glm::dquat screen_axes(Viewport& viewport);
-/// Returns the point 30 mm in front of the bone in the middle of the picture, world, mm.
+/// Returns the point 30 mm in front of the bone in the middle of the picture, world, mm; without bone there,
+/// Viewport::outside_point().
 glm::dvec3 device_start(Viewport& viewport, const volume::Version& version);
 
 }  // namespace trephine::view

@@ -66,8 +66,8 @@ bool is_disc_free(const BoneTest& is_bone, const dvec3& at, const dvec3& shaft, 
   return true;
 }
 
-/// Returns the distance (mm) along `direction` at which the surface leaves the bone; nullopt if it does not
-/// within `farthest`, or if a wall of bone, such as a spinous process, is in between.
+/// Returns the distance (mm) along `direction`, from `from` to `farthest`, at which the bone ends; nullopt if
+/// it does not end there, or if a wall of bone, such as a spinous process, is in between.
 std::optional<double> edge_along(const BoneTest& is_bone, const dvec3& at, const dvec3& shaft,
                                  const dvec3& direction, double from, double farthest) {
   constexpr double k_stride = 0.5;
@@ -227,7 +227,7 @@ std::optional<double> foot_depth(const BoneTest& is_bone, const FootTool& tool, 
 
 FootSearch find_hole(const BoneTest& is_bone, const BoneTest& was_bone, const FootTool& tool,
                      const dvec3& at_world, const dvec3& shaft) {
-  constexpr double k_farthest = 8, k_grid = 1, k_toe = 0.6;  // mm, mm, of the radius
+  constexpr double k_farthest = 8, k_grid = 1, k_toe = 0.6;  // mm; mm; share of the radius
   const auto [a, b] = across(shaft);
   std::vector<glm::dvec2> offsets;
   const int steps = static_cast<int>(k_farthest / k_grid);

@@ -1,5 +1,5 @@
-// LabelLayer: labels over a picture: light text on dark plates, always in front, without overlaps, each with
-// a line to the labelled point.
+// LabelLayer: labels over a picture: light text on dark plates, always in front, without overlaps. A line
+// joins a label to its point if they are apart.
 #pragma once
 
 #include <array>
@@ -27,11 +27,11 @@ class LabelLayer {
   LabelLayer& operator=(const LabelLayer&) = delete;
 
   void clear();
-  /// `is_name`: set_names() hides the label.
+  /// `is_name`: set_names() determines whether the label is shown.
   void add(const glm::dvec3& at_world, const std::string& text, const glm::dvec3& colour,
            bool is_name = true);
-  /// Names that are shown: those of points that are not hidden, all, or none. Numbers of draggable points and
-  /// warnings always remain.
+  /// Names that are shown: those of points that are not hidden, all, or none. Numbers of draggable points,
+  /// measurements and warnings always remain.
   enum class Names : std::uint8_t { in_front, all, none };
   void set_names(Names names);
   Names names() const noexcept;

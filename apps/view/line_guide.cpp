@@ -50,8 +50,8 @@ bool LineGuide::advance(double mm) {
 }
 
 std::vector<dvec3> LineGuide::line() const {
-  if (marked_ <= 0) return {};
-  return {begin_ - k_standing * ahead_, begin_ + marked_ * ahead_};
+  if (line_length_ <= 0) return {};
+  return {begin_ - k_standing * ahead_, begin_ + line_length_ * ahead_};
 }
 
 std::optional<LineGuide::Pose> LineGuide::follow(std::span<const Line> planned, const Input& input) {
@@ -60,18 +60,18 @@ std::optional<LineGuide::Pose> LineGuide::follow(std::span<const Line> planned, 
   // Another tool in the hand is not in the track of the last one.
   const bool is_other = input.length != length_ || input.is_drill != is_drill_;
   length_ = input.length, is_drill_ = input.is_drill;
-  if (input.length <= 0 || is_other) state_ = State::free, marked_ = 0, was_standing_ = false;
+  if (input.length <= 0 || is_other) state_ = State::free, line_length_ = 0, was_standing_ = false;
   if (input.length <= 0) return std::nullopt;
   if (state_ == State::free) {
     const Line* line = nearest(planned, input);
-    marked_ = 0;
+    line_length_ = 0;
     if (line == nullptr && (input.is_drill || !is_click || !input.surface)) {
       was_standing_ = false;
       return std::nullopt;
     }
     begin_ = line ? line->entry_world : *input.surface;
     ahead_ = line ? glm::normalize(line->target_world - line->entry_world) : -input.shaft;
-    marked_ = line ? glm::length(line->target_world - line->entry_world) : length_;
+    line_length_ = line ? glm::length(line->target_world - line->entry_world) : length_;
     depth_ = line ? -k_standing : -1.0;
     is_planned_ = line != nullptr;
     pushed_ = tip_ = 0;
@@ -89,7 +89,7 @@ std::optional<LineGuide::Pose> LineGuide::follow(std::span<const Line> planned, 
   if (state_ == State::withdrawn) {
     depth_ = std::min(depth_, tip) - k_out_speed * std::min(input.seconds, 0.1);
     if (depth_ > -k_standing) return pose(false, false);
-    state_ = State::free, marked_ = 0, was_standing_ = false;
+    state_ = State::free, line_length_ = 0, was_standing_ = false;
     return std::nullopt;
   }
   if (is_release || input.has_stopped) depth_ = std::min(depth_, tip);  // ends the pressure

@@ -10,17 +10,18 @@
 
 namespace trephine::view {
 
-/// A hand follows a line by touch; a mouse cannot, so the guide holds it. Near the entry of a planned
-/// trajectory the tool stands on that trajectory, elsewhere along its own shaft. While the button is down it
-/// advances along the line, no farther ahead of its tip than a hand would push. A click elsewhere withdraws
-/// it along the line. Not thread-safe; called once per frame.
+/// A hand follows a line by touch; a mouse cannot, so the guide holds the tool on the line. Near the entry of
+/// a planned trajectory the tool stands on that trajectory; elsewhere a probe or a catheter follows its own
+/// shaft. While the button is down, the requested position advances along the line, no farther ahead of the
+/// tip than a hand would push. A click elsewhere withdraws the tool along the line. Not thread-safe; called
+/// once per frame.
 class LineGuide {
  public:
   struct Line {
     glm::dvec3 entry_world{0.0}, target_world{0.0};
   };
   struct Input {
-    double length = 0;                                    ///< inserted part of the tool, mm; 0: another tool
+    double length = 0;                                    ///< length that can be inserted, mm; 0: none
     bool is_drill = false;                                ///< the tool follows planned trajectories only
     glm::dvec3 ray_origin{0.0}, ray_direction{0, 0, -1};  ///< of the cursor, world; unit vector
     std::optional<glm::dvec3> surface;                    ///< point where the ray met the bone as scanned
@@ -45,7 +46,7 @@ class LineGuide {
   /// Depth (mm) of the tip below the begin of the line while a tool is held; 0 above, and without one.
   double inserted() const noexcept { return state_ == State::free ? 0 : std::max(0.0, tip_); }
   /// Length (mm) of the planned trajectory on which the tool is; 0 on a line without a plan.
-  double planned() const noexcept { return is_planned_ ? marked_ : 0; }
+  double planned() const noexcept { return is_planned_ ? line_length_ : 0; }
   /// The line on which the tool stands or is held, to be drawn; empty without one.
   std::vector<glm::dvec3> line() const;
 
@@ -55,12 +56,13 @@ class LineGuide {
   Pose pose(bool is_pressed, bool is_jump) const;
 
   State state_ = State::free;
-  glm::dvec3 begin_{0.0}, ahead_{0, 0, -1};     ///< of the line; unit
-  double depth_ = 0, length_ = 0, marked_ = 0;  ///< mm; `marked_`: drawn length of the line, 0: none
-  double pushed_ = 0;                           ///< mm, by advance() since the last frame
-  double tip_ = 0;                              ///< mm, of the tip below the begin
-  bool is_planned_ = false;                     ///< the line is a planned trajectory
-  bool is_drill_ = false;                       ///< length_ and is_drill_ are those of the last tool
+  glm::dvec3 begin_{0.0}, ahead_{0, 0, -1};  ///< of the line; unit
+  double depth_ = 0, length_ = 0,
+         line_length_ = 0;   ///< mm; `line_length_`: drawn length of the line, 0: none
+  double pushed_ = 0;        ///< mm, by advance() since the last frame
+  double tip_ = 0;           ///< mm, of the tip below the begin
+  bool is_planned_ = false;  ///< the line is a planned trajectory
+  bool is_drill_ = false;    ///< length_ and is_drill_ are those of the last tool
   bool was_pressed_ = false, was_standing_ = false;
 };
 

@@ -35,7 +35,8 @@ bool MouseDevice::read(double t, haptics::Pose& pose) noexcept {
     // A slow display requests few positions: a working tool glides between them.
     constexpr double k_share = 0.4, k_longest = 0.2;  // of the time between two requests; s
     if (newest->position != request_.position) {
-      seconds_ = newest->is_pressed ? std::clamp(k_share * (t - moved_at_), k_seconds, k_longest) : k_seconds;
+      time_constant_ =
+          newest->is_pressed ? std::clamp(k_share * (t - moved_at_), k_seconds, k_longest) : k_seconds;
       moved_at_ = t;
     }
     request_ = *newest;
@@ -44,7 +45,7 @@ bool MouseDevice::read(double t, haptics::Pose& pose) noexcept {
   constexpr double k_turn_seconds = 0.08;
   const double dt = t - time_;
   if (dt > 0) {
-    position_ += dt / (dt + seconds_) * (request_.position - position_);
+    position_ += dt / (dt + time_constant_) * (request_.position - position_);
     constexpr double k_press_speed = 60;  // mm/s
     const glm::dvec3 missing = request_.press - press_;
     const double length = glm::length(missing);

@@ -33,7 +33,7 @@ class MouseDevice final : public haptics::Device {
            const std::optional<glm::dvec3>& jump_world = {},
            const glm::dvec3& press_world = glm::dvec3(0.0)) noexcept;
   std::optional<glm::dvec3> take_jump() noexcept override { return std::exchange(jump_, std::nullopt); }
-  /// Releases the button at once, and leaves the requested pose.
+  /// Releases the button at once, and keeps the requested pose.
   void release() noexcept;
   /// True if the last pose that was read had the button pressed.
   bool is_pressed() const noexcept { return is_pressed_read_; }
@@ -58,10 +58,10 @@ class MouseDevice final : public haptics::Device {
   glm::dvec3 position_, press_{0.0};
   glm::dquat turn_{1, 0, 0, 0};
   static constexpr double k_seconds = 0.015;
-  double time_ = 0;                 ///< s of the last read
-  double moved_at_ = 0;             ///< s of the last new position
-  double seconds_ = k_seconds;      ///< time constant of positions
-  std::optional<glm::dvec3> jump_;  ///< of the last read
+  double time_ = 0;                   ///< s of the last read
+  double moved_at_ = 0;               ///< s of the last new position
+  double time_constant_ = k_seconds;  ///< time constant of positions
+  std::optional<glm::dvec3> jump_;    ///< of the last read
 };
 
 }  // namespace trephine::view

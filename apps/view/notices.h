@@ -9,7 +9,8 @@
 
 namespace trephine::view {
 
-/// Messages about events. Times are seconds since the window opened. Not thread-safe.
+/// Messages about events. Times are seconds since the window opened; in a replay, of the session. Not
+/// thread-safe.
 class Notices {
  public:
   static constexpr double k_outcome_seconds = 5, k_refusal_seconds = 6, k_danger_seconds = 8;

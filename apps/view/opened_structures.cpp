@@ -31,7 +31,7 @@ constexpr double k_level = 27;
 constexpr int k_membrane = 3;          // voxels; a flap strips a membrane of this thickness off a structure
 constexpr double k_normal_voxels = 6;  // radius around a vertex in which labels determine its normal
 constexpr int k_torn_near = 3;         // voxels around a deep cut in which shallow cuts are drawn as well
-constexpr double k_turn = 6.283185307179586;
+constexpr double k_two_pi = 6.283185307179586;
 constexpr int k_backing = k_membrane + 1;  // voxels within which a membrane needs intact matter
 
 bool is_empty(const VoxelBox& box) { return box.low.x > box.high.x; }
@@ -79,16 +79,17 @@ struct OpenedStructures::Solid {
   bool is_deep(const ivec3& v) const;
   /// Returns true if structures remain beneath a removed voxel, close enough for a membrane.
   bool is_backed(const volume::Version& version, const ivec3& v) const;
+  /// Sets the drawn labels in a box: structures without the cuts that are drawn.
   void cut(const volume::Version& version, const VoxelBox& box);
   /// Smooths the drawn labels in a box, to remove their steps.
   void smooth(const VoxelBox& box);
-  /// Returns the label of the matter just below a point of the surface.
-  /// Distance (mm) within which voxels determine a normal.
+  /// Returns the distance (mm) within which voxels determine a normal.
   double normal_reach() const {
     const dvec3 spacing = base->frame.spacing();
     return std::max(k_normal_voxels * std::cbrt(base->frame.voxel_mm3()),
                     1.5 * std::max({spacing.x, spacing.y, spacing.z}));
   }
+  /// Returns the label of the matter just below a point of the surface; nullopt if it is no structure.
   std::optional<int> label_below(const dvec3& at, const dvec3& normal) const;
   void paint(DrawMesh& mesh) const;
   /// Shades a mesh by the labels within some voxels, and by the shadow of bone alone: the surface of labels
@@ -270,7 +271,7 @@ void OpenedStructures::Solid::paint(DrawMesh& mesh) const {
     constexpr int k_directions = 8;
     std::vector<Near> all{{0, 0, 1}};
     for (int n = 0; n < k_directions; ++n) {
-      const double inner = n * k_turn / k_directions, outer = (n + 0.5) * k_turn / k_directions;
+      const double inner = n * k_two_pi / k_directions, outer = (n + 0.5) * k_two_pi / k_directions;
       all.push_back({std::cos(inner), std::sin(inner), 0.7});
       all.push_back({2 * std::cos(outer), 2 * std::sin(outer), 0.35});
     }

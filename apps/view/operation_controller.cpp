@@ -192,7 +192,8 @@ void OperationController::change_history(HistoryStep step) {
   send_history_steps();
 }
 
-/// Returns true if no tick with a button that was released since is to come. A haptic device has its own.
+/// Returns true if the servo has processed the release of the mouse's button, or the button is down. Always
+/// true for a haptic device, which has its own button.
 bool OperationController::is_release_processed() const {
   if (options_.device || is_pressed_) return true;
   return !mouse_.is_pressed() && state_.newest.t >= mouse_.released_at();
@@ -229,14 +230,14 @@ void OperationController::frame() {
   state_ = live_.fetch_state();
   send_history_steps();
   if (state_.refused) refused_ = state_.refused->message();
-  if (state_.refused) drop_point();
+  if (state_.refused) release_handle();
   collect_notices();
   if (steps_) steps_->follow(live_, state_, seconds());
   restore_force();
-  follow_taking();
+  follow_instrument_change();
   if (state_.job != job_) job_ = state_.job, job_started_ = seconds();
   if (state_.contact_tool) viewport_.set_contact_tool(*state_.contact_tool);
-  drag_point();
+  drag_handle();
   if (state_.refused || requested_stroke_ == state_.strokes) requested_stroke_.reset();
   version_ = state_.version;
   viewport_.request(version_, state_.changed);
@@ -311,7 +312,7 @@ void OperationController::touch_scenery() {
     return glm::length(p - glm::clamp(p, mesh->low(), mesh->high())) < k_edge;
   };
   if (mesh == nullptr || (!is_near(hip) && !is_near(proxy))) return;
-  // The depth was requested already, or the screen shows no more of the scenery.
+  // The depth around this position was requested already, or the known depth contains the hand.
   const bool is_same_place = glm::length(proxy - requested_at_) < 1;
   if (is_same_view && (is_same_place || (knows(hip) && knows(proxy)))) return;
   requested_camera_ = camera, requested_mesh_ = mesh, requested_at_ = proxy;
@@ -338,7 +339,7 @@ bool OperationController::needs_other_balls(const sim::InstrumentType& type,
 }
 
 /// Ends the wait for an instrument when the hand has it, or when it was refused or discarded.
-void OperationController::follow_taking() {
+void OperationController::follow_instrument_change() {
   if (!is_changing_instrument()) return;
   constexpr int k_patience = 120;  // frames without a job
   frames_without_job_ = state_.pending_jobs == 0 ? frames_without_job_ + 1 : 0;
@@ -346,7 +347,8 @@ void OperationController::follow_taking() {
     requested_tool_ = {};
 }
 
-/// Distance (mm) along the ray to the nearest detached body; negative if it meets no body.
+/// Distance (mm) along the ray to the nearest surface of an overlay that no hand holds, such as a detached
+/// body or a model; negative if the ray meets no such surface.
 double OperationController::distance_to_bodies(const Ray& ray) const {
   constexpr double k_far = 5000;
   double nearest = -1;
@@ -364,27 +366,27 @@ double OperationController::distance_to_bodies(const Ray& ray) const {
   return nearest;
 }
 
-bool OperationController::grab_point() {
+bool OperationController::grasp_handle() {
   const std::optional<dvec3> at = touched();
   if (!at || !state_.overlays) return false;
   double nearest = std::max(4.0, 0.015 * reach_);  // mm; more from a distance
   for (const sim::Overlay& overlay : *state_.overlays)
     for (const sim::Overlay::Handle& handle : overlay.handles)
       if (const double distance = glm::length(handle.at - *at); distance < nearest)
-        nearest = distance, dragged_point_ = handle.move, dragged_to_ = handle.at;
-  return has_point();
+        nearest = distance, dragged_handle_ = handle.move, dragged_to_ = handle.at;
+  return has_handle();
 }
 
-/// Moves the grasped point every third frame, so that the outline follows visibly.
-void OperationController::drag_point() {
+/// Moves the grasped handle every third frame, so that the outline follows visibly.
+void OperationController::drag_handle() {
   constexpr int k_every = 3;
   const std::optional<dvec3> at = touched();
-  if (!has_point() || !at || ++frames_since_drag_ < k_every || glm::length(*at - dragged_to_) < 0.2) return;
-  for (const sim::Field& field : dragged_point_.schema().fields) {
-    const sim::FieldPointer pointer = field.pointer_in(dragged_point_.data());
+  if (!has_handle() || !at || ++frames_since_drag_ < k_every || glm::length(*at - dragged_to_) < 0.2) return;
+  for (const sim::Field& field : dragged_handle_.schema().fields) {
+    const sim::FieldPointer pointer = field.pointer_in(dragged_handle_.data());
     if (auto* const* point = std::get_if<dvec3*>(&pointer); point && field.name == "at") **point = *at;
   }
-  apply(dragged_point_);
+  apply(dragged_handle_);
   dragged_to_ = *at;
   frames_since_drag_ = 0;
 }
@@ -406,8 +408,9 @@ std::optional<dvec3> OperationController::pointed() {
   return hit >= 0 ? std::optional(ray.origin + hit * ray.direction) : std::nullopt;
 }
 
-/// Returns the depth of a press into the bone under the cursor, at `hit` mm along the ray. It is small while
-/// the tool is deeper than that bone: it slipped past an edge, and would be pulled to the other side.
+/// Returns the depth of a press into the bone under the cursor, at `hit` mm along the ray. The depth is small
+/// while the tool is deeper than that bone: the tool slipped past an edge, and a deep press would pull it to
+/// the other side.
 double OperationController::press_depth(const Ray& ray, double hit) const {
   constexpr double k_slip = 1.5, k_slipped_depth = 0.3;  // mm
   const haptics::ServoRecord& newest = state_.newest;
@@ -434,7 +437,7 @@ void OperationController::follow_cursor() {
   if (!is_soft)
     if (const std::optional<double> soft = distance_to_forbidden(ray, hit))
       hit = *soft + state_.tool_radius, is_soft = !is_pressed;
-  // A working tool that broke through stops, instead of going to the far side, visible through its hole.
+  // A working tool that broke through stops, instead of going to the far side that its hole shows.
   constexpr double k_through = 10;  // mm
   if (is_pressed && is_over_bone_ && hit > reach_ + k_through) hit = reach_;
   if (hit >= 0) reach_ = hit;
@@ -463,7 +466,7 @@ void OperationController::follow_cursor() {
   if (!is_soft && !is_pressed && hit >= 0 &&
       clearance_at(ray.origin + along * ray.direction, 0) < k_least_clearance)
     along = distance_above_soft(ray, along);
-  // Over nothing, and on bone in front of which a structure was clipped, an idle tool stays before
+  // Over nothing, and on bone in front of which a structure was clipped, an idle tool stays in front of
   // structures.
   if (!is_pressed && (hit < 0 || viewport_.clip_plane()) &&
       clearance_at(ray.origin + along * ray.direction, 0) < 0)

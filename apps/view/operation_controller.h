@@ -36,7 +36,8 @@ class OperationController {
   /// Stops the servo and the edits, ends the recording, and returns the report, also when called again.
   const WindowReport& finish();
 
-  /// Sets the cursor: shares of the picture's width and height from the lower left.
+  /// Sets the cursor: shares of the picture's width and height from the lower left. No effect while the tip
+  /// is held.
   void set_cursor(double x, double y) {
     if (!is_tip_held_) x_ = x, y_ = y;
   }
@@ -65,15 +66,15 @@ class OperationController {
   void move_tip(double right, double up);
   /// Keeps the tip at its position, independent of the cursor, until it is released.
   void hold_tip(bool is_held) { is_tip_held_ = is_held; }
-  /// Slides the foot of a Kerrison farther under the edge of bone that holds it, or an inserted tool farther
-  /// along its line, by steps of 0.5 mm, or back. Returns false if no tool is held so.
+  /// Slides the foot of a held Kerrison farther under the bone, or an inserted tool farther along its line,
+  /// by steps of 0.5 mm; negative: back. Returns false if no guide holds the tool.
   bool slide_tool(int steps) { return guide_.slide(steps) || line_.advance(0.5 * steps); }
   /// Shows or hides the clip volumes of depth images.
   void show_clip_volumes(bool are_shown) {
     if (!are_shown && shows_clip_volumes_) shown_.reset();
     shows_clip_volumes_ = are_shown;
   }
-  /// Sets the depth of a pressed stylus below the surface, mm.
+  /// Sets the depth of a pressed stylus below the surface, mm; 0.5 to 12.
   void set_depth(double mm);
   double depth() const noexcept { return depth_mm_; }
   /// The instrument in the hand; empty: no instrument.
@@ -87,31 +88,32 @@ class OperationController {
   void remove_instrument() { apply(sim::RemoveInstrument()); }
   /// Guide through the procedure of the plan; null without a procedure.
   const StepGuide* steps() const noexcept { return steps_ ? &*steps_ : nullptr; }
-  /// Requests the next step of the procedure, and first puts down an instrument that it does not allow.
+  /// Requests a step of the procedure; first removes the instrument if that step does not allow it.
   void go_to_step(const std::string& name) {
     if (steps_ && steps_->needs_empty_hand(name)) remove_instrument();
     apply(sim::GoToStep{name});
   }
-  /// Sends a command to a module.
+  /// Sends a command to the operation.
   void apply(sim::Value what) { live_.apply(sim::Command(std::move(what), 0)); }
   /// Detaches pieces that were cut off the bone.
   void free_pieces() { apply(sim::FreePieces()); }
   /// Releases the held piece, or grasps the piece that the hand touches. Returns false if there is no piece.
   bool grasp_or_release();
-  /// Puts the held or touched piece back to where it was detached. Returns false if there is no piece.
+  /// Puts the held or touched piece back to the position at which it was detached. Returns false if there is
+  /// no detached piece.
   bool put_piece_back();
-  /// Point of the surface under the cursor; with a device, the point that the tool touches. nullopt over
-  /// nothing.
+  /// Point of the surface under the cursor; with a device or while a guide holds the tool, the point that the
+  /// tool touches. nullopt if there is no such point.
   std::optional<glm::dvec3> touched() const;
   /// Returns the visible position of bone or a body under the cursor; with a device, touched().
   std::optional<glm::dvec3> pointed();
-  /// Grasps the point of the plan nearest to touched(), which then follows touched() until drop_point().
-  /// Returns false if no point is within a few millimetres.
-  bool grab_point();
-  void drop_point() { dragged_point_ = {}; }
-  bool has_point() const noexcept { return !dragged_point_.is_empty(); }
-  /// Undoes or redoes the last stroke. Right after the button was released, waits for the last ticks of the
-  /// stroke, which would otherwise cut again.
+  /// Grasps the handle of an overlay (anchor of an outline, pin of a clamp) nearest to touched(), which then
+  /// follows touched() until release_handle(). Returns false if no handle is within a few millimetres.
+  bool grasp_handle();
+  void release_handle() { dragged_handle_ = {}; }
+  bool has_handle() const noexcept { return !dragged_handle_.is_empty(); }
+  /// Undoes or redoes the last change. Right after the button was released, the request is sent only when the
+  /// last ticks of the stroke were processed, since they would cut again.
   void undo() { change_history(HistoryStep::undo); }
   void redo() { change_history(HistoryStep::redo); }
   /// Undoes or redoes to the state with this number of strokes.
@@ -151,12 +153,12 @@ class OperationController {
   }
   /// True if a guide holds the tool, independent of the cursor: with its foot under bone, or on a line.
   bool is_guided() const noexcept { return guide_.is_holding() || line_.is_holding(); }
-  /// True if a probe or a catheter is in its track.
+  /// True if a probe, a catheter or a perforator is in its track.
   bool is_inserted() const noexcept { return line_.inserted() > 0; }
   /// Returns the guide of a tool with a foot.
   const ToolGuide& guide() const noexcept { return guide_; }
-  /// Returns the name and the duration of the job that is computed, such as "cut flap: 3 s"; empty: none, or
-  /// one that began just now.
+  /// Returns the name and the duration of the job that is computed, such as "cut flap, 3 s so far ...";
+  /// empty: no job, or one that began just now.
   std::string job_text() const;
   /// Returns the messages to show at the tool: a latched fault or the structure that the tool is in, the job,
   /// and the newest notices.
@@ -194,9 +196,9 @@ class OperationController {
   double distance_above_soft(const Ray& ray, double along) const;
   std::optional<double> distance_to_forbidden(
       const Ray& ray, double hit, Viewport::Clipping clipping = Viewport::Clipping::applied) const;
-  void drag_point();
+  void drag_handle();
   void touch_scenery();
-  void follow_taking();
+  void follow_instrument_change();
   bool needs_other_balls(const sim::InstrumentType& type, const sim::Value& instrument) const;
   double distance_to_bodies(const Ray& ray) const;
   void follow_surface(const Ray& ray, bool is_over_bone, bool is_soft);
@@ -230,7 +232,7 @@ class OperationController {
   /// A piece that the mouse holds.
   struct Carried {
     glm::dvec3 from{0.0};          ///< mm, of the hand when it grasped the piece
-    double along = 0, lift = 0;    ///< mm from the viewer when it was grasped, and above that
+    double along = 0, lift = 0;    ///< mm: distance from the viewer when grasped; lift toward the viewer
     haptics::Placement hand = {};  ///< the requested pose
     PieceGuard guard;
   };
@@ -250,18 +252,19 @@ class OperationController {
   glm::dvec3 requested_at_{1e9};
   const haptics::MeshTree* requested_mesh_ = nullptr;
   std::uint64_t hidden_pictures_ = 0, touched_picture_ = 0;
-  /// Position of the tool after the next picture is adopted, before the scenery that it was in; mm, world.
+  /// Position to which the tool is moved when the next picture is adopted, in front of the scenery that it
+  /// was in; mm, world.
   std::optional<glm::dvec3> landing_;
   glm::dvec3 request_{0.0};                      ///< position in the last frame, mm, world
   glm::dvec3 under_cursor_{0.0};                 ///< point of the surface in the last frame, mm, world
   bool is_lifted_ = true;                        ///< the tool jumps to its next position
-  std::optional<std::size_t> requested_stroke_;  ///< until it is reached
-  std::vector<HistoryStep> history_steps_;       ///< that wait for the end of a stroke
+  std::optional<std::size_t> requested_stroke_;  ///< number of strokes of the requested state, until reached
+  std::vector<HistoryStep> history_steps_;       ///< steps that wait for the end of a stroke
   std::string refused_;
   Notices notices_;
   std::chrono::steady_clock::time_point started_;
   std::optional<std::chrono::steady_clock::time_point> fault_since_;  ///< start of a fault; for a mouse
-  sim::Value dragged_point_;    ///< command that moves the grasped point; empty: no point
+  sim::Value dragged_handle_;   ///< command that moves the grasped point; empty: no point
   glm::dvec3 dragged_to_{0.0};  ///< last requested position
   int frames_since_drag_ = 0;
   sim::Value requested_tool_;  ///< instrument that waits for its balls; empty: no instrument

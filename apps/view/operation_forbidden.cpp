@@ -1,4 +1,4 @@
-// Forbidden structures in OperationController: where a mouse's tool rests on them.
+// Forbidden structures in OperationController: positions at which a mouse's tool rests on them.
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
@@ -15,8 +15,8 @@ namespace {
 constexpr double k_soft_clearance = 0.5;  // mm, of an idle tool; covers the motion between two frames
 }  // namespace
 
-/// Returns the distance (mm) from the tool's end to the nearest forbidden structure; `tip`: position of the
-/// hand.
+/// Returns the distance (mm) from the tool's end to the nearest forbidden structure. `tip`: position of the
+/// hand. `expected`: as in sim::Forbidden::clearance().
 double OperationController::clearance_at(const dvec3& tip, double expected) const {
   const ToolAppearance tool = appearance_of(state_.tool);
   double radius = std::max(state_.tool_radius, tool.radius);
@@ -81,8 +81,8 @@ bool OperationController::passes_forbidden(const dvec3& from, const dvec3& to) c
   return false;
 }
 
-/// Holds an idle tool outside the whole anatomy if structures are between the clip plane and the bone at
-/// `hit`, which it would pass. Returns false if the way is free.
+/// Holds an idle tool outside the whole anatomy if it would pass structures between the clip plane and the
+/// bone at `hit`. Returns false if the path is free.
 bool OperationController::wait_outside_clip(const Ray& ray, double hit) {
   if (is_pressed_ || !viewport_.clip_plane() || hit < 0 || !distance_to_forbidden(ray, hit)) return false;
   constexpr double k_away = 5;  // mm

@@ -63,7 +63,9 @@ bool OperationController::grasp_or_release() {
   const auto index = static_cast<std::size_t>(body);
   if ((*state_.overlays)[index].holder == 0) return apply(sim::ReleaseBody()), add_notice("Released."), true;
   apply(sim::HoldBody{state_.bodies[index]});
-  add_notice("The piece is grasped. Press T to release it, Shift+T to put it back.");
+  add_notice((*state_.overlays)[index].is_detached
+                 ? "The piece is grasped. Press T to release it, Shift+T to put it back."
+                 : "The body is grasped. Press T to release it.");
   return true;
 }
 
@@ -77,9 +79,9 @@ bool OperationController::put_piece_back() {
   return true;
 }
 
-/// Moves a held piece parallel to the picture in its orientation. It is lifted toward the viewer as far as it
-/// is moved, out of its place and over the bone around it, and stops at bone and forbidden structures.
-/// Returns false if the hand holds no piece.
+/// Moves a held piece parallel to the picture, in the orientation of the hand. It is lifted toward the viewer
+/// as far as it is moved, out of its place and over the bone around it, and stops at bone and forbidden
+/// structures. Returns false if the hand holds no piece.
 bool OperationController::carry_piece(const Ray& ray) {
   const sim::Overlay* held = nullptr;
   if (state_.overlays)
@@ -114,8 +116,8 @@ bool OperationController::carry_piece(const Ray& ray) {
   return true;
 }
 
-/// Returns the test of a point (world, mm) for bone of a version, which must outlive it. Labels count as
-/// well: a window of intensities excludes marrow.
+/// Returns a test that is true for points (world, mm) in bone of a version; the version must outlive the
+/// test. Bone labels count as well, because a window of intensities excludes marrow.
 std::function<bool(const dvec3&)> OperationController::bone_in(const volume::Version& version) const {
   return [this, &version, labelled = volume::BoneClassifier(*scene_->base, {}, &version)](const dvec3& at) {
     const dvec3 p = scene_->base->frame.volume_from_world(at);
@@ -126,16 +128,17 @@ std::function<bool(const dvec3&)> OperationController::bone_in(const volume::Ver
   };
 }
 
-/// Returns how a tool is pressed at the bone under the cursor: toward the viewer, but on a slope so near to
-/// the normal of the uncut surface that it rests within 0.5 mm of the cursor, and less on an edge, around
-/// which a deep press would pull it.
+/// Returns how a tool is pressed at the bone under the cursor: the depth, and the outward direction that it
+/// opposes. This is the direction to the viewer; on a slope, a direction so near to the normal of the uncut
+/// surface that the tool rests within 0.5 mm of the cursor. On an edge the depth is smaller, since a deep
+/// press would pull the tool around it.
 OperationController::Press OperationController::press_at(const Ray& ray, double hit) const {
   const double depth = press_depth(ray, hit);
   // The bone around the point: it lies on the other side of the surface.
   constexpr double k_reach = 2.5, k_step = 0.5;  // mm
   const dvec3 at = ray.origin + hit * ray.direction;
   dvec3 bone(0);
-  double size = 0;  // of the sum for a half-space
+  double size = 0;  // length that `bone` has for a half-space
   int all = 0, solid_count = 0;
   for (double z = -k_reach; z <= k_reach; z += k_step)
     for (double y = -k_reach; y <= k_reach; y += k_step)
@@ -156,8 +159,8 @@ OperationController::Press OperationController::press_at(const Ray& ray, double 
   const double slope = glm::dot(normal, -ray.direction);
   // Deep in a hole the nearest uncut surface is that on the other side of the bone.
   if (slope < 0) return {-ray.direction, depth};
-  // Bone fills half of the ball around a flat surface, and less of that around an edge.
-  constexpr double k_edge = 0.4, k_edge_depth = 1.5;  // mm
+  // Bone fills half of a ball on a flat surface, and less of a ball on an edge.
+  constexpr double k_edge = 0.4, k_edge_depth = 1.5;  // share of the ball; mm
   const double pressed = solid_count < k_edge * all ? std::min(depth, k_edge_depth) : depth;
   constexpr double k_aside = 0.5;  // mm, of the resting tool from the cursor
   const double sine = std::min(1.0, k_aside / pressed);
@@ -247,7 +250,7 @@ bool OperationController::follow_line(const Ray& ray, const ToolAppearance& tool
   input.has_stopped = has_drill_stopped_;
   input.seconds = seconds_since(std::exchange(guided_at_, Clock::now()));
   const std::optional<LineGuide::Pose> pose = line_.follow(planned_lines_, input);
-  viewport_.mark_edge(line_.line());
+  viewport_.mark_line(line_.line());
   if (was_holding && !pose) is_lifted_ = true;
   if (!pose) return false;
   is_lifted_ = true;
@@ -256,7 +259,7 @@ bool OperationController::follow_line(const Ray& ray, const ToolAppearance& tool
   return true;
 }
 
-/// Holds a tool with a foot by its guide; returns false if the guide has no pose for it.
+/// Holds a tool by its guide, with a foot or along a line; returns false if the guide has no pose for it.
 bool OperationController::follow_guide(const Ray& ray, double hit) {
   const bool was_holding = guide_.is_holding(), is_pressed = std::exchange(has_click_, false) || is_pressed_;
   const ToolAppearance appearance = appearance_of(state_.tool);
@@ -275,7 +278,7 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   input.seconds = seconds_since(std::exchange(guided_at_, Clock::now()));
   input.version = version_;
   const std::optional<ToolGuide::Pose> pose = guide_.follow(bone_in(*version_), bone_in(*untouched_), input);
-  viewport_.mark_edge(guide_.edge());
+  viewport_.mark_line(guide_.edge());
   if (std::string reason = guide_.take_message(); !reason.empty())
     notices_.add({seconds(), static_cast<double>(state_.newest.tick) / options_.rate_hz, EventLevel::refusal,
                   "The tool cannot work here: " + reason});
@@ -288,7 +291,7 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
 
 /// Shows a message if a pressed tool works behind bone, where the user cannot see it.
 void OperationController::watch_sight(const Ray& ray, bool is_pressed) {
-  constexpr double k_seconds = 1, k_cover = 1;  // mm of bone or more in front of the tool
+  constexpr double k_seconds = 1, k_cover = 1;  // s; mm of bone in front of a hidden tool, at least
   const dvec3 sight = state_.newest.proxy_world - ray.origin;
   const double distance = glm::length(sight);
   const double bone = is_pressed && distance > 0

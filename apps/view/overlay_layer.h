@@ -31,7 +31,7 @@ class OverlayLayer {
 
   /// Replaces the shown overlays. `hands`: placement of each hand, for the objects that it holds.
   void show(std::span<const sim::Overlay> overlays, std::span<const haptics::Placement> hands);
-  /// Number of drawn surfaces, sets of lines and labels together.
+  /// Number of drawn objects: surfaces, sets of lines, skins, handles and labels.
   std::size_t size() const noexcept;
   /// Labels of the overlays; call lay_out() before each frame.
   LabelLayer& labels() noexcept;

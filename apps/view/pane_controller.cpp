@@ -81,7 +81,7 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
       shots_ = arm->shots;
       if (arm->shots > 0) {
         char text[80];
-        // The time, since a live exposure is no number of images.
+        // Show the time, since a live exposure has no number of images.
         std::snprintf(text, sizeof text, "   X-ray %.1f s, %.0f mGy cm\u00b2", arm->seconds,
                       arm->area_product);
         panes_.set_xray_note(text);
@@ -91,7 +91,7 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
   followed_.assign(settings.begin(), settings.end());
 }
 
-/// The tool is of steel. X-rays show it at the position where it is drawn.
+/// Shows the tool, as steel, in X-rays at the position at which it is drawn.
 void PaneController::show_tool_in_xrays(const PaneInput& input) {
   const sim::Value tool = input.tool != nullptr && input.is_tool_there ? *input.tool : sim::Value();
   if (!(tool == shadow_of_)) {

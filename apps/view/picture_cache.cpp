@@ -41,8 +41,6 @@ void copy(unsigned from, unsigned to, int width, int height) {
   glGetIntegerv(GL_READ_FRAMEBUFFER_BINDING, &read);
   glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &draw);
   const GLboolean is_clipped = glIsEnabled(GL_SCISSOR_TEST);
-  GLboolean writes_depth = GL_TRUE;
-  glGetBooleanv(GL_DEPTH_WRITEMASK, &writes_depth);
   glDisable(GL_SCISSOR_TEST);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, from);
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, to);

@@ -22,7 +22,7 @@ class PictureText {
 
   /// Shows lines in the upper left corner, and one line at the bottom centre.
   void show(const std::string& corner, const std::string& foot);
-  /// Sets the factor of the text size.
+  /// Sets the factor of the size of the letters and of the scale bar's text.
   void set_scale(double factor);
   /// Updates letters and scale for the current camera. Call before each frame.
   void update();

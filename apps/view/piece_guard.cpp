@@ -26,8 +26,8 @@ bool PieceGuard::fits(const Placement& hand, const Obstacle& is_obstacle) {
   return stopping_.empty();
 }
 
-/// Returns the mean direction (unit) out of the obstacles at the samples that stopped the piece; zero if it
-/// has none.
+/// Returns the mean direction (unit) out of the obstacles at the samples that stopped the piece; zero if
+/// there is no such direction.
 dvec3 PieceGuard::normal(const Placement& hand, const Obstacle& is_obstacle) const {
   constexpr std::size_t k_max = 24;  // samples
   constexpr double k_reach = 1;      // mm

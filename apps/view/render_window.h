@@ -28,11 +28,11 @@ class DrawSurface {
 /// (ErrorKind::missing_here) if OpenGL is not available.
 Result<std::unique_ptr<DrawSurface>> make_offscreen(int width, int height);
 
-/// Description of the OpenGL in use: "llvmpipe (LLVM 15), 4.5 (Core Profile) Mesa 22.3". Creates a temporary
-/// context.
+/// Description of the OpenGL in use: "llvmpipe (LLVM 15), OpenGL 4.5 (Core Profile) Mesa 22.3". Creates a
+/// temporary context.
 Result<std::string> describe_gl();
 
-/// Returns the newest modification time of what the window's renderers other than `except` show.
+/// Returns the newest modification time of the props of the window's renderers other than `except`.
 std::uint64_t newest_change(vtkRenderWindow* window, const vtkRenderer* except);
 
 /// Contents of the window as a PNG file. The texts in the picture become its description.

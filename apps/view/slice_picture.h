@@ -6,7 +6,7 @@
 
 namespace trephine::view {
 
-/// Draws panels in rows of at most two, as PNG. `edge`: pixels along the edge of a panel. Error: no OpenGL.
+/// Draws panels in rows of at most three, as PNG. `edge`: pixels along the edge of a panel. Error: no OpenGL.
 Result<std::string> slices_png(const std::vector<imaging::Panel>& panels, int edge = 520);
 Status write_slices(const std::vector<imaging::Panel>& panels, const std::string& path, int edge = 520);
 

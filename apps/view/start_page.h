@@ -29,7 +29,7 @@ struct StartSession {
 };
 
 struct StartPageOptions {
-  std::string problem;  ///< why the last choice could not be opened; empty: no problem
+  std::string problem;  ///< reason why the last choice could not be opened; empty: no problem
   std::vector<StartTile> tiles;
   std::vector<StartSession> sessions;                           ///< newest first
   std::vector<std::pair<std::string, std::string>> procedures;  ///< names and titles, for an own scan

@@ -38,7 +38,7 @@ void StepGuide::show(const sim::ProcedurePosition& position) {
   ++revision_;
 }
 
-/// Shows another step, whose next steps are not known to be allowed yet.
+/// Enters another step. It is not known yet which of its next steps are allowed.
 void StepGuide::enter(const sim::LiveState& state) {
   index_ = static_cast<std::size_t>(state.step);
   visits_ = state.step_visits;

@@ -20,7 +20,7 @@ class StepGuide {
     std::string step;   ///< name
     std::string title;  ///< in the user's words
     bool is_allowed = false;
-    bool needs_empty_hand = false;  ///< the step does not allow the instrument, which is put down first
+    bool needs_empty_hand = false;  ///< the step does not allow the instrument, which is removed first
     std::string reason;             ///< sentences; empty if the step is allowed, or not known yet
     friend bool operator==(const Next&, const Next&) = default;
   };
@@ -43,7 +43,7 @@ class StepGuide {
   bool is_visited(std::size_t step) const { return step < visits_.size() && visits_[step] > 0; }
   /// Steps that can be requested, in the order of the transitions.
   const std::vector<Next>& next() const noexcept { return next_; }
-  /// True if the instrument is put down before this step is requested.
+  /// True if the instrument must be removed before this step is requested.
   bool needs_empty_hand(const std::string& step) const;
   /// Title of a step, or its name.
   static const std::string& title_of(const volume::ProcedureStep& step) {

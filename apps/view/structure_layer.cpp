@@ -7,14 +7,22 @@
 #include <vtkActor.h>
 #include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
+#include <vtkCellArray.h>
+#include <vtkFloatArray.h>
+#include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
+#include <vtkPlane.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
+#include <vtkShaderProperty.h>
 #include <vtkSmartPointer.h>
+#include <vtkTexture.h>
 
 #include "apps/view/bone_mesh.h"
 #include "apps/view/picture_cache.h"
@@ -34,6 +42,9 @@ struct StructureLayer::Parts {
   vtkRenderWindow* window;
   vtkRenderer* renderer;
   std::map<int, Shown> structures;
+  vtkNew<vtkPlane> clip;
+  bool is_clipped = false;
+  vtkSmartPointer<vtkActor> cap;  ///< null before the first cut face
   PictureCache kept;
   std::array<double, 20> kept_view{};  ///< camera, clipping range and size of the kept picture
   bool is_active = false, is_stale = true;
@@ -125,6 +136,7 @@ void StructureLayer::show(int id, const DrawMesh& mesh, const glm::dvec3& colour
   shown.triangles = mesh.triangles.size() / 3;
   vtkNew<vtkPolyDataMapper> mapper;
   mapper->SetInputData(to_poly_data({&mesh}, {colour, colour, colour, colour}));
+  if (parts_->is_clipped) mapper->AddClippingPlane(parts_->clip);
   shown.actor->SetMapper(mapper);
   parts_->apply(shown);
 }
@@ -134,6 +146,79 @@ void StructureLayer::set_opacity(int id, double opacity) {
   if (shown.opacity == opacity) return;
   shown.opacity = opacity;
   parts_->apply(shown);
+}
+
+void StructureLayer::set_clip(const glm::dvec3& origin, const glm::dvec3& normal) {
+  Parts& p = *parts_;
+  const bool is_clipped = normal != glm::dvec3(0);
+  if (is_clipped) {
+    p.clip->SetOrigin(origin.x, origin.y, origin.z);
+    p.clip->SetNormal(normal.x, normal.y, normal.z);
+  }
+  p.is_stale = true;
+  if (std::exchange(p.is_clipped, is_clipped) == is_clipped) return;
+  for (const auto& [id, shown] : p.structures) {
+    vtkMapper* mapper = shown.actor->GetMapper();
+    if (mapper == nullptr) continue;
+    mapper->RemoveAllClippingPlanes();
+    if (is_clipped) mapper->AddClippingPlane(p.clip);
+  }
+}
+
+void StructureLayer::show_cap(const CapImage& image) {
+  Parts& p = *parts_;
+  p.is_stale = true;
+  if (image.columns == 0) {
+    if (p.cap) p.cap->VisibilityOff();
+    return;
+  }
+  if (!p.cap) {
+    p.cap = vtkSmartPointer<vtkActor>::New();
+    p.cap->GetProperty()->SetAmbient(0.45);
+    p.cap->GetProperty()->SetDiffuse(0.6);
+    // Pixels without matter are not drawn; between pixels, alpha is interpolated.
+    p.cap->GetShaderProperty()->AddFragmentShaderReplacement("//VTK::TCoord::Impl", true,
+                                                             "//VTK::TCoord::Impl\n"
+                                                             "  if (gl_FragData[0].a < 0.5) discard;\n"
+                                                             "  gl_FragData[0].a = 1.0;\n",
+                                                             false);
+    p.cap->ForceOpaqueOn();
+    p.cap->PickableOff();
+    p.renderer->AddActor(p.cap);
+  }
+  vtkNew<vtkImageData> data;
+  data->SetDimensions(image.columns, image.rows, 1);
+  data->AllocateScalars(VTK_UNSIGNED_CHAR, 4);
+  std::copy_n(image.pixels.data()->data(), 4 * image.pixels.size(),
+              static_cast<std::uint8_t*>(data->GetScalarPointer()));
+  vtkNew<vtkTexture> texture;
+  texture->SetInputData(data);
+  texture->InterpolateOn();
+  texture->MipmapOn();
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkFloatArray> coordinates, normals;
+  coordinates->SetNumberOfComponents(2);
+  normals->SetNumberOfComponents(3);
+  for (const auto& [right, up] : {std::pair{0, 0}, {1, 0}, {1, 1}, {0, 1}}) {
+    const glm::dvec3 at =
+        image.corner_world + double(right) * image.right_world + double(up) * image.up_world;
+    points->InsertNextPoint(at.x, at.y, at.z);
+    coordinates->InsertNextTuple2(right, up);
+    normals->InsertNextTuple3(image.normal_world.x, image.normal_world.y, image.normal_world.z);
+  }
+  vtkNew<vtkPolyData> face;
+  vtkNew<vtkCellArray> cells;
+  const vtkIdType corners[] = {0, 1, 2, 3};
+  cells->InsertNextCell(4, corners);
+  face->SetPoints(points);
+  face->SetPolys(cells);
+  face->GetPointData()->SetTCoords(coordinates);
+  face->GetPointData()->SetNormals(normals);
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputData(face);
+  p.cap->SetMapper(mapper);
+  p.cap->SetTexture(texture);
+  p.cap->VisibilityOn();
 }
 
 void StructureLayer::set_active(bool is_active) {

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "apps/view/chunk_meshes.h"
+#include "apps/view/section_cap.h"
 
 class vtkRenderer;
 class vtkRenderWindow;
@@ -24,6 +25,10 @@ class StructureLayer {
   void show(int id, const DrawMesh& mesh, const glm::dvec3& colour);
   /// Sets the opacity of a structure: 0 hidden, 1 opaque.
   void set_opacity(int id, double opacity);
+  /// Clips the structures: draws only the side to which `normal_world` points. Null normal: no clipping.
+  void set_clip(const glm::dvec3& origin_world, const glm::dvec3& normal_world);
+  /// Shows the cut face of a clipped picture; an image without pixels hides it.
+  void show_cap(const CapImage& image);
   /// Switches the layer on or off. Off, it has no cost.
   void set_active(bool is_active);
   bool is_active() const noexcept;

@@ -14,14 +14,14 @@ namespace trephine::view {
 std::vector<volume::VoxelBox> label_boxes(const volume::Volume& scan);
 
 /// Returns the smooth, closed surface of the voxels with a label in `box` that a version keeps, of at most
-/// about k_structure_triangles; empty if there are no such voxels. Parts thinner than a voxel vanish in
-/// labels whose box has more than 2.4e7 voxels.
+/// about k_structure_triangles; empty if there are no such voxels. Threads of one voxel may vanish in labels
+/// whose box has more than 2.4e7 voxels.
 DrawMesh structure_surface(const volume::Volume& scan, const volume::Version& version, int label,
                            const volume::VoxelBox& box);
 inline constexpr std::size_t k_structure_triangles = 150000;
 
-/// Meshes structures on a thread of its own, one after the other. No cost before the first request. Borrows
-/// the scan. Drawing thread only.
+/// Meshes structures on another thread, one after the other. No cost before the first request. Borrows the
+/// scan. Call on the drawing thread only.
 class StructureSurfaces {
  public:
   explicit StructureSurfaces(const volume::Volume& scan) : scan_(&scan) {}

@@ -22,7 +22,7 @@ struct Structure {
   std::string name;
   Kind kind = Kind::labelled;
   glm::dvec3 colour{1.0};  ///< shares of 1
-  int label = -1;          ///< value in the scan; -1: not defined by a label
+  int label = -1;          ///< value of a soft structure in the scan; -1: bone
   int shape = -1;          ///< number of the touched shape; -1: not touched
   double opacity = 1;      ///< 0 hidden, 1 opaque
 
@@ -39,15 +39,15 @@ struct StructureOpacity {
 /// no bone and have voxels. Those whose name is not that of a known structure, such as organs, are hidden.
 std::vector<Structure> structures_of(const haptics::TouchScene& scene);
 
-/// Sets opacities by name. Error: a name that is not in the list, or a single bone that is neither shown nor
-/// hidden.
+/// Sets opacities by name. Error: a name that is not in the list or occurs twice, or a translucent single
+/// bone.
 Status set_opacities(std::vector<Structure>& structures, std::span<const StructureOpacity> opacities);
 
 /// Checks opacities for a scene. `where`: location for the error.
 Status check_opacities(const haptics::TouchScene& scene, std::span<const StructureOpacity> opacities,
                        const std::string& where);
 
-/// Returns the label values of a scan that name a soft structure and are not touched.
+/// Returns the label values of a scan that name a soft structure and are neither touched nor given as models.
 std::vector<int> untouched_structures(const haptics::TouchScene& scene);
 /// Returns the usual colour (RGB, 0 to 1) of a structure by its name, such as "dural sac"; empty: unknown.
 std::optional<glm::dvec3> usual_structure_colour(const std::string& name);

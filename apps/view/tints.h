@@ -11,7 +11,7 @@ namespace trephine::view {
 struct Tint {
   glm::dvec3 spongy, compact, cut_spongy, cut_compact;
 };
-/// Returns the tint of a shape: of its own colour, or one by its index.
+/// Returns the tint of a shape: derived from its own colour, or chosen by its index.
 Tint tint_of(std::size_t shape, const std::optional<glm::dvec3>& colour);
 
 /// Returns the colour of a vertex in open light, shares of 1.

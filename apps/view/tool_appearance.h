@@ -30,7 +30,7 @@ struct ToolAppearance {
   double shaft_radius = 0.5;  ///< mm
   FootTool foot;              ///< Kind::none for tools without a foot
   double insertion = 0;       ///< length that is inserted along the shaft, mm; 0: the tool is not inserted
-  bool is_drill = false;      ///< the shaft drills its own way
+  bool is_drill = false;      ///< an inserted tool that drills its own hole
 };
 
 /// Derives the look from the fields "diameter", "shape" (sphere, cylinder, barrel, match-head) and "length";
@@ -40,7 +40,7 @@ struct ToolAppearance {
 ToolAppearance appearance_of(const sim::Value& parameters);
 ToolAppearance ball_appearance(double radius);
 /// Returns the closed surface of a tool's end and shaft as solids of revolution, for X-rays, in the frame of
-/// the hand. A tool without parts has none.
+/// the hand; nullopt for a tool without parts.
 std::optional<volume::TurnedSolid> solid_of(const ToolAppearance& tool);
 /// Half of the field "diameter", mm; 0 without that field.
 double drawn_radius(const sim::Value& parameters);

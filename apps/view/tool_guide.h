@@ -36,8 +36,8 @@ class ToolGuide {
   /// Returns the pose of the tool in this frame; nullopt: the cursor determines it. A search calls `is_bone`
   /// up to 50,000 times; it runs after the cursor moved, at most 20 times per second.
   std::optional<Pose> follow(const BoneTest& is_bone, const BoneTest& was_bone, const Input& input);
-  /// Slides the foot of a held Kerrison farther under the bone, 0.5 mm per step. Returns false if no Kerrison
-  /// is held.
+  /// Slides the foot of a held Kerrison farther under the bone, 0.5 mm per step; a held craniotome does not
+  /// slide. Returns false if no tool is held at rest.
   bool slide(int steps);
   /// Releases the tool to the cursor.
   void release();

@@ -202,7 +202,7 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
     l->operation->frame();
     if ((l->options->seconds && seconds_since(l->started) > *l->options->seconds) ||
         l->options->should_close()) {
-      // The graphics context ends with the event loop.
+      // Draw the whole picture now: the event loop destroys the graphics context at its end.
       l->is_complete = l->options->screenshot.empty() || l->operation->viewport().complete();
       l->interactor->TerminateApp();
     }

@@ -92,7 +92,9 @@ struct WindowOptions {
   /// Polled in every frame: true closes the window properly, like its close button.
   std::function<bool()> should_close = [] { return false; };
   std::string screenshot;  ///< PNG file at the end; empty: no screenshot
-  char side = 0;           ///< side of the camera, as in Viewport::look_from; 0: front left above
+  /// Side of the camera, as in Viewport::look_from; 0: front left above. In the full window, 0 shows a spine
+  /// from the back, and a replay from the side of its work.
+  char side = 0;
   std::vector<StructureOpacity> opacities = {};  ///< of structures at the start
   double free_pieces = 50;  ///< mm3; pieces of at least this size are detached after a stroke; 0: never
   std::shared_ptr<const volume::SurgicalPlan> plan;  ///< shown in addition to the bone; null: no plan
@@ -125,7 +127,7 @@ struct WindowReport {
   std::uint64_t force_faults = 0;  ///< number of times that the force was switched off
   int frames = 0, drilling_frames = 0;
   int frames_skipped = 0;                           ///< frames not drawn because the picture did not change
-  double frame_p50_ms = 0, frame_p99_ms = 0;        ///< of all frames
+  double frame_p50_ms = 0, frame_p99_ms = 0;        ///< of drawn frames
   double drilling_p50_ms = 0, drilling_p99_ms = 0;  ///< of frames in which bone was cut
   double first_frame_seconds = 0;                   ///< from the call to the first picture of touchable bone
   std::size_t triangles = 0;
@@ -141,10 +143,11 @@ inline std::shared_ptr<const haptics::TouchScene> borrowed(const haptics::TouchS
 }
 
 /// Runs a window until it closes. Uses the full window of libtrephine-window (Qt) if it is installed;
-/// otherwise, and in embedding programs, a plain window with mouse and keys: move to follow the surface, left
-/// button to press and drill, wheel for depth, right button to turn, middle to tilt the tool, Shift + right
-/// to move the picture, Ctrl + wheel to zoom; u or Ctrl+Z to undo, y or Ctrl+Y to redo; a p l r s i for
-/// views; f to clear a fault; q to quit. `scene`: for a replay or a picture; an operation has its own scene.
+/// otherwise a plain window with mouse and keys: move to follow the surface, left button to press and drill,
+/// wheel for depth, right button to turn, middle to tilt the tool, Shift + right to move the picture, Ctrl +
+/// wheel to zoom; u or Ctrl+Z to undo, y or Ctrl+Y to redo; a p l r s i for views; f to clear a fault; q to
+/// quit. `scene`: for a replay or a picture; an operation has its own scene. Error: no display, or a replay
+/// without the full window.
 Result<WindowReport> run_window(std::shared_ptr<const haptics::TouchScene> scene,
                                 const WindowOptions& options);
 Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const WindowOptions& options);

@@ -31,7 +31,7 @@ bool has_scenery(const haptics::TouchScene& scene) {
                      [](const haptics::TouchItem& item) { return item.depth && item.depth->is_streamed(); });
 }
 
-constexpr int k_threads = 2;  // for meshing, at normal priority, below servo and edits
+constexpr int k_threads = 2;  // for meshing, at lower priority than the drawing thread
 }  // namespace
 
 Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bool is_live)
@@ -42,6 +42,7 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
       opened_labels_(untouched_structures(scene)),
       list_(structures_of(scene)),
       surfaces_(*scene.base),
+      cap_(scene),
       touch_radius_(scene.tool->radius()),
       is_rigid_(scene.tool->is_six_dof()) {
   worker_ = std::make_unique<ChunkWorker>(scene, k_threads);
@@ -104,6 +105,7 @@ void Viewport::request_all(const std::shared_ptr<const volume::Version>& version
   worker_->request_all(version);
   opened_->request_all(version);
   for (std::size_t i = 0; i < list_.size(); ++i) request_whole(i, version);
+  if (clip_plane()) request_cap();
 }
 
 void Viewport::request(const std::shared_ptr<const volume::Version>& version,
@@ -112,6 +114,7 @@ void Viewport::request(const std::shared_ptr<const volume::Version>& version,
   version_ = version;
   worker_->request(version, changed.low, changed.high);
   opened_->request(version, changed);
+  if (clip_plane()) request_cap();
   if (!has_whole_structures()) return;
   for (std::size_t i = 0; i < list_.size(); ++i)
     if (list_[i].label >= 0 && surfaces_.has_voxels(list_[i].label, changed)) request_whole(i, version);
@@ -121,6 +124,7 @@ void Viewport::wait() {
   worker_->finish();
   opened_->finish();
   surfaces_.finish();
+  cap_.finish();
   fetch_meshes();
 }
 
@@ -131,45 +135,6 @@ void Viewport::preview(std::unique_ptr<haptics::TouchScene> shapes,
   worker_ = std::make_unique<ChunkWorker>(preview_ ? *preview_ : *scene_, k_threads);
   view_.bone().clear();
   request_all(version);
-}
-
-void Viewport::set_clip(const ClipChoice& choice) {
-  clip_ = choice;
-  const dvec3 middle = 0.5 * (low_ + high_);
-  clip_normal_ = dvec3(0);
-  switch (choice.axis) {
-    case ClipChoice::Axis::none:
-    case ClipChoice::Axis::plane:
-      break;
-    case ClipChoice::Axis::left:
-      clip_normal_ = {-1, 0, 0};
-      break;
-    case ClipChoice::Axis::back:
-      clip_normal_ = {0, 1, 0};
-      break;
-    case ClipChoice::Axis::up:
-      clip_normal_ = {0, 0, -1};
-      break;
-    case ClipChoice::Axis::view: {
-      double n[3];
-      view_.renderer()->GetActiveCamera()->GetDirectionOfProjection(n);
-      clip_normal_ = {n[0], n[1], n[2]};
-      break;
-    }
-  }
-  if (choice.axis == ClipChoice::Axis::plane) {
-    clip_origin_ = choice.at, clip_normal_ = -choice.normal;
-  } else {
-    const double reach = 0.5 * glm::dot(high_ - low_, glm::abs(clip_normal_));
-    clip_origin_ = middle + (2 * choice.share - 1) * reach * clip_normal_;
-  }
-  view_.bone().set_clip(clip_origin_, clip_normal_);
-  if (is_live_ && has_whole_structures() != are_structures_whole_) apply_opacities();
-}
-
-std::optional<volume::Openings::Plane> Viewport::clip_plane() const {
-  if (clip_normal_ == dvec3(0)) return std::nullopt;
-  return volume::Openings::Plane{clip_origin_, -clip_normal_};
 }
 
 volume::Camera Viewport::camera() {
@@ -222,7 +187,7 @@ void Viewport::zoom(const volume::Version& version, double factor, double x, dou
   camera->GetFocalPoint(target.x, target.y, target.z);
   const double hit = distance_to_solid(version, ray), middle = glm::dot(target - ray.origin, ray.direction);
   double current = hit >= 0 ? hit : std::max(middle, k_nearest);
-  if (factor < 1) current = std::max(current, k_nearest);  // also out of bone
+  if (factor < 1) current = std::max(current, k_nearest);  // also leaves a position in or near bone
   const double next = std::clamp(current / factor, std::min(current, k_nearest), k_farthest);
   // The point under the cursor remains there, and the focal point moves to its distance.
   const dvec3 position = ray.origin + (current - next) * ray.direction;
@@ -415,67 +380,12 @@ void Viewport::fetch_meshes() {
   for (const ChunkMesh& mesh : opened_->take()) view_.bone().show(mesh);
   for (const StructureSurfaces::Surface& surface : surfaces_.take())
     view_.structures()->show(surface.label, surface.mesh, structure_colour(*scene_->base, surface.label));
-}
-
-bool Viewport::has_whole_structures() const {
-  const bool is_clipped = clip_normal_ != dvec3(0);
-  return std::any_of(list_.begin(), list_.end(), [is_clipped](const Structure& s) {
-    return s.is_translucent() || (s.kind == Structure::Kind::all_bone && s.opacity < 1) ||
-           (is_clipped && s.kind == Structure::Kind::labelled && s.opacity > 0);
-  });
-}
-
-void Viewport::request_whole(std::size_t structure, const std::shared_ptr<const volume::Version>& version) {
-  const Structure& s = list_[structure];
-  if (s.label < 0 || s.opacity == 0 || !has_whole_structures()) return;
-  const auto known = whole_versions_.find(s.label);
-  if (known != whole_versions_.end() && known->second == version->serial()) return;
-  whole_versions_[s.label] = version->serial();
-  surfaces_.request(s.label, version);
-}
-
-void Viewport::set_opacity(std::size_t structure, double opacity) {
-  if (!is_live_ || list_[structure].opacity == opacity) return;
-  list_[structure].opacity = opacity;
-  apply_opacities();
-}
-
-Status Viewport::set_opacities(std::span<const StructureOpacity> opacities) {
-  if (opacities.empty() || !is_live_) return {};
-  if (Status error = view::set_opacities(list_, opacities)) return error;
-  apply_opacities();
-  return {};
-}
-
-void Viewport::apply_opacities() {
-  const bool has_whole = are_structures_whole_ = has_whole_structures();
-  std::set<std::size_t> hidden;
-  std::vector<int> opened;
-  for (std::size_t i = 0; i < list_.size(); ++i) {
-    const Structure& s = list_[i];
-    // A touched soft structure is drawn whole like the others, not with the bone.
-    if (s.shape >= 0 && (s.opacity == 0 || (has_whole && s.kind == Structure::Kind::labelled)))
-      hidden.insert(static_cast<std::size_t>(s.shape));
-    if (s.label < 0) continue;
-    if (s.shape < 0 && s.opacity > 0 && !has_whole) opened.push_back(s.label);
-    if (!has_whole) continue;
-    view_.structures()->set_opacity(s.label, s.opacity);
-    if (version_) request_whole(i, version_);
-  }
-  view_.bone().set_hidden(std::move(hidden));
-  if (opened != opened_labels_) {
-    opened_labels_ = std::move(opened);
-    opened_ = std::make_unique<OpenedStructures>(*scene_, opened_labels_);
-    view_.bone().remove_shape(base_shapes(*scene_).size());
-    if (version_) opened_->request_all(version_);
-  }
-  const double bone = list_.empty() ? 1 : list_[0].opacity;
-  view_.set_bone_opacity(has_whole ? std::optional<double>(bone) : std::nullopt);
+  if (const std::optional<CapImage> cap = cap_.take()) view_.structures()->show_cap(*cap);
 }
 
 bool Viewport::is_complete() const {
   return worker_->remaining() == 0 && opened_->is_complete() && surfaces_.is_complete() &&
-         view_.bone().is_complete();
+         cap_.is_complete() && view_.bone().is_complete();
 }
 
 double Viewport::drawn_share() const {

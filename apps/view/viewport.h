@@ -45,13 +45,13 @@ class Viewport {
   /// Temporarily shows other shapes of the same scan, such as a threshold during its choice; null: its own.
   void preview(std::unique_ptr<haptics::TouchScene> shapes,
                const std::shared_ptr<const volume::Version>& version);
-  /// Bone and structures, each with the opacity that the picture shows it with.
+  /// Bone and structures, each with its opacity in the picture.
   const std::vector<Structure>& structures() const noexcept { return list_; }
   /// Sets the opacity (0 hidden, 1 opaque) of a structure, by its number in the list. If the bone or a
   /// structure is translucent, or the bone is clipped, structures are drawn whole; otherwise only where an
   /// opening shows them. Touch does not change. Live windows only.
   void set_opacity(std::size_t structure, double opacity);
-  /// Sets opacities by name. Error: a name that is not in the list.
+  /// Sets opacities by name. Errors are those of view::set_opacities(). Live windows only.
   Status set_opacities(std::span<const StructureOpacity> opacities);
   void set_clip(const ClipChoice& choice);
   const ClipChoice& clip() const noexcept { return clip_; }
@@ -70,7 +70,7 @@ class Viewport {
     touch_radius_ = tool.radius();
     is_rigid_ = tool.is_six_dof();
   }
-  /// Returns the radius (mm) of its balls; 0: a point, or a surface.
+  /// Returns the radius (mm) of the balls of this geometry; 0: a point, or a shell.
   double touch_radius() const noexcept { return touch_radius_; }
   /// Shows the stylus of a tick. A stylus without an orientation is tilted by shaft_direction().
   void show_stylus(const haptics::ServoRecord& record, ToolAppearance tool, const volume::Version& version,
@@ -79,7 +79,7 @@ class Viewport {
   /// ball is visible.
   static glm::dvec3 shaft_direction(const glm::dvec3& normal, const glm::dvec3& toward_viewer);
   /// Draws a line (world, mm) on the bone with the stylus: the edge that a tool goes under. Empty: no line.
-  void mark_edge(std::vector<glm::dvec3> line) { edge_ = std::move(line); }
+  void mark_line(std::vector<glm::dvec3> line) { edge_ = std::move(line); }
   /// Sets the plan, which is always shown in addition to the bone.
   void set_plan(sim::Overlays plan);
   /// Replaces the overlays that are shown in addition to the plan; `hands`: the newest tick of each.
@@ -148,11 +148,12 @@ class Viewport {
   bool complete();
 
  private:
-  /// Adopts finished chunks of bone and of opened structures.
+  /// Adopts finished chunks of bone and of opened structures, and finished surfaces of whole structures.
   void fetch_meshes();
   /// Makes the picture follow the opacities of the list.
   void apply_opacities();
-  /// True if bone or a structure is translucent.
+  /// True if structures are drawn whole; see set_opacity(). Bone that is hidden as a whole counts as
+  /// translucent.
   bool has_whole_structures() const;
   /// Requests the whole surface of a structure if the picture shows it and `version` is not that of its mesh.
   void request_whole(std::size_t structure, const std::shared_ptr<const volume::Version>& version);
@@ -161,6 +162,7 @@ class Viewport {
   template <class Visit>
   void follow(const volume::Version& version, const Ray& ray, const Visit& visit,
               Clipping clipping = Clipping::applied) const;
+  void request_cap();
   void show_in_front();
   sim::Overlays plan_;
   sim::Overlays marks_, in_front_;  ///< `in_front_`: overlays of the last show() that bone does not hide
@@ -176,6 +178,7 @@ class Viewport {
   std::vector<int> opened_labels_;  ///< those that `opened_` draws
   std::vector<Structure> list_;
   StructureSurfaces surfaces_;
+  SectionCap cap_;
   bool are_structures_whole_ = false;            ///< as has_whole_structures() when opacities were applied
   std::map<int, std::uint64_t> whole_versions_;  ///< serial of the version of each whole mesh, by label
   ClipChoice clip_;

@@ -47,7 +47,7 @@ std::unique_ptr<QApplication> begin_application(bool is_offscreen) {
   static char name[] = "trephine", option[] = "-platform", platform[] = "offscreen";
   static char* argv[] = {name, option, platform, nullptr};
   static int argc = 1;
-  argc = is_offscreen ? 3 : 1;  // Qt removes the words that it knows
+  argc = is_offscreen ? 3 : 1;  // set again, because Qt removes the options that it knows
   if (QApplication::instance() == nullptr) application = std::make_unique<QApplication>(argc, argv);
   QApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
   apply_look();

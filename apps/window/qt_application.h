@@ -14,8 +14,8 @@ std::unique_ptr<QApplication> begin_application(bool is_offscreen = false);
 /// Returns the text size (points) that the application began with.
 double initial_text_size();
 
-/// A page that remains visible while the chosen operation is opened, and its application; null if there is
-/// none. The page is destroyed first.
+/// A page that remains visible while the chosen operation is opened, and its application; both may be null.
+/// The page is destroyed before the application.
 struct OpeningPage {
   std::unique_ptr<QApplication> application;
   std::unique_ptr<QWidget> page;

@@ -1,4 +1,4 @@
-// ElidedLabel: one line of text that ends with "..." where the room ends; the tooltip has all of it.
+// ElidedLabel: one line of text. A text that does not fit ends with "..." and is complete in the tool tip.
 #pragma once
 
 #include <QLabel>

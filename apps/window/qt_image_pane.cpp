@@ -141,8 +141,8 @@ void ImagePane::set_names_visible(bool is_visible) {
 }
 
 QRectF ImagePane::image_rect(const Panel& panel) const {
-  // Slices have the size of the pane. During a resize they, and X-rays always, are scaled to fit. The height
-  // of the pane determines the projection of a volume rendering.
+  // Slices have the size of the pane, except during a resize: then they are scaled to fit, as X-rays always
+  // are. The height of the pane determines the projection of a volume rendering.
   const double by_height = height() / static_cast<double>(panel.rows);
   const double scale = panes_->kind(index_) == PaneKind::rendering
                            ? by_height
@@ -181,7 +181,7 @@ void ImagePane::refresh(const std::array<dvec3, 2>* tool) {
   update();
 }
 
-/// Adds letters, captions and the time of computation to `text`; `bottom`: lower edge of the legend.
+/// Adds letters, captions and the value at the focus to `text`. Sets `bottom`, the lower edge of the legend.
 void ImagePane::add_captions(PaneText& text, const Panel& panel, const QRectF& inner, double& bottom) const {
   const PaneKind kind = panes_->kind(index_);
   text.add(inner, Qt::AlignLeft | Qt::AlignVCenter, QString::fromStdString(panel.left));
@@ -201,7 +201,7 @@ void ImagePane::add_captions(PaneText& text, const Panel& panel, const QRectF& i
   QStringList lines = foot.trimmed().split('\n');
   for (QString& line : lines) line = metrics.elidedText(line, Qt::ElideRight, room - 12);
   text.add(inner, Qt::AlignLeft | Qt::AlignBottom, lines.join('\n'));
-  // Above the foot and the scale bar.
+  // The letter at the lower edge is above the foot and the scale bar.
   bottom = inner.bottom() - metrics.height() * std::max<double>(1, lines.size()) - 8;
   text.add(QRectF(inner.topLeft(), QPointF(inner.right(), bottom)), Qt::AlignHCenter | Qt::AlignBottom,
            QString::fromStdString(panel.below));
@@ -363,7 +363,6 @@ void ImagePane::wheelEvent(QWheelEvent* event) {
     panes_->zoom(index_, direction > 0 ? 1.15 : 1 / 1.15, {event->position().x(), event->position().y()});
   } else {
     panes_->scroll(index_, direction);
-    on_look();
   }
   event->accept();
 }
@@ -383,13 +382,13 @@ void ImagePane::mouseMoveEvent(QMouseEvent* event) {
     return on_turn(0.4 * step.x(), 0.4 * step.y());
   if (!imaging::is_planar(panes_->kind(index_))) return;
   if (event->modifiers() & Qt::ShiftModifier) {
-    if (const auto at = panes_->world(index_, {last_.x(), last_.y()})) panes_->set_focus(*at), on_look();
+    if (const auto at = panes_->world(index_, {last_.x(), last_.y()})) panes_->set_focus(*at);
   } else if (event->buttons() & Qt::MiddleButton) {
     panes_->pan(index_, {step.x(), step.y()});
   } else if (event->buttons() & Qt::RightButton) {
     panes_->zoom(index_, std::exp(-0.01 * step.y()), {0.5 * width(), 0.5 * height()});
   } else if (event->buttons() & Qt::LeftButton && !step.isNull()) {
-    // To the right: wider; up: darker; in proportion to the window's width.
+    // Motion to the right widens the grey window, motion up brightens the image, in proportion to the width.
     ct_viewer::GreyWindow window = panes_->window();
     const double scale = std::max(1.0, window.width) / 300;
     window.width = std::max(1.0, window.width + scale * step.x()), window.level += scale * step.y();
@@ -407,7 +406,6 @@ void ImagePane::keyPressEvent(QKeyEvent* event) {
     case Qt::Key_Left:
     case Qt::Key_B:
       panes_->scroll(index_, event->key() == Qt::Key_Right || event->key() == Qt::Key_F ? 1 : -1);
-      on_look();
       return;
     case Qt::Key_R:
       panes_->reset(index_);

@@ -19,9 +19,10 @@ namespace trephine::view {
 
 class PaneText;
 
-/// Draws a pane of `panes`, and translates mouse events to calls of `panes`. Wheel: slices, with Ctrl zoom;
-/// Shift and mouse: focus of all slices; middle button: pan; right button: zoom; left button: grey window;
-/// double click: maximise.
+/// Draws a pane of `panes`, and translates mouse events to calls of `panes`. In a slice, the wheel shows the
+/// next or previous slice, and zooms with Ctrl; motion with Shift sets the focus of all slices; dragging the
+/// middle button pans, the right one zooms, the left one changes the grey window. In a volume rendering,
+/// dragging turns the camera. A double click maximises the pane.
 class ImagePane : public QWidget {
   Q_OBJECT
 
@@ -43,15 +44,14 @@ class ImagePane : public QWidget {
   QSize minimumSizeHint() const override { return {140, 120}; }
 
   std::function<void()> on_maximise = [] {};
-  /// Enables the buttons of the C-arm, or disables them for a reason, which is shown as their tool tip.
+  /// Disables the buttons of the C-arm, with the reason as their tool tip; an empty reason enables them.
   void allow_xrays(const QString& reason);
   std::function<void()> on_shoot = [] {};
   std::function<void(bool)> on_live = [](bool) {};
   std::function<void(int)> on_preset = [](int) {};
-  std::function<void()> on_look = [] {};  ///< the focus moved
   /// The user clicked at a point of the plane (world). Returns true if the click has no other effect.
   std::function<bool(const glm::dvec3& at)> on_point = [](const glm::dvec3&) { return false; };
-  /// Turns a ray-cast scan with the picture, degrees.
+  /// Turns the camera of the 3-D picture, which a volume rendering shares; degrees.
   std::function<void(double left, double up)> on_turn = [](double, double) {};
 
  protected:
@@ -65,7 +65,7 @@ class ImagePane : public QWidget {
   void enterEvent(QEvent* event) override;
 
  private:
-  /// Widget position of a point of the image, in mm from the image's centre.
+  /// Returns the widget position of a point of the image. `mm`: from the image's centre.
   QPointF place(const imaging::Panel& panel, const glm::dvec2& mm) const;
   QRectF image_rect(const imaging::Panel& panel) const;
   void draw_marks(QPainter& painter) const;

@@ -49,22 +49,21 @@ QPoint NoticeLabel::position_at(int side, const QPoint& tip) const {
 void NoticeLabel::show_at(const QString& text, EventLevel level, const QPoint& tip,
                           std::span<const QRect> labels) {
   if (text.isEmpty()) return hide();
-  const int widest_room = std::max(parentWidget()->width() - 16, 80);
-  const bool is_placed_again = is_new(text) || widest_room != widest_room_ || font() != font_;
+  const bool is_placed_again = needs_place(text);
   if (is_placed_again || level != level_) {
-    level_ = level, widest_room_ = widest_room, font_ = font();
+    level_ = level, widest_ = widest(), font_ = font();
     const char* border = level == EventLevel::danger    ? "#e5533d"
                          : level == EventLevel::refusal ? "#f6c944"
                                                         : "#6fa8dc";
     setStyleSheet(
         QString("background: #12161e; color: #ecedf4; border: 2px solid %1; border-radius: 6px").arg(border));
     setText(text);
-    // Width of the longest line, if the picture has room.
-    int widest = 0;
+    // The label is as wide as its longest line; long lines wrap, also to fit into the picture.
+    int line_width = 0;
     for (const QString& line : text.split('\n'))
-      widest = std::max(widest, fontMetrics().horizontalAdvance(line));
-    const int width = std::min(
-        {widest + 2 * margin() + 8, 24 * fontMetrics().averageCharWidth() + widest / 2 + 40, widest_room});
+      line_width = std::max(line_width, fontMetrics().horizontalAdvance(line));
+    const int width = std::min({line_width + 2 * margin() + 8,
+                                24 * fontMetrics().averageCharWidth() + line_width / 2 + 40, widest_});
     resize(width, heightForWidth(width));
     show();
     raise();
@@ -141,7 +140,7 @@ void EventLog::showEvent(QShowEvent* event) {
   constexpr int k_lines = 8;
   QTimer::singleShot(0, list_, &QListWidget::scrollToBottom);
   if (std::exchange(was_shown_, true)) return;
-  // The sizes of the layout are known when it was done.
+  // Deferred until the layout has its sizes.
   QTimer::singleShot(0, this, [this] {
     if (auto* window = qobject_cast<QMainWindow*>(parentWidget()))
       window->resizeDocks({this}, {k_lines * (list_->fontMetrics().height() + 2) + 24}, Qt::Vertical);

@@ -3,6 +3,7 @@
 
 #include <QDockWidget>
 #include <QLabel>
+#include <algorithm>
 #include <span>
 
 #include "apps/view/notices.h"
@@ -17,11 +18,14 @@ class NoticeLabel : public QLabel {
 
  public:
   explicit NoticeLabel(QWidget* canvas);
-  /// True if this text is not empty, and not shown yet.
-  bool is_new(const QString& text) const { return !text.isEmpty() && (text != this->text() || isHidden()); }
-  /// Shows `text` at a position of the picture; an empty text hides the label. A new text is placed at the
-  /// side of the tip where it covers least of `labels`, and stays there. Positions and boxes: pixels of the
-  /// canvas.
+  /// Returns true if show_at() chooses a place for this text: it is not being shown, or the font or the width
+  /// of the picture changed.
+  bool needs_place(const QString& text) const {
+    return !text.isEmpty() && (text != this->text() || isHidden() || widest() != widest_ || font() != font_);
+  }
+  /// Shows `text` next to the tip of the tool; an empty text hides the label. A new text is placed at the
+  /// side of the tip where it covers the least of `labels`, and then follows the tip at that side. Positions
+  /// and boxes: pixels of the canvas.
   void show_at(const QString& text, workbench::EventLevel level, const QPoint& tip,
                std::span<const QRect> labels);
 
@@ -29,8 +33,10 @@ class NoticeLabel : public QLabel {
   QPoint position_at(int side, const QPoint& tip) const;
   int side_ = 0;  ///< of the tip: 0 lower right, 1 lower left, 2 upper right, 3 upper left
   workbench::EventLevel level_ = workbench::EventLevel::record;
-  int widest_room_ = 0;  ///< pixels, and the font, of the last layout
-  QFont font_;
+  /// Returns the largest width of the label in the picture, pixels.
+  int widest() const { return std::max(parentWidget()->width() - 16, 80); }
+  int widest_ = 0;  ///< largest width of the label at the last layout, pixels
+  QFont font_;      ///< font at the last layout
 };
 
 /// All messages with their times, newest last. Follows the newest unless it is scrolled.
@@ -52,7 +58,7 @@ class EventLog : public QDockWidget {
   QListWidget* list_;
   std::size_t count_ = 0;
   bool was_shown_ = false;
-  int past_ = -1;  ///< messages up to the time of show_time(); -1: not called
+  int past_ = -1;  ///< number of messages up to the time of show_time(); -1: not called
 };
 
 }  // namespace trephine::view

@@ -44,8 +44,8 @@ PictureBox PaneText::box_of(const QRectF& area) const {
   return {{area.left(), size_.height() - area.bottom()}, {area.right(), size_.height() - area.top()}};
 }
 
-/// Places the legend into the corner where it covers the least of the image. Names that do not fit are
-/// counted.
+/// Places the legend into the corner where it covers the least of the image. Entries that do not fit are
+/// replaced by their number.
 void PaneText::place_legend(const Panel& panel, double bottom, std::vector<Entry> entries) {
   entries_ = std::move(entries);
   legend_ = {};
@@ -86,7 +86,7 @@ void PaneText::lay_out(const Panel& panel, bool has_names, double bottom) {
   names_.clear();
   place_legend(panel, bottom, lines);
   if (!has_names) return;
-  // Names without room are listed by number in the legend, which the others then avoid.
+  // Names without room are listed by number in the legend, which the other names then avoid.
   constexpr int k_rounds = 3;
   for (int round = 0; round < k_rounds; ++round) {
     imaging::LabelSpace space{size_.width(), size_.height(), metrics.height() + 2,

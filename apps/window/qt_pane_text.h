@@ -24,8 +24,8 @@ class PaneText {
   void add(const QRectF& area, int flags, const QString& text);
   /// Keeps an area free, such as that of a button.
   void take(const QRectF& area);
-  /// Places the legend and the names of a panel where they do not cover what was added. `bottom`: lower edge
-  /// of the legend.
+  /// Places the legend and the names of a panel where they do not cover added texts and free areas. `bottom`:
+  /// lower edge of the legend.
   void lay_out(const imaging::Panel& panel, bool has_names, double bottom);
   void draw_names(const imaging::Panel& panel);
   /// Draws the added texts and the legend.

@@ -31,7 +31,7 @@ class ForceBar : public QWidget {
 };
 
 /// A horizontal slider with marks of events: amber, or red for dangers. Tool tips show the texts of marks. A
-/// click moves the handle to its position, or to a mark next to it.
+/// click moves the handle to the position of the click, or to a mark near it.
 class MarkedSlider : public QSlider {
   Q_OBJECT
 
@@ -58,7 +58,7 @@ class MarkedSlider : public QSlider {
   std::vector<Mark> marks_;
 };
 
-/// A button with an arrow that shows and hides what is below it.
+/// A button with an arrow that shows or hides widgets, by on_fold.
 class FoldButton : public QToolButton {
   Q_OBJECT
 
@@ -67,7 +67,7 @@ class FoldButton : public QToolButton {
   std::function<void(bool is_open)> on_fold = [](bool) {};
 };
 
-/// Makes the wheel scroll an area wherever the pointer is in it: over a box or a slider, it changes no value.
+/// Makes the wheel scroll an area also over its boxes and sliders, whose values it then does not change.
 class WheelScrolls : public QObject {
   Q_OBJECT
 

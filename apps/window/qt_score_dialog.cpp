@@ -162,7 +162,7 @@ void ScoreDialog::judge(const QString& session, const std::string& scan) {
   for (QTableWidget* table : {judged_, reported_}) table->setRowCount(0), table->hide();
   is_report_ = false;
   const QString copy = folder_.filePath("operation.session");
-  stop();  // it reads the previous copy
+  stop();  // the running work reads the previous copy
   QFile::remove(copy);
   if (!folder_.isValid() || !QFile::copy(session, copy)) {
     bar_->hide();
@@ -202,7 +202,7 @@ void ScoreDialog::ask_for_report() {
   write_report(page);
 }
 
-/// Takes the result when it is ready.
+/// Shows the progress, and the result of the work when it is ready.
 void ScoreDialog::poll() {
   bar_->setRange(0, *share_ > 0 ? 100 : 0);  // 0 to 0: busy, without a known share
   bar_->setValue(static_cast<int>(100 * *share_));

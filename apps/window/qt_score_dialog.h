@@ -40,7 +40,7 @@ class ScoreDialog : public QDialog {
   const std::optional<sim::Score>& score() const noexcept { return score_; }
 
  private:
-  /// Result of the work: findings, or an empty score of a report that was written.
+  /// Returns the findings, or an empty score after a report was written.
   using Work = std::function<Result<sim::Score>(const WindowHost::Listener& listener)>;
   void start(const QString& text, Work work);
   void stop();

@@ -12,7 +12,7 @@ void DrillVoice::fill(std::int16_t* samples, int count, double force, bool is_pr
   constexpr double k_dt = 1.0 / k_rate;
   if (has_contact && !had_contact_) tick_ = std::min(1.0, 0.35 + 0.3 * force);
   had_contact_ = has_contact;
-  // Frequency of the motor, Hz: 900 idle, 550 under 8 N; time constant 0.1 s.
+  // Frequency of the motor, Hz: 0 with the button up, 900 without force, 550 at 8 N; time constant 0.1 s.
   const double target_speed = is_pressed ? 900 - 350 * std::min(force / 8, 1.0) : 0;
   const double load = is_pressed && has_contact ? std::min(force / 4, 1.0) : 0;
   for (int i = 0; i < count; ++i) {

@@ -87,7 +87,7 @@ void StartPage::fill() {
     grid->addWidget(make_tile(tile), count / k_columns, count % k_columns);
     ++count;
   }
-  // In the rest of the row.
+  // The box for an own scan fills the rest of the row.
   grid->addWidget(make_own_scan(), count / k_columns, count % k_columns, 1, k_columns - count % k_columns);
   for (int i = 0; i < k_columns; ++i) grid->setColumnStretch(i, 1);
   column->addLayout(grid);
@@ -259,6 +259,7 @@ trephine::Result<trephine::view::StartChoice> trephine_choose_start(
     if (!is_saved)
       return trephine::Error{.what = "the picture cannot be saved",
                              .where = trephine::data_tools::file_name(options.screenshot),
+                             .remedy = "choose a folder that exists, with free space",
                              .kind = trephine::ErrorKind::missing_here};
   }
   StartChoice choice = page.choice();

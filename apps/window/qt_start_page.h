@@ -18,9 +18,9 @@ class StartPage : public QWidget {
 
  public:
   explicit StartPage(const StartPageOptions& options, QWidget* parent = nullptr);
-  /// Called after a choice, when the page says what is being opened.
+  /// Called after a choice, when the heading names the operation that is being opened.
   std::function<void()> on_choice = [] {};
-  /// The choice, once there is one.
+  /// The choice; StartChoice::Kind::none before it.
   const StartChoice& choice() const noexcept { return choice_; }
   /// Chooses a scan with the selected procedure.
   void choose_scan(const QString& path);
@@ -35,7 +35,7 @@ class StartPage : public QWidget {
   /// Fills the page, in place of its previous contents.
   void fill();
   void scale_text(double factor);
-  /// `title`: of what is opened.
+  /// `title`: title of the chosen operation, for the heading.
   void choose(StartChoice choice, const QString& title);
   void choose_session(StartChoice::Kind kind);
 

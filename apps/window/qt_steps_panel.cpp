@@ -147,18 +147,18 @@ void StepsPanel::update_from(const StepGuide& guide) {
   show_rows(guide);
   const int step = static_cast<int>(guide.index());
   const bool has_same_buttons =
-      step == shown_step_ && buttons_.size() == guide.next().size();  // of one step, always in one order
+      step == shown_step_ && buttons_.size() == guide.next().size();  // a step has its buttons in one order
   if (!has_same_buttons) show_step(guide);
   shown_step_ = step;
   for (std::size_t i = 0; i < buttons_.size(); ++i) {
     const StepGuide::Next& next = guide.next()[i];
     buttons_[i].button->setEnabled(next.is_allowed);
-    const QString reason = next.needs_empty_hand ? tr("Removes the tool first.") : text_of(next.reason);
+    const QString reason = next.needs_empty_hand ? tr("The tool is removed first.") : text_of(next.reason);
     buttons_[i].reason->setText(reason);
     buttons_[i].reason->setVisible(!reason.isEmpty());
   }
   lay_out();
-  // The next frame shows the texts in their new places.
+  // The next frame shows the texts at their new positions.
   QCoreApplication::sendPostedEvents(nullptr, QEvent::LayoutRequest);
 }
 
@@ -226,7 +226,7 @@ void StepsPanel::lay_out() {
   // The scrolled widget is never smaller than its minimum, whatever its width.
   list_->setMaximumHeight(std::max(rows->minimumSize().height(),
                                    rows->heightForWidth(std::max(width, list_->viewport()->width()))));
-  // All steps are visible unless they need more than half of the panel, and the texts the rest.
+  // All steps are visible unless they need more than half of the panel, and more than the texts leave.
   const QLayout* texts = details_->widget()->layout();
   const int details_height = texts->heightForWidth(std::max(width, details_->viewport()->width()));
   const int rest = widget()->height() - title_->heightForWidth(std::max(width, title_->width())) -

@@ -38,7 +38,7 @@ class StepsPanel : public QDockWidget {
 
  public:
   StepsPanel(const volume::SurgicalProcedure& procedure, QWidget* parent);
-  /// Shows the state of a guide to the same procedure. Costs nothing if it did not change.
+  /// Shows the state of a guide to the same procedure. No cost if the state did not change.
   void update_from(const StepGuide& guide);
   std::function<void(const std::string& step)> on_request = [](const std::string&) {};
   std::function<void()> on_score;  ///< null: the last step has no button for the score
@@ -63,7 +63,7 @@ class StepsPanel : public QDockWidget {
   };
   std::vector<Row> rows_;
   std::vector<Button> buttons_;
-  WrappingButton* score_ = nullptr;   ///< of the last step
+  WrappingButton* score_ = nullptr;   ///< button of a last step; null: none
   std::uint64_t shown_revision_ = 0;  ///< 0: nothing is shown
   int shown_step_ = -1;
   QLabel *title_ = nullptr, *hint_ = nullptr, *note_ = nullptr;

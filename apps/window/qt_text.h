@@ -1,4 +1,4 @@
-// text_of: texts of the libraries for Qt.
+// text_of: converts texts of the libraries to texts of Qt.
 #pragma once
 
 #include <QString>
@@ -7,7 +7,7 @@
 namespace trephine::view {
 
 inline QString text_of(const std::string& text) { return QString::fromStdString(text); }
-/// Returns a text for a label that wraps, which does not break "X-ray".
+/// Returns a text for a label with word wrap, in which "X-ray" is not broken.
 inline QString wrapping_text_of(const std::string& text) {
   return text_of(text).replace("X-ray", QString("X%1ray").arg(QChar(0x2011)));
 }

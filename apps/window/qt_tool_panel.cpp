@@ -38,7 +38,7 @@ class NumberBox : public QDoubleSpinBox {
   QString textFromValue(double value) const override { return locale().toString(value, 'g', 7); }
 };
 
-/// Returns the pointer of a field in a value.
+/// Returns a pointer to a field of a value.
 template <class T>
 T* address_of(const sim::Field& field, sim::Value& value) {
   const auto pointer = field.pointer_in(value.data());
@@ -60,7 +60,7 @@ QString label_of(const sim::Field& field) {
 }
 
 namespace {
-/// Adds a button to a line edit that marks the positions of its field in the picture.
+/// Adds a button to a line edit, by which the user marks the positions of its field in the picture.
 void add_mark_button(QLineEdit* line, const sim::Field& field, const FieldForm::Mark& mark) {
   QPixmap cross(16, 16);
   cross.fill(Qt::transparent);
@@ -74,7 +74,7 @@ void add_mark_button(QLineEdit* line, const sim::Field& field, const FieldForm::
   line->setMinimumWidth(k_letters * line->fontMetrics().averageCharWidth() + 40);
   QAction* action = line->addAction(QIcon(cross), QLineEdit::TrailingPosition);
   action->setObjectName("mark_" + text_of(field.name));
-  action->setToolTip(QObject::tr("Mark it in the picture or in a slice"));
+  action->setToolTip(QObject::tr("Mark this field's positions in the picture or in a slice"));
   QObject::connect(action, &QAction::triggered, line, [mark, &field] { mark(field); });
 }
 }  // namespace
@@ -94,7 +94,7 @@ bool is_point_list(const sim::Field& field) {
   return field.type == sim::detail::IndexIn<std::vector<glm::dvec3>, sim::FieldPointer>::k_index;
 }
 
-void set_places(sim::Value& value, const sim::Field& field, const std::vector<glm::dvec3>& places) {
+void set_positions(sim::Value& value, const sim::Field& field, const std::vector<glm::dvec3>& places) {
   const sim::FieldPointer pointer = field.pointer_in(value.data());
   if (auto* const* list = std::get_if<std::vector<glm::dvec3>*>(&pointer)) **list = places;
   if (auto* const* point = std::get_if<glm::dvec3*>(&pointer); point && !places.empty())
@@ -153,7 +153,7 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, const Mark& ma
     } else {
       // Points, lists, whole numbers and ids are edited as text, in the notation of scripts.
       auto* line = new QLineEdit;
-      const bool may_be_empty = !field.info.empty_choice.empty();  // for the number 0
+      const bool may_be_empty = !field.info.empty_choice.empty();  // an empty text means the number 0
       line->setPlaceholderText(text_of(field.info.empty_choice));
       connect(line, &QLineEdit::editingFinished, this, [this, line, may_be_empty, &field] {
         const QString text = line->text().trimmed();
@@ -324,7 +324,7 @@ void ToolPanel::permit(const Permission& permission) {
     if (parameters) instruments_[i] = std::move(parameters).value();
   }
   has_permission_ = static_cast<bool>(permission);
-  // A step may begin only without an instrument.
+  // A step may require an empty hand: offer to remove the instrument.
   const int count = static_cast<int>(instruments_.size());
   if (permission && instrument_box_->count() == count) instrument_box_->addItem(tr("No tool"), "");
   if (!permission && instrument_box_->count() > count) instrument_box_->removeItem(count);
@@ -346,9 +346,8 @@ void ToolPanel::show(const sim::Value& tool) {
   if (instrument_box_) {
     const int index = instrument_box_->findData(tool.is_empty() ? QString("") : text_of(tool.name()));
     instrument_box_->setCurrentIndex(index);
-    // An instrument that is chosen again has its last parameters, unless a step determines them.
-    if (!has_permission_ && !tool.is_empty() && index >= 0)
-      instruments_[static_cast<std::size_t>(index)] = tool;
+    // An instrument that is chosen again has its last parameters, until another step determines them.
+    if (!tool.is_empty() && index >= 0) instruments_[static_cast<std::size_t>(index)] = tool;
   }
   const bool is_same_type = form_ && !tool.is_empty() && form_->value().is_of(tool.type());
   if (!is_same_type) return rebuild(tool);

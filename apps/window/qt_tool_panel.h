@@ -19,19 +19,19 @@ class FoldButton;
 /// Returns a name as text for the user: "Bone flap" for "bone-flap".
 QString words_of(std::string_view name);
 
-/// Returns the text for the user at a field.
+/// Returns the label of a field for the user.
 QString label_of(const sim::Field& field);
 /// Returns true if a field holds a list of positions.
 bool is_point_list(const sim::Field& field);
 /// Sets the positions of a field of a value: one, or a list.
-void set_places(sim::Value& value, const sim::Field& field, const std::vector<glm::dvec3>& places);
+void set_positions(sim::Value& value, const sim::Field& field, const std::vector<glm::dvec3>& places);
 
 /// A row for each field of a value. Each widget is named after its field.
 class FieldForm : public QWidget {
   Q_OBJECT
 
  public:
-  /// Returns the names to choose from for a text field; empty for Names without a kind.
+  /// Returns the names to choose from for a text field; empty: the user types the text.
   using Offer = std::function<QStringList(sim::FieldInfo::Names)>;
   /// Called to mark the positions of a field in the picture.
   using Mark = std::function<void(const sim::Field&)>;
@@ -41,7 +41,7 @@ class FieldForm : public QWidget {
   const sim::Value& value() const { return value_; }
   /// Shows a value without calling on_change.
   void show(const sim::Value& value);
-  /// Shows the rows that are shown on request.
+  /// Shows the rows of expert fields.
   void show_more();
   /// Changes the first number field by `steps` steps.
   void step(int steps);
@@ -59,8 +59,8 @@ class FieldForm : public QWidget {
   bool is_showing_ = false;
   std::vector<std::function<void()>> rows_;  ///< each shows its field of value_
   std::function<void(int)> step_ = [](int) {};
-  QWidget* expert_ = nullptr;   ///< rows that are shown on request; null: no such rows
-  FoldButton* more_ = nullptr;  ///< shows them
+  QWidget* expert_ = nullptr;   ///< rows of expert fields; null: no such fields
+  FoldButton* more_ = nullptr;  ///< shows or hides these rows
 };
 
 /// Picture of the tool, with a scale bar.
@@ -105,8 +105,8 @@ class ToolPanel : public QWidget {
   const sim::Catalogue* catalogue_;
   QVBoxLayout* column_;
   QComboBox* instrument_box_ = nullptr;
-  std::vector<sim::Value> instruments_;  ///< taken by the items of the box, in their order
-  bool has_permission_ = false;          ///< the step of a procedure determines their parameters
+  std::vector<sim::Value> instruments_;  ///< instruments with parameters, in the order of the box's items
+  bool has_permission_ = false;          ///< a step of a procedure determines instruments and parameters
   FieldForm* form_ = nullptr;
   ToolPicture* picture_ = nullptr;
 };

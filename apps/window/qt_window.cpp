@@ -136,7 +136,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
     show_assumptions();
     if (!options_.host.interrupted_session.empty())
       show_message(
-          tr("The last session was interrupted. To go on with it: File > Continue the interrupted "
+          tr("The last session was interrupted. To continue it: File > Continue the interrupted "
              "session."));
     operation_->set_depth(0.5 * depth_->value());
     picture = &operation_->viewport();
@@ -165,8 +165,8 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   };
   style->on_shift_press = [this](bool is_down) {
     if (!operation_) return;
-    if (!is_down) return operation_->drop_point();
-    if (!operation_->grab_point()) show_refusal(tr("Touch a point of an outline to drag it."));
+    if (!is_down) return operation_->release_handle();
+    if (!operation_->grasp_handle()) show_refusal(tr("Touch an anchor or a pin to drag it."));
   };
   style->on_wheel = [this](int steps) { press_deeper(steps); };
   style->on_roll = [this](int steps) {
@@ -263,8 +263,8 @@ void MainWindow::report_disconnected_parts() {
   const auto [scene, is_other_large] = parts_.get();
   if (!is_other_large || scene != scene_ || !operation_) return;  // another scan was opened meanwhile
   const char* text =
-      "The shape has disconnected parts, such as a table, a head holder or another bone. To omit them, check Largest "
-      "part only and press Use.";
+      "The solid shape has disconnected parts, such as a table, a head holder or another bone. To omit them, "
+      "check \"Largest part only\" and press \"Use\".";
   operation_->note(text);
   show_message(text);
 }
@@ -284,13 +284,13 @@ void MainWindow::preview_shape() {
   viewport()->preview(std::move(preview), version());
   is_previewing_ = true;
   use_shape_->setEnabled(true);
-  keep_shape_->setEnabled(true);
+  reset_shape_->setEnabled(true);
 }
 
 void MainWindow::forget_preview() {
   is_previewing_ = false;
   use_shape_->setEnabled(false);
-  keep_shape_->setEnabled(false);
+  reset_shape_->setEnabled(false);
 }
 
 void MainWindow::show_error(const Error& error) {
@@ -355,7 +355,7 @@ void MainWindow::show_notices() {
                                                          : replay_notices_.shown(replay_->seconds()));
   const double scale = 1 / canvas_->devicePixelRatioF();
   std::vector<QRect> labels;
-  if (at_tool_->is_new(text))  // only a new message looks for a place
+  if (at_tool_->needs_place(text))
     for (const auto& [low, high] : viewport()->view().label_boxes())
       labels.push_back(QRectF(scale * low.x, canvas_->height() - scale * high.y, scale * (high.x - low.x),
                               scale * (high.y - low.y))
@@ -382,7 +382,7 @@ void MainWindow::show_state() {
                                 : QString("nothing removed yet"));
   const bool can_undo = operation_ && operation_->state().can_undo,
              can_redo = operation_ && operation_->state().can_redo;
-  undo_->setEnabled(can_undo), undo_action_->setEnabled(operation_ != nullptr);  // without one it explains
+  undo_->setEnabled(can_undo), undo_action_->setEnabled(operation_ != nullptr);  // undo() explains refusals
   redo_->setEnabled(can_redo), redo_action_->setEnabled(can_redo);
   if (operation_) {
     show_history();

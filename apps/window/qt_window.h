@@ -10,7 +10,7 @@
 
 #include "apps/view/operation_controller.h"
 #include "apps/view/pane_controller.h"
-#include "apps/view/place_marking.h"
+#include "apps/view/position_marking.h"
 #include "apps/view/replay_controller.h"
 #include "apps/view/view_window.h"
 #include "apps/view/window_stage.h"
@@ -92,13 +92,16 @@ class MainWindow : public QMainWindow {
   void build_command_menu();
   void apply_at_touched(const sim::ValueType& type);
   void build_pieces_menu();
-  /// Asks for the fields of a command in a form that begins with the given values, and applies it.
   enum class Rows { usual, all };
+  /// Asks for the fields of a command in a form that begins with its values, and applies the command.
+  /// Rows::all: the form also shows the expert fields.
   void ask_and_apply(sim::Value command, Rows rows = Rows::usual);
   void mark_for(sim::Value command, const sim::Field& field);
-  void begin_marking(PlaceMarking::Request request, std::function<void(const PlaceMarking::Places&)> done);
+  void begin_marking(PositionMarking::Request request,
+                     std::function<void(const PositionMarking::Positions&)> done);
   void mark_pointed();
   bool mark_by_key(const QKeyEvent* event);
+  bool explain_disabled(const QKeyEvent* event);
   void show_marking();
   void build_prompt();
   void build_measure_menu();
@@ -114,7 +117,7 @@ class MainWindow : public QMainWindow {
   void restore_layout();
   void save_layout();
   void show_scan_facts();
-  void use_drawn_window();
+  void preview_visible_values();
   void fill_structures(QMenu* menu);
   void show_panes(double elapsed);
   void build_replay_panel();
@@ -178,9 +181,9 @@ class MainWindow : public QMainWindow {
   PaneController panes_{PaneGrid::k_panes};
   PaneGrid* grid_ = nullptr;
   std::optional<PaneController::Clip> followed_clip_;
-  PlaceMarking marking_;
+  PositionMarking marking_;
   std::string marking_prompt_;              ///< shown by prompt_
-  std::optional<glm::dvec3> marking_next_;  ///< shown end of the line
+  std::optional<glm::dvec3> marking_next_;  ///< position under the cursor, where the shown line ends
   QLabel* prompt_ = nullptr;
   /// A scan that is being opened on another thread.
   struct Opening {
@@ -211,7 +214,7 @@ class MainWindow : public QMainWindow {
   bool is_quitting_ = false;          ///< closed by the menu
   bool is_ended_by_program_ = false;  ///< closed by a signal or a time limit, without a dialog
   bool has_first_frame_ = false, is_sound_on_ = false, is_previewing_ = false;
-  /// The analysed scene; true if another part of its shape is large.
+  /// Result of the search for disconnected parts: the searched scene, and true if one of them is large.
   std::future<std::pair<std::shared_ptr<const haptics::TouchScene>, bool>> parts_;
   bool has_checked_parts_ = false;
   Notices replay_notices_;        ///< events of a replay, by its time
@@ -232,7 +235,7 @@ class MainWindow : public QMainWindow {
   QSlider *depth_ = nullptr, *clip_share_ = nullptr, *session_slider_ = nullptr, *history_ = nullptr;
   QCheckBox* largest_ = nullptr;
   QComboBox *shape_of_ = nullptr, *clip_ = nullptr, *speed_ = nullptr;
-  QPushButton *undo_ = nullptr, *redo_ = nullptr, *use_shape_ = nullptr, *keep_shape_ = nullptr,
+  QPushButton *undo_ = nullptr, *redo_ = nullptr, *use_shape_ = nullptr, *reset_shape_ = nullptr,
               *play_ = nullptr;
   QProgressBar* opening_bar_ = nullptr;
   QPushButton* cancel_ = nullptr;
@@ -247,7 +250,7 @@ class MainWindow : public QMainWindow {
   QAction* next_step_action_ = nullptr;  ///< null in a replay
   StepsPanel* steps_ = nullptr;          ///< null: no procedure
   int shown_step_ = -1;
-  bool is_next_step_requested_ = false;  ///< until its conditions are known
+  bool is_next_step_requested_ = false;  ///< the next step begins when its conditions are known
   ScoreDialog* score_ = nullptr;         ///< null until it is requested
   HelpOverlay* help_ = nullptr;
   NoticeLabel* at_tool_ = nullptr;

@@ -29,8 +29,8 @@ bool MainWindow::may_restart() {
   if (!operation_ || operation_->state().removed_mm3 <= 0) return true;
   const WindowStage::Dialog dialog(stage_);
   return QMessageBox::question(this, "trephine",
-                               tr("This starts again on the untouched scan. The operation so far remains in "
-                                  "its session file. Continue?")) == QMessageBox::Yes;
+                               tr("This starts again on the untouched scan. If the operation is recorded, it "
+                                  "remains in its session file. Continue?")) == QMessageBox::Yes;
 }
 
 void MainWindow::use_shape() {
@@ -113,13 +113,13 @@ void MainWindow::show_assumptions() {
     operation_->note(text);
     if (text.starts_with("shape:")) show_message(QString::fromStdString(text).remove(0, 7));
   }
-  // Without labels, as in most scans, a burr in the brain raises no event.
+  // Without forbidden structures, as in most scans, a burr in the brain raises no event.
   const sim::Engine& engine = options_.start->engine;
   if (engine.forbidden().empty() && !engine.now().settings.hands.empty() &&
       engine.now().settings.hands[0].type != nullptr)
     operation_->note(
-        "No structure is watched: the scan has no labels of dura, nerves or vessels. Import it with labels to "
-        "be warned of injuries.");
+        "No structure is watched, since none is marked as forbidden. To be warned of injuries, import the "
+        "scan with labels of dura, nerves or vessels, and mark these as forbidden.");
 }
 
 void MainWindow::start_opening(std::function<Result<OpenedScene>(const WindowHost::Listener&)> open) {
@@ -173,7 +173,7 @@ void MainWindow::adopt_opened() {
   options_.side = 0;
   options_.title = o.title;
   {
-    const QSignalBlocker quiet(clip_);  // there is no picture to clip
+    const QSignalBlocker quiet(clip_);  // no picture exists that could be clipped
     clip_->setCurrentIndex(0);
   }
   clip_share_->setEnabled(false);
@@ -259,8 +259,9 @@ Status MainWindow::save_picture(const QString& path) {
   QByteArray bytes;
   QBuffer buffer(&bytes);
   if (!canvas_->grabFramebuffer().save(&buffer, "PNG"))
-    return Error{.what = "the picture cannot be saved",
+    return Error{.what = "the picture cannot be saved: the window has no image",
                  .where = data_tools::file_name(file),
+                 .remedy = "make the window visible, then save again",
                  .kind = ErrorKind::missing_here};
   return data_tools::write_file_atomically(file, bytes.toStdString());
 }

@@ -37,7 +37,7 @@ void MainWindow::tilt(double right, double up) {
 void MainWindow::undo() {
   const sim::LiveState& state = operation_->state();
   operation_->undo();
-  if (state.can_undo || state.removed_mm3 > 0) return;  // or a stroke that is just ending
+  if (state.can_undo || state.removed_mm3 > 0) return;  // removed matter: a stroke may still be ending
   show_refusal(
       tr("There is no change of bone or bodies to undo. Anchors, pins and measurements are removed "
          "with their own commands."));
@@ -61,7 +61,7 @@ void MainWindow::turn(double right, double up) {
   viewport()->turn(k_degrees * right, -k_degrees * up);
 }
 
-/// Handles arrows, W A S D, and Shift with the letter of a side.
+/// Handles arrows, W A S D, and Shift with the letter of a side. Returns false for other keys.
 bool MainWindow::move_by_key(const QKeyEvent* event) {
   const bool is_fine = (event->modifiers() & Qt::ShiftModifier) != 0,
              is_turn = (event->modifiers() & Qt::ControlModifier) != 0;
@@ -133,11 +133,25 @@ void MainWindow::show_refusal(const QString& reason) {
   if (operation_) operation_->show_refusal(reason.toUtf8().constData());
 }
 
+/// Shows the reason why the command of this key is disabled. Returns false if it is not such a key.
+bool MainWindow::explain_disabled(const QKeyEvent* event) {
+  const QKeySequence key(static_cast<int>(event->modifiers()) | event->key());
+  for (const CommandAction& one : command_actions_)
+    if (one.action->shortcut() == key && !one.action->isEnabled() && !one.action->toolTip().isEmpty()) {
+      show_refusal(one.action->toolTip());
+      return true;
+    }
+  return false;
+}
+
 void MainWindow::keyPressEvent(QKeyEvent* event) {
   help_->hide();
   if (mark_by_key(event) || move_by_key(event)) return;
   const bool is_plain = (event->modifiers() & (Qt::ControlModifier | Qt::AltModifier)) == 0;
-  if (!is_plain) return QMainWindow::keyPressEvent(event);
+  if (!is_plain) {
+    if (!explain_disabled(event)) QMainWindow::keyPressEvent(event);
+    return;
+  }
   switch (event->key()) {
     case Qt::Key_Space:
       if (event->isAutoRepeat()) return;
@@ -145,7 +159,7 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
       if (replay_) play_->click();
       return;
     case Qt::Key_U:
-      if (operation_) operation_->undo();
+      if (operation_) undo();
       return;
     case Qt::Key_Y:
       if (operation_) operation_->redo();
@@ -177,8 +191,8 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
       return;
     case Qt::Key_G:
       if (!operation_) return;
-      if (operation_->has_point()) return operation_->drop_point();
-      if (!operation_->grab_point()) show_refusal(tr("Touch a point of an outline to drag it."));
+      if (operation_->has_handle()) return operation_->release_handle();
+      if (!operation_->grasp_handle()) show_refusal(tr("Touch an anchor or a pin to drag it."));
       return;
     case Qt::Key_Comma:
     case Qt::Key_Period:
@@ -213,7 +227,7 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
 /// reported.
 bool MainWindow::event(QEvent* event) {
   const bool is_deactivated = event->type() == QEvent::WindowDeactivate || event->type() == QEvent::Hide;
-  if (is_deactivated && operation_) operation_->press(false), operation_->drop_point();
+  if (is_deactivated && operation_) operation_->press(false), operation_->release_handle();
   return QMainWindow::event(event);
 }
 

@@ -13,8 +13,8 @@ namespace trephine::view {
 using glm::dvec3;
 
 /// Lets the user mark positions for `done`, in place of drilling.
-void MainWindow::begin_marking(PlaceMarking::Request request,
-                               std::function<void(const PlaceMarking::Places&)> done) {
+void MainWindow::begin_marking(PositionMarking::Request request,
+                               std::function<void(const PositionMarking::Positions&)> done) {
   if (!operation_) return;
   operation_->press(false);
   marking_.begin(std::move(request), std::move(done));
@@ -30,7 +30,7 @@ void MainWindow::mark_pointed() {
     show_refusal(tr("Point at a position on the bone, or click in a slice."));
 }
 
-/// Handles the keys of a marking.
+/// Handles the keys of a marking. Returns false for other keys, and without a marking.
 bool MainWindow::mark_by_key(const QKeyEvent* event) {
   if (!marking_.is_active()) return false;
   switch (event->key()) {
@@ -52,7 +52,7 @@ bool MainWindow::mark_by_key(const QKeyEvent* event) {
   }
 }
 
-/// Shows the marked positions, the line to that under the cursor, and what to do next.
+/// Shows the marked positions, the line to the position under the cursor, and the prompt.
 void MainWindow::show_marking() {
   constexpr double k_moved = 0.2;  // mm
   const std::string prompt = marking_.prompt();
@@ -63,7 +63,7 @@ void MainWindow::show_marking() {
   marking_next_ = next;
   viewport()->set_marks(marking_.overlays(next));
   if (prompt == marking_prompt_) return;
-  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->set_marks(marking_.places());
+  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->set_marks(marking_.positions());
   marking_prompt_ = prompt;
   prompt_->setVisible(!prompt.empty());
   prompt_->setText(QString::fromStdString(prompt));
@@ -101,12 +101,12 @@ void MainWindow::build_measure_menu() {
       if (command->schema->name == "clear-measures") clear = command;
   }
   if (measure == nullptr || options_.replay) return;
-  using Shows = PlaceMarking::Request::Shows;
+  using Shows = PositionMarking::Request::Shows;
   constexpr std::size_t k_any = std::numeric_limits<std::size_t>::max();
   struct Row {
     const char* kind;
     QString text;
-    PlaceMarking::Request request;
+    PositionMarking::Request request;
     QKeySequence keys = {};
   };
   const Row rows[] = {
@@ -124,14 +124,14 @@ void MainWindow::build_measure_menu() {
     command_actions_.push_back({action, menu, measure->parameters});
     connect(action, &QAction::triggered, this,
             [this, type = measure->parameters, kind = std::string(row.kind), request = row.request] {
-              begin_marking(request, [this, type, kind](const PlaceMarking::Places& places) {
+              begin_marking(request, [this, type, kind](const PositionMarking::Positions& positions) {
                 sim::Value command = sim::Value::of(*type);
                 if (command.set("kind=" + kind)) return;
                 // A tape and an outline lie on the shape that was pointed at first.
-                const std::size_t item = viewport()->shape_near(places.front());
+                const std::size_t item = viewport()->shape_near(positions.front());
                 if (command.set("item=" + std::to_string(item))) return;
                 for (const sim::Field& field : type->schema->fields)
-                  if (field.name == "at") set_places(command, field, places);
+                  if (field.name == "at") set_positions(command, field, positions);
                 if (operation_) operation_->apply(std::move(command));
               });
             });

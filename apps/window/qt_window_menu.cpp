@@ -49,12 +49,13 @@ void MainWindow::build_menu() {
       bool is_accepted = false;
       const QString shape = QInputDialog::getText(
           this, tr("Shape of the added scan"),
-          tr("300 (from 300 up), 100:400, or the name of a label.\nLeave it empty for the usual shape."),
+          tr("A threshold: 300 (from 300 up); a range: 100:400; or the name of a label.\n"
+             "Leave it empty for the usual shape."),
           QLineEdit::Normal, {}, &is_accepted);
       if (is_accepted) add_scan(path, shape);
     });
     add(file, "open_head", tr("Open the built-in &head"), {}, [this] { open_source("head"); });
-    add(file, "open_spine", tr("Open the built-in sp&ine"), {}, [this] { open_source("spine"); });
+    add(file, "open_spine", tr("Open the &built-in spine"), {}, [this] { open_source("spine"); });
     file->addSeparator();
   }
   if (options_.host.resume) {
@@ -63,7 +64,7 @@ void MainWindow::build_menu() {
       if (!path.isEmpty()) resume_session(path);
     });
     if (!options_.host.interrupted_session.empty())
-      add(file, "continue_interrupted", tr("Continue the &interrupted session"), {},
+      add(file, "continue_interrupted", tr("Contin&ue the interrupted session"), {},
           [this] { resume_session(QString::fromStdString(options_.host.interrupted_session)); });
   }
   if (options_.host.replay)
@@ -79,7 +80,7 @@ void MainWindow::build_menu() {
   add(file, "save_mesh", tr("Save the &mesh ..."), {},
       [this] { ask_path_and_save("Save the mesh", "operated.stl", k_mesh_filter, &MainWindow::save_mesh); });
   if (!options_.replay)
-    add(file, "save_session", tr("Save the s&ession ..."), {}, [this] {
+    add(file, "save_session", tr("Save the sess&ion ..."), {}, [this] {
       ask_path_and_save("Save the session", "operation.session", "Sessions (*.session)",
                         &MainWindow::save_session);
     });
@@ -117,7 +118,7 @@ void MainWindow::build_menu() {
   add(view, "view_all", tr("&Whole scan"), {}, [this] { viewport()->look_from(0); });
   add(view, "show_structures", tr("S&tructures ..."), QKeySequence("Ctrl+R"), [this] {
     if (structures_->isHidden()) structure_fold_->click();
-    // After the panel has its new size.
+    // Deferred until the panel has its new size.
     QTimer::singleShot(0, panel_, [this] { panel_->ensureWidgetVisible(structures_); });
   });
   add(view, "larger_text", tr("&Larger text"), QKeySequence::ZoomIn, [this] { scale_text(1.15); });
@@ -208,8 +209,8 @@ void MainWindow::build_command_menu() {
   }
 }
 
-/// Applies a command whose only field is a point, with the touched point. A key calls it, since the cursor
-/// must stay on the bone.
+/// Applies a command whose only field is a point, with the touched point. Such a command has a key, since the
+/// cursor must stay on the bone.
 void MainWindow::apply_at_touched(const sim::ValueType& type) {
   if (!operation_) return;
   const std::optional<glm::dvec3> touched = operation_->touched();
@@ -275,18 +276,18 @@ void MainWindow::ask_and_apply(sim::Value command, Rows rows) {
 
 /// Lets the user mark the positions of a field, and then shows the form again.
 void MainWindow::mark_for(sim::Value command, const sim::Field& field) {
-  PlaceMarking::Request request{words_of(command.schema().name).toStdString() + ", " +
-                                label_of(field).toLower().toStdString()};
+  PositionMarking::Request request{words_of(command.schema().name).toStdString() + ", " +
+                                   label_of(field).toLower().toStdString()};
   if (!is_point_list(field))
     request.most = 1;
   else if (field.info.most_values > 0)
     request.most = field.info.most_values;
-  begin_marking(request, [this, command, &field](const PlaceMarking::Places& places) {
+  begin_marking(request, [this, command, &field](const PositionMarking::Positions& positions) {
     sim::Value next = command;
-    PlaceMarking::Places rounded = places;
+    PositionMarking::Positions rounded = positions;
     for (glm::dvec3& at : rounded) at = glm::round(100.0 * at) / 100.0;  // 0.01 mm, to be read in the form
-    set_places(next, field, rounded);
-    // After the click that marked the last position.
+    set_positions(next, field, rounded);
+    // Deferred until the click that marked the last position was handled.
     QTimer::singleShot(0, this, [this, next, is_expert = field.info.is_expert] {
       ask_and_apply(next, is_expert ? Rows::all : Rows::usual);
     });

@@ -100,7 +100,7 @@ void MainWindow::build_panes_menu() {
   structures->setObjectName("structures");
   connect(structures, &QMenu::aboutToShow, this, [this, structures] { fill_structures(structures); });
   add(render_menu, "touch_what_is_drawn", tr("&Use the visible values as solid"), {},
-      [this] { use_drawn_window(); });
+      [this] { preview_visible_values(); });
   add(menu, "labels", tr("Outlines of the scan's &labels"), {}, [this](bool are_shown) {
     panes_.panes().set_labels(are_shown);
   })->setCheckable(true);
@@ -154,22 +154,23 @@ void MainWindow::fill_structures(QMenu* menu) {
   }
 }
 
-/// Previews the window of values that the transfer function shows; the user can apply it like one of his own.
-void MainWindow::use_drawn_window() {
+/// Previews the range of values that the transfer function shows. The user can apply it like a range that was
+/// set by hand.
+void MainWindow::preview_visible_values() {
   const auto window =
       volume::window_of_opacity(panes_.panes().transfer(*scene_->base), imaging::k_touch_opacity);
   if (!window || !low_->isEnabled())
     return show_message(
         window
             ? tr("The solid shape is a label or belongs to a session. Open the scan alone to choose another.")
-            : tr("The visible values are not one range. Set the range of values by hand."));
+            : tr("The visible values are not one range. Set a range in the box Solid shape."));
   low_->setValue(window->low.value_or(low_->minimum()));
   high_->setValue(window->high.value_or(high_->maximum()));
   preview_shape();
   show_message(tr("The picture shows the new solid shape. Press Use to operate on it."));
 }
 
-/// Shows facts about the scan, without names.
+/// Shows facts about the scan, without the names of the patient and the file.
 void MainWindow::show_scan_facts() {
   const volume::Volume& scan = *scene_->base;
   const glm::dvec3 mm = scan.frame.spacing();
@@ -195,7 +196,7 @@ void MainWindow::show_scan_facts() {
   box->open();
 }
 
-/// Updates the panes for one frame, if any is visible.
+/// Updates the panes for one frame, if one is visible or an X-ray is due.
 void MainWindow::show_panes(double elapsed) {
   const bool sees_depths =
       grid_->arrangement() != Layout::picture && panes_.panes().shows(imaging::PaneKind::depths);

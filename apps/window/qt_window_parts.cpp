@@ -158,10 +158,10 @@ void MainWindow::build_panel() {
   high_ = box_of("high", 4000);
   use_shape_ =
       make_button("use_shape", tr("Use"), tr("Start again from the untouched scan, with this shape"));
-  keep_shape_ =
+  reset_shape_ =
       make_button("keep_shape", tr("Reset"), tr("Discard the choice and show the current solid shape"));
   connect(use_shape_, &QPushButton::clicked, this, &MainWindow::use_shape);
-  connect(keep_shape_, &QPushButton::clicked, this, [this] {
+  connect(reset_shape_, &QPushButton::clicked, this, [this] {
     viewport()->preview(nullptr, version());
     const volume::Shape& current = scene_->items[0].field.shape();
     for (QDoubleSpinBox* box : {low_, high_}) {
@@ -194,7 +194,7 @@ void MainWindow::build_panel() {
   form->addWidget(high_, 2, 1);
   form->addWidget(largest_, 3, 0, 1, 2);
   form->addWidget(use_shape_, 4, 0);
-  form->addWidget(keep_shape_, 4, 1);
+  form->addWidget(reset_shape_, 4, 1);
   column->addWidget(shape);
   column->addStretch(1);
   for (QWidget* w : std::initializer_list<QWidget*>{tool, shape}) w->setVisible(options_.replay == nullptr);

@@ -77,7 +77,14 @@ void MainWindow::go_to_next_step() {
   const std::vector<StepGuide::Next>& all = operation_->steps()->next();
   for (const StepGuide::Next& next : all)
     if (next.is_allowed) return operation_->go_to_step(next.step);
-  if (all.empty()) return show_refusal(tr("The next step begins by itself, or this step is the last one."));
+  if (all.empty()) {
+    const StepGuide& guide = *operation_->steps();
+    if (guide.step().transitions.empty()) return show_refusal(tr("This is the last step."));
+    const int next = guide.procedure().find(guide.step().transitions.front().to);
+    const std::string& title = StepGuide::title_of(guide.procedure().steps[static_cast<std::size_t>(next)]);
+    return show_refusal(tr("The next step, \"%1\", begins by itself when its conditions are met.")
+                            .arg(QString::fromStdString(title)));
+  }
   const QString reason = QString::fromStdString(all.front().reason);
   if (reason.isEmpty())
     is_next_step_requested_ = true;  // its conditions are being checked
@@ -89,8 +96,9 @@ void MainWindow::go_to_next_step() {
 void MainWindow::show_score() {
   if (!operation_ || !options_.host.score) return;
   if (options_.session_file.empty())
-    return show_refusal(tr(
-        "This operation is not recorded, so there is no score. Start it from the simulator, or with --record."));
+    return show_refusal(
+        tr("This operation is not recorded, so there is no score. Start it from the simulator, or record it "
+           "(option record FILE)."));
   operation_->press(false);
   if (score_ == nullptr)
     score_ = new ScoreDialog(

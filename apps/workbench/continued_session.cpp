@@ -7,7 +7,7 @@ namespace trephine::workbench {
 
 Result<ContinuedSession> continue_session(const std::string& path, const SourceChoice& case_source,
                                           bool is_live, const Listener& listener) {
-  // Locked before it is read, so that no other program writes meanwhile.
+  // The session is locked before it is read, so that no other program writes to it meanwhile.
   auto lock = sim::SessionLock::take(path);
   if (!lock) return lock.error();
   auto opened = open_session(path, case_source, listener);
@@ -31,8 +31,9 @@ Result<ContinuedSession> continue_session(const std::string& path, const SourceC
   if (header.hands.size() != 1)
     return Error{.what = "only sessions of one hand can be continued here",
                  .where = where,
-                 .found = std::to_string(header.hands.size()),
-                 .expected = "1"};
+                 .found = std::to_string(header.hands.size()) + " hands",
+                 .expected = "one hand",
+                 .remedy = "choose a session of one hand"};
   if (is_live && !(header.rate_hz >= 250 && header.rate_hz <= 10000))
     return Error{.what = "this session cannot be continued in the window",
                  .where = where,

@@ -18,8 +18,8 @@ struct ContinuedSession {
 };
 
 /// Replays a session of one hand to its end and begins to append to it. Error if its scan is not found (see
-/// open_session), another version recorded it, it is damaged, or, for `is_live`, a servo cannot run at its
-/// rate.
+/// open_session()), it has several hands, another version recorded it, it is damaged, its replay differs from
+/// the recording, or, for `is_live`, a servo cannot run at its rate.
 Result<ContinuedSession> continue_session(const std::string& path, const SourceChoice& case_source,
                                           bool is_live, const Listener& listener = {});
 

@@ -19,7 +19,8 @@ Result<std::vector<std::string>> sessions_in(const std::string& folder) {
   if (error || paths.empty())
     return Error{.what = error ? "the folder cannot be read" : "the folder has no sessions",
                  .where = "session",
-                 .expected = "a recorded session, or a folder of sessions"};
+                 .expected = "a recorded session, or a folder of sessions",
+                 .remedy = "pass a session or another folder"};
   std::sort(paths.begin(), paths.end());
   return paths;
 }

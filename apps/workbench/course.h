@@ -8,9 +8,9 @@
 
 namespace trephine::workbench {
 
-/// A session of a folder. It has a number, since names of files may identify a patient.
+/// A session of a folder, without the name of its file, which may identify a patient.
 struct CourseSession {
-  std::string title;                  ///< of its procedure; empty: it has none
+  std::string title;                  ///< of its procedure; empty: no title
   std::string date;                   ///< on which its file was last changed, "2026-11-27" (UTC)
   double dt = 0;                      ///< s, period of its ticks
   std::optional<SessionScore> score;  ///< empty: see `error`

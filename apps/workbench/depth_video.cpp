@@ -60,7 +60,8 @@ Result<DepthVideo> record_video(const std::vector<ModelChoice>& choices, const V
   if (!(distance > 1e-3))
     return Error{.what = "the camera's position equals its target",
                  .found = text_of(distance) + " mm",
-                 .expected = "two different positions"};
+                 .expected = "two different positions",
+                 .remedy = "move the camera away from its target"};
   struct Subject {
     std::shared_ptr<const DepthModel> model;
     dvec3 at;
@@ -135,7 +136,8 @@ Result<DepthVideo> record_video(const std::vector<ModelChoice>& choices, const V
               static_cast<std::uint16_t>(std::lround(nearest * 65535));
       }
     });
-    if (!progress(static_cast<double>(n + 1) / static_cast<double>(count))) return Error{.what = "cancelled"};
+    if (!progress(static_cast<double>(n + 1) / static_cast<double>(count)))
+      return Error{.what = "the recording of the depth video was cancelled", .kind = ErrorKind::interrupted};
   }
   if (is_moving && request.seconds <= 0 &&
       std::all_of(choices.begin(), choices.end(),

@@ -98,7 +98,7 @@ haptics::DeviceHost device_host(const Listener& listener) {
   return host;
 }
 
-Result<ChosenDevices> open_devices(const DeviceChoice& choice, const Listener& listener) {
+Result<ChosenDevices> make_devices(const DeviceChoice& choice, const Listener& listener) {
   ChosenDevices chosen;
   if (!choice.pedal.empty()) {
     auto pedal = make_hardware(choice.pedal, false, listener);
@@ -120,7 +120,7 @@ Result<ChosenDevices> open_devices(const DeviceChoice& choice, const Listener& l
   auto device = is_path ? open_path_device(name) : make_hardware(choice.device, true, listener);
   if (!device) return device.error();
   chosen.device = std::move(device).value();
-  // The second button of a pedal is the clutch, too.
+  // The second button of a pedal is also the clutch.
   if (chosen.pedal)
     chosen.device =
         std::make_shared<haptics::CompositeDevice>(std::move(chosen.device), std::exchange(chosen.pedal, {}));

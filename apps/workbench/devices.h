@@ -24,8 +24,9 @@ struct ChosenDevices {
   std::shared_ptr<haptics::Device>
       pedal;  ///< used with the mouse; null with another device, of which the pedal is then a part
 };
-/// Error on unknown names, a path that cannot be read, or a build without drivers.
-Result<ChosenDevices> open_devices(const DeviceChoice& choice, const Listener& listener);
+/// Makes the devices of a choice, without opening them. Error on unknown names, a path that cannot be read,
+/// or a build without drivers.
+Result<ChosenDevices> make_devices(const DeviceChoice& choice, const Listener& listener);
 
 /// Opens and closes the devices once: an error, or the instructions of a device that must be homed, appear
 /// before a window does.

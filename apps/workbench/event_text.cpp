@@ -35,11 +35,11 @@ std::string wall_text(pedicle::Wall wall) {
     case pedicle::Wall::lateral:
       return "to the outer side";
     case pedicle::Wall::above:
-      return "above";
+      return "toward the head";
     case pedicle::Wall::below:
-      return "below";
+      return "toward the feet";
     case pedicle::Wall::front:
-      return "in front";
+      return "to the front";
     case pedicle::Wall::none:
       break;
   }
@@ -70,7 +70,8 @@ EventText text_of(const sim::ForbiddenLeft& e) {
           e.deepest > sim::k_blunt_tear_depth ? Level::danger : Level::record};
 }
 EventText text_of(const sim::StructureStripped& e) {
-  return {format_text("The tool pushed the %s aside by %.2f mm.", words_of(e.structure).c_str(), e.deepest),
+  return {format_text("The %s was pushed aside by %.2f mm and did not tear.", words_of(e.structure).c_str(),
+                      e.deepest),
           Level::outcome};
 }
 EventText text_of(const sim::StructureTouched& e) {

@@ -50,7 +50,9 @@ std::string critical_text(const sim::Score& score) {
   for (const std::string& name : score.critical) {
     const auto finding = std::find_if(score.findings.begin(), score.findings.end(),
                                       [&](const Finding& one) { return one.name == name; });
-    text += (text.empty() ? "critical: " : "; ") + words_of(name) + " " + value_text(*finding);
+    text += format_text("%s%s %s (%s %g for full points)", text.empty() ? "critical: " : "; ",
+                        words_of(name).c_str(), value_text(*finding).c_str(),
+                        finding->full_at > finding->zero_at ? "at least" : "at most", finding->full_at);
   }
   return text;
 }

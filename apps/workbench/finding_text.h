@@ -15,7 +15,8 @@ std::string limits_text(const sim::Finding& finding);
 std::string points_text(const sim::Finding& finding);
 /// Returns "12.0 of 14.0 points".
 std::string points_of(const sim::Score& score);
-/// Returns "critical: dura: torn 2; L4: canal gained 0 %"; empty without critical findings.
+/// Returns "critical: dura: torn 2 (at most 0 for full points); L4: canal gained 0 % (at least 80 for full
+/// points)"; empty without critical findings.
 std::string critical_text(const sim::Score& score);
 /// True for a finding with a value but without limits, which has no verdict.
 bool is_only_reported(const sim::Finding& finding) noexcept;

@@ -15,7 +15,8 @@ void add(std::vector<Finding>& findings, std::string name, double value, std::st
   findings.push_back({.name = std::move(name), .value = value, .unit = std::move(unit)});
 }
 
-/// Adds the distances and visits of all hands to a forbidden structure.
+/// Adds the findings about a forbidden structure, for all hands together: tears, distance, entries and time.
+/// `count`: number of forbidden structures.
 void add_structure(const sim::OperationState& operation, std::size_t index, std::size_t count,
                    const std::string& name, std::vector<Finding>& findings) {
   double nearest = sim::Forbidden::k_reach, entries = 0, ticks = 0;
@@ -58,8 +59,8 @@ void add_refusals(const sim::OperationState& operation, std::vector<Finding>& fi
   findings.push_back(std::move(refused));
 }
 
-/// Adds whether the procedure reached an end: without it, an operation that touched nothing has all points of
-/// the structures that it did not injure.
+/// Adds the finding whether the procedure reached an end. Without this finding, an operation that touched
+/// nothing would have all points, for the structures that it did not injure.
 void add_procedure(const sim::OperationState& operation, std::vector<Finding>& findings) {
   constexpr double k_weight = 10;  // assumed
   const int step = operation.undoable.procedure.step;

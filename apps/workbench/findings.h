@@ -1,5 +1,5 @@
-// Findings of an operation: those of its modules, and those that no module makes: forbidden structures, undo,
-// refused steps, motion.
+// Findings of an operation: those of its modules, and those about forbidden structures, undo, refused steps,
+// time and motion.
 #pragma once
 
 #include <functional>

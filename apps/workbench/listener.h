@@ -7,7 +7,7 @@
 namespace trephine::workbench {
 
 struct Listener {
-  /// A sentence for the user.
+  /// Receives a sentence for the user.
   std::function<void(const std::string& text)> notice = [](const std::string&) {};
   /// Begins long work. The returned function is called with the completed share, 0 to 1; the work stops if it
   /// returns false.

@@ -102,7 +102,8 @@ Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice, const Li
       return Error{.what = "a scan has no time axis",
                    .where = "until",
                    .found = format_text("%g s", *choice.until),
-                   .expected = "a recorded session"};
+                   .expected = "a recorded session",
+                   .remedy = "omit the time, or pass a session"};
     SourceChoice scan = choice.source;
     scan.uses_plan = true;
     auto source = open_source(scan, listener);

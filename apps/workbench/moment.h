@@ -45,7 +45,7 @@ Result<const volume::PlannedTrajectory*> find_trajectory(const Moment& moment, c
 std::vector<Moment::Object> objects_of(const sim::Engine& engine);
 /// Goes to another moment of its session.
 Status go_to(Moment& moment, std::uint64_t tick);
-/// Opens a scan or a session. Errors name "until" and "models".
+/// Opens a scan or a session, with the models of the choice. An error of the time names "until".
 Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice, const Listener& listener = {});
 
 }  // namespace trephine::workbench

@@ -49,7 +49,7 @@ class SmoothedMotion {
   /// Newest speed, mm/s; negative before the second mean.
   double speed() const noexcept { return speed_; }
 
-  /// mm, including the ways between the ends and the outermost means.
+  /// Length of the path, mm, including the segments between its ends and the outermost means.
   double path() const noexcept;
   double peak_speed = 0;           ///< mm/s
   double jerk_square_seconds = 0;  ///< integral of the squared jerk over jerk_seconds, mm2/s5
@@ -66,7 +66,7 @@ class SmoothedMotion {
   double path_ = 0, speed_ = -1;
 };
 
-/// Fed tick by tick, in constant time and without allocations.
+/// Accumulates the measures tick by tick, in constant time and without allocations.
 class MotionStats {
  public:
   /// `dt`: period of the servo, s.

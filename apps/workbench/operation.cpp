@@ -74,7 +74,7 @@ volume::Matter usual_matter(const volume::Volume& scan, const volume::Shape& sha
   return scan.is_hounsfield && !shape.is_label() ? volume::Matter::bone : volume::Matter::soft_tissue;
 }
 
-/// Opens a further volume and adds it to the data. Returns its source; its index is the last of the data.
+/// Opens a further volume and adds it to the data, as the last of its volumes. Returns its source.
 Result<Source> add_volume(const std::string& path, SceneDescription& spec, sim::SceneData& data,
                           const Listener& listener) {
   Listener numbered = listener;
@@ -158,7 +158,8 @@ Error too_many_movers(const ModelChoice& model, int movers) {
   return Error{.what = "too many models move",
                .where = data_tools::file_name(model.file),
                .found = std::to_string(movers),
-               .expected = "at most " + std::to_string(haptics::TouchScene::k_max_movers)};
+               .expected = "at most " + std::to_string(haptics::TouchScene::k_max_movers),
+               .remedy = "use fewer animated models and depth videos"};
 }
 
 Status add_stream(const OperationChoice& choice, const ModelChoice& model, int& movers,
@@ -265,7 +266,7 @@ Status add_models(const Source& source, const OperationChoice& choice, SceneDesc
   return std::nullopt;
 }
 
-/// Adds the hands, and what their instruments need.
+/// Adds the hands, and sets the contact geometry and the cut lattice that their instruments require.
 Status add_hands(const OperationChoice& choice, const volume::Volume& anatomy, const Listener& listener,
                  SceneDescription& spec) {
   spec.hands = choice.hands;
@@ -449,7 +450,7 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   if (Status error = add_models(source, choice, spec, data, listener)) return *error;
   if (Status error = add_background(choice, spec, data, listener)) return *error;
   if (Status error = add_hands(choice, *source.volume, listener, spec)) return *error;
-  // Only this method touches several volumes, or models and voxels together.
+  // Only the general method touches several volumes, or models and voxels together.
   if (data.volumes.size() > 1 || !models_of(source).empty())
     for (HandSpec& hand : spec.hands)
       if (hand.method == haptics::k_default_method) hand.method = haptics::general_method(*hand.tool).name;

@@ -92,7 +92,7 @@ struct Operation {
   sim::Engine engine() const;
 };
 
-/// Returns what is planned on a scan: the plan of its case, or that of a built-in phantom.
+/// Returns the surgical plan of a source: that of its case, or of a built-in phantom; else an empty plan.
 volume::SurgicalPlan plan_of(const Source& source);
 /// Returns the models of a case.
 std::vector<ModelChoice> models_of(const Source& source);

@@ -41,7 +41,7 @@ class Performer {
   haptics::PosePath perform(const haptics::PosePath& planned, std::size_t hand) const;
 
  private:
-  /// Pause before the planned time `at` continues.
+  /// Pause of `seconds` at the planned time `at`.
   struct Pause {
     double at, seconds;
   };

@@ -15,7 +15,7 @@ using volume::Version;
 namespace {
 
 constexpr double k_deepest = 20;  // mm, largest thickness that is measured
-constexpr double k_gap = 3;       // mm without solid that end it
+constexpr double k_gap = 3;       // mm without solid that end the measured thickness
 constexpr double k_above = 15;    // mm above and below the place, between which the surface is searched
 
 /// Returns the first solid voxel from a to b (world), as a fraction of the path; negative without one.
@@ -120,9 +120,9 @@ Result<Place> find_place(const data_tools::ScriptPlace& request, const haptics::
   for (const dvec3& direction : request.from)
     if (auto place = place_on(middle + far * glm::normalize(direction), middle, request, scene, untouched))
       return *std::move(place);
-  return Error{.what = "no such position found",
+  return Error{.what = "the place was not found on the surface",
                .where = "place " + request.name,
-               .found = "no surface on " + std::to_string(request.from.size()) + " paths to the middle",
+               .found = "no such surface on " + std::to_string(request.from.size()) + " paths to the middle",
                .expected = "a surface that faces one of them" +
                            std::string(request.min_thickness > 0 ? ", with the required thickness" : ""),
                .remedy = "choose other directions, or the shape with iso"};

@@ -18,7 +18,7 @@ struct Place {
   double thickness = 0;  ///< mm, of the solid along the normal; 0: no end within 20 mm, or no solid
   /// Length of the trajectory, from whose entry heights are measured, mm; 0: a point of the surface.
   double trajectory_length = 0;
-  std::int64_t body = 0;  ///< its position and frame are those of this body when they are used; 0: fixed
+  std::int64_t body = 0;  ///< number of the body that the place follows; 0: a fixed place
 
   /// World direction of local coordinates (along, across, outward).
   glm::dvec3 direction(const glm::dvec3& local) const noexcept {
@@ -36,20 +36,20 @@ Result<Place> find_place(const data_tools::ScriptPlace& request, const haptics::
 /// that the trajectory meets, from 5 mm outside its entry to its target.
 Place place_of(const volume::PlannedTrajectory& trajectory, const data_tools::ScriptPlace& request,
                const haptics::TouchScene& scene, const volume::Version& untouched);
-/// Returns a place; on a body: in the middle of the body at its present pose, with the axes of its frame.
-/// Error if the body does not exist.
+/// Returns a place at this moment: a place on a body is in the middle of the body at its current pose, with
+/// the axes of its frame. Error if the body does not exist.
 Result<Place> current_place(const Place& place, const sim::Engine& engine);
-/// Returns the places, with present positions for those on bodies that `words` names. Error if such a body
+/// Returns the places, with current positions for those on bodies that `words` names. Error if such a body
 /// does not exist, is held, or moves.
 Result<std::vector<Place>> places_in(const sim::OperationState& operation, const std::vector<Place>& places,
                                      const std::string& words);
-/// Converts a hand's points to poses. They are relative to the place: along, across, height over the surface.
+/// Converts a hand's points, relative to a place (along, across, height over the surface), to poses.
 std::vector<haptics::PosePath::Sample> samples_at(const Place& place, const data_tools::ScriptHand& hand,
                                                   const haptics::TouchScene& scene,
                                                   const volume::Version& untouched);
 /// Returns the rotation of a tool with this direction of its shaft: the shortest one from upright.
 glm::dquat turn_of_shaft(const glm::dvec3& shaft) noexcept;
-/// True if the solid is open there along the normal, from outside to its other side.
+/// True if the solid is open at a place along the normal, from outside to its other side.
 bool is_open(const Place& place, const haptics::TouchScene& scene, const volume::Version& version);
 
 }  // namespace trephine::workbench

@@ -7,7 +7,7 @@ namespace trephine::workbench {
 
 namespace {
 
-constexpr double k_lift = 1.2;  // mm: lines on bone are drawn this far outside, since its picture covers them
+constexpr double k_lift = 1.2;  // mm: lines on bone are drawn this far outside it, to be visible
 
 /// Adds an outline on both sides of its surface: bone hides the inner one.
 void add_outline(const volume::PlannedOutline& outline, sim::Overlay& overlay) {

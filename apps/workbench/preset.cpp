@@ -61,7 +61,7 @@ Status check(const PresetChoice& choice, const ShapeChoice& shape) {
                  .expected = "a preset, or a window, or a label",
                  .remedy = "to change the preset's threshold, pass an iso value only"};
   if (choice.thin_mm && !(*choice.thin_mm >= 0 && *choice.thin_mm <= k_max_thin_mm))
-    return Error{.what = "the reach is out of range",
+    return Error{.what = "the largest gap to close is out of range",
                  .where = "fill thin",
                  .found = text_of(*choice.thin_mm),
                  .expected = "0 (not at all) to 10 mm"};

@@ -63,7 +63,7 @@ class BrickDistances {
     const double reach = 0.5 * (edge - 1) * lattice.frame().diagonal_mm();
     const dvec3 centre = dvec3(first_ + low) + 0.5 * (edge - 1);
     const dvec3 world = version_.base().frame.world_from_volume(lattice.volume_from_lattice(centre));
-    // A ball of this radius measures beyond the reach of a point.
+    // The clearance of a ball reaches farther from its centre than that of a point.
     const double least = structure_.clearance({.centre = world, .radius = reach}, expected_);
     expected_ = least;
     // Samples decide on the side of a point, and may differ from the surface by half a voxel.
@@ -190,7 +190,7 @@ class MomentCollector {
     const std::shared_ptr<const volume::SurgicalPlan>& plan = engine.now().plan;
     const EventText text = plan ? describe_event(event, plan->procedure) : describe_event(event);
     const auto* xray = event.value.as<fluoroscopy::XrayTaken>();
-    // An implant is added, and a screw placed, before it is turned in.
+    // At these two events, the implant or screw has not been turned in yet.
     const bool is_slice = (text.level == EventLevel::danger || text.level == EventLevel::outcome) &&
                           event.value.name() != "body-added" && event.value.name() != "screw-placed";
     if (!xray && (!is_slice || event.position_world == dvec3(0) ||
@@ -199,7 +199,7 @@ class MomentCollector {
     ReportMoment moment{
         .tick = event.tick, .text = text.text, .level = text.level, .position_world = event.position_world};
     if (xray) moment.xray = *xray;
-    // A touch without a tear yields to injuries.
+    // A touch without a tear has a lower priority than injuries.
     if (event.value.name() == "structure-touched") moment.level = EventLevel::outcome;
     add(std::move(moment), engine);
   }

@@ -65,7 +65,7 @@ struct ReportChoice {
   std::string session;
   SourceChoice case_source;                     ///< scan of a session that lacks it
   std::size_t column_count = 900;               ///< of the charts
-  std::size_t slice_count = 6, xray_count = 4;  ///< most pictures of each kind
+  std::size_t slice_count = 6, xray_count = 4;  ///< greatest number of pictures of each kind
 };
 
 struct ReportData {
@@ -76,7 +76,7 @@ struct ReportData {
   Envelope force;      ///< N, the strongest of all hands in each tick
   Envelope clearance;  ///< mm from the nearest tool to a forbidden structure; without structures no values
   std::vector<ToolPath> paths;            ///< one per hand
-  glm::dvec3 hands_at{0.0};               ///< mm, mean position of the hands: the side from where they work
+  glm::dvec3 hands_at{0.0};               ///< mm, mean position of the hands: the side from which they work
   std::vector<RemovalDistances> removal;  ///< one per forbidden structure
   std::vector<ReportMoment> moments;      ///< by time
   sim::Overlays overlays;                 ///< at the end

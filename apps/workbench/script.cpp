@@ -109,7 +109,7 @@ Result<sim::Command> command_of(const ScriptCommand& request, std::span<const Pl
   Status error = command ? std::nullopt : Status(command.error());
   if (!error && !request.refusal) error = command.value().request.check();
   if (!error) return command;
-  // Positions of places are not known yet: the words of the script say more.
+  // Positions of places may not be known yet: the error quotes the script.
   if (words && request.words.find('{') != std::string::npos) error->found = request.words;
   error->where = at_line(where, request.line) + (error->where.empty() ? "" : ": " + error->where);
   return *error;
@@ -404,16 +404,16 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
       live.snapshot().wait();  // until the command was applied
       sim::LiveState latest = live.fetch_state();
       Live::CommandResult command_result{latest.refused, 0};
-      const auto take_failure = [&] {
+      const auto record_failure = [&] {
         // A search for free pieces may also fail meanwhile.
         if (latest.failed && latest.failed->where == timed.from->name) command_result.refused = latest.failed;
       };
-      take_failure();
+      record_failure();
       // Its job ends before the next command, as without threads.
       while (latest.pending_jobs > 0 && progress(t / duration_)) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
         latest = live.fetch_state();
-        take_failure();
+        record_failure();
       }
       command_result.done_at = latest.newest.t + 0.5 / script_.rate_hz;  // the next tick includes it
       result.results.push_back(command_result);
@@ -433,7 +433,7 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
     return Error{.what = "the live run cannot be checked: its recording is incomplete",
                  .where = "recording",
                  .found = finished->found,
-                 .expected = "room for it",
+                 .expected = "enough free disk space",
                  .remedy = "free disk space, or play it without a servo thread",
                  .kind = finished->kind};
   return result;

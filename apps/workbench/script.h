@@ -41,7 +41,7 @@ class ScriptRun {
   /// Result of play_live().
   struct Live {
     haptics::ServoReport servo;
-    int stalls = 0;  ///< number of resets after the servo missed its watchdog
+    int stalls = 0;  ///< number of resets of the fault of a stale scene
     struct CommandResult {
       Status refused;      ///< or failed: its job had no effect
       double done_at = 0;  ///< s, including the job that it started

@@ -67,8 +67,8 @@ Status check_place(const std::string& measurement, const std::vector<Place>& pla
     if (place.body == 0) known.append(known.empty() ? "" : ", ").append(prefix + place.name);
   return Error{.what = "unknown measurement",
                .found = measurement,
-               .expected = known.empty() ? "[[places]] of the anatomy first" : known,
-               .remedy = "choose one of these"};
+               .expected = known.empty() ? "a place of the anatomy in [[places]]" : known,
+               .remedy = known.empty() ? "add the place to [[places]]" : "choose one of these"};
 }
 
 std::string one_line_text(const Error& error) {

@@ -45,7 +45,7 @@ struct ScriptMoment {
 using PictureTaker = std::function<Status(const data_tools::ScriptPicture& picture,
                                           const ScriptMoment& moment, const std::string& caption)>;
 
-/// Borrows script and places.
+/// Checks one run of a script. Borrows the script and the places.
 class ScriptWatch {
  public:
   /// `end`: duration of the script, s. Empty `take_picture`: takes no pictures.

@@ -22,7 +22,7 @@ struct SessionScore {
 /// Receives the replay after each tick, and after the commands that follow the last one (`is_tick` false).
 using ReplayObserver = std::function<void(sim::Replay& replay, bool is_tick)>;
 
-/// Replays a session from its begin to `until` (s; empty: its end) and judges the final state. The session
+/// Replays a session from its start to `until` (s; empty: its end) and judges the final state. The session
 /// stays there. Error if the session does not contain this time, or work was stopped by the listener.
 Result<SessionScore> score_session(OpenedSession& session, std::optional<double> until = {},
                                    const Listener& listener = {}, const ReplayObserver& observe = {});

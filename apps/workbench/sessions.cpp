@@ -22,7 +22,8 @@ Status check(const RecordChoice& choice) {
   if (choice.file.empty())
     return choice.is_embedding ? Status(Error{.what = "no session to embed the scan in",
                                               .where = "embed",
-                                              .expected = "a file for the recording"})
+                                              .expected = "a file for the recording",
+                                              .remedy = "name a file for the recording"})
                                : std::nullopt;
   if (!fs::exists(choice.file, error)) return data_tools::check_writable(choice.file);
   return Error{
@@ -109,7 +110,7 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
   auto replay = sim::Replay::open(session, result->source.volume);
   if (!replay) {
     Error error = replay.error();
-    if (error.where != "module") error.where = where;  // a module is a matter of the program, not of the file
+    if (error.where != "module") error.where = where;  // a missing module concerns the program, not the file
     return error;
   }
   result->replay = std::move(replay).value();
@@ -166,8 +167,11 @@ std::vector<std::string> all_autosaves() {
   const std::string folder = autosave_folder();
   if (folder.empty()) return {};
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
-    if (it->path().extension() == ".session")
-      found.emplace_back(fs::last_write_time(it->path(), error), it->path().string());
+    if (it->path().extension() == ".session") {
+      std::error_code is_gone;  // deleted meanwhile
+      const fs::file_time_type time = fs::last_write_time(it->path(), is_gone);
+      if (!is_gone) found.emplace_back(time, it->path().string());
+    }
   std::sort(found.begin(), found.end());
   std::vector<std::string> paths;
   for (auto& [time, path] : found) paths.push_back(std::move(path));

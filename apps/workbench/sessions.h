@@ -44,7 +44,7 @@ struct OpenedSession {
 Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, const SourceChoice& case_source,
                                                     const Listener& listener = {});
 
-/// Returns the first tick after a time of a session, s; without a time the number of its ticks. Error naming
+/// Returns the tick nearest to a time of a session, s; without a time, the number of its ticks. Error naming
 /// "until" if the session does not contain the time.
 Result<std::uint64_t> tick_at(const sim::SessionReader& session, std::optional<double> seconds);
 

@@ -213,8 +213,8 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
       return Error{.what = "unknown label",
                    .where = "label",
                    .found = choice.label,
-                   .expected = known.empty() ? "this volume has no labels" : "one of " + known,
-                   .remedy = known.empty() ? "choose it by its values: iso or window" : ""};
+                   .expected = known.empty() ? "a scan with labels" : "one of " + known,
+                   .remedy = known.empty() ? "use iso or window instead" : "choose one of these"};
     }
     shape.label = value;
     shape.name = choice.label;
@@ -302,7 +302,7 @@ Status keep_largest(Source& source, const volume::Shape& shape, const Listener& 
 }
 
 Status omit_holder(Source& source, const volume::Shape& shape, const Listener& listener) {
-  // The blurred rim of such a part goes, too: volume rendering shows it.
+  // The blurred rim of such a part is also removed, since volume rendering would show it.
   constexpr double k_rim = 150;  // HU
   volume::Shape wide = shape;
   if (wide.low > k_rim) wide.low = k_rim;

@@ -31,7 +31,7 @@ struct SourceChoice {
   bool is_resampled = false;    ///< missing and uneven slices are interpolated
   bool maps_padding = false;    ///< replaces the scanner's padding by air
   bool is_hounsfield = false;   ///< values are HU, although the file does not state it
-  bool uses_plan = false;       ///< takes the structures, screws and landmarks of a built-in phantom
+  bool uses_plan = false;       ///< uses the structures, screws and landmarks of a built-in phantom
   std::optional<double> scale;  ///< size of a step of the values, in units of the file
   std::string spacing;          ///< "X,Y,Z" or "S" in mm, for a file that does not state it
   std::string axes;             ///< directions of its axes, three letters; empty: "LPS"
@@ -71,11 +71,10 @@ Status keep_largest(Source& source, const volume::Shape& shape, const Listener& 
 Status omit_holder(Source& source, const volume::Shape& shape, const Listener& listener);
 /// Reports other parts of a shape that are large enough to disturb, such as a table or a head holder.
 void report_large_parts(const Source& source, const volume::Shape& shape, const Listener& listener);
-/// Checks that need no scan.
+/// Checks a choice without a scan: at most one shape, valid numbers.
 Status check(const ShapeChoice& choice);
-/// Returns the chosen shape. The default for CT, with a notice, is bone from 300 HU (a spine, or a CT
-/// with much cancellous bone: 150 HU). Error
-/// if there is no default.
+/// Returns the chosen shape. The default for CT, with a notice, is bone from 300 HU (for a spine, or a CT
+/// with much cancellous bone: 150 HU). Error if there is no default.
 Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choice,
                                    const Listener& listener = {});
 /// Reads a path file (CSV).

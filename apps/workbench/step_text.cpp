@@ -51,9 +51,9 @@ std::string count_sentence(const StepCondition& condition, const std::string& pl
   const bool is_single = condition.maximum ? is_one(condition.maximum) : is_one(condition.minimum);
   const std::string limits = capitalized(limits_text(condition, ""));
   std::string text = limits + " " + (is_single ? singular + " is " : plural + " are ");
-  text += condition.minimum ? "needed; there " : "allowed; there ";
-  return text + (!value ? std::string("may be another number.")
-                        : (is_one(value) ? "is " : "are ") + number_text(*value) + ".");
+  text += condition.minimum ? "needed; " : "allowed; ";
+  return text + (!value ? std::string("the number is unknown.")
+                        : (is_one(value) ? "there is " : "there are ") + number_text(*value) + ".");
 }
 
 /// Returns the sentence about a measured quantity: `subject` must be within the limits.

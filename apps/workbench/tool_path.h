@@ -1,4 +1,4 @@
-// ToolPath: where a hand's tool was in contact or worked, as strokes of few points.
+// ToolPath: path of a hand's tool during contact and work, as strokes of few points.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@ namespace trephine::workbench {
 /// Path of a hand's tool, with a bounded number of points.
 class ToolPath {
  public:
-  /// A part without interruption.
+  /// An uninterrupted part of the path.
   struct Stroke {
     bool is_working = false;               ///< with the button pressed or in a track; else in contact only
     std::vector<glm::dvec3> points_world;  ///< mm

@@ -46,14 +46,15 @@ Result<volume::Volume> read_companion(const std::string& path, const char* file,
   if (companion.size != scan.size)
     return Error{.what = "the " + what + " and the scan have different sizes",
                  .where = where,
-                 .expected = "the same size"};
-  if (const double distance = farthest_corner(companion.frame, scan.frame, scan.size);
-      distance > k_same_place_mm)
+                 .expected = "the same size",
+                 .remedy = "resample the " + what + " to the grid of the scan"};
+  if (const double distance = max_corner_distance(companion.frame, scan.frame, scan.size);
+      distance > k_same_position_mm)
     return Error{.what = "the " + what + " and the scan have different positions",
                  .where = where,
                  .found = "a corner is " + text_of(std::floor(100 * distance) / 100) + " mm off",
                  .expected = "the same position",
-                 .remedy = "resample to the scan first"};
+                 .remedy = "resample the " + what + " to the grid of the scan"};
   return std::move(companion);
 }
 
@@ -70,7 +71,7 @@ Status read_shape(const std::string& path, const CasePlan& plan, volume::Volume&
                    .where = file_name(path) + "/" + k_shape_file,
                    .found = std::to_string(value),
                    .expected = "0 to " + std::to_string(plan.shape_values.size()),
-                   .remedy = "describe the value in values under [shape] in case.toml"};
+                   .remedy = "add its intensity to values under [shape] in case.toml"};
     value = value == 0 ? scan.voxels[i] : plan.shape_values[static_cast<std::size_t>(value) - 1];
   }
   return std::nullopt;
@@ -127,13 +128,13 @@ Status read_procedure_into(const std::string& path, CasePlan& plan) {
   return std::nullopt;
 }
 
-/// True if a shipped procedure has the name and the steps of this one.
+/// Returns true if this procedure equals the shipped one of its name.
 bool is_shipped(const volume::SurgicalProcedure& procedure) {
   const Result<ProcedureFile> shipped = shipped_procedure(procedure.name);
   return shipped && shipped.value().procedure == procedure;
 }
 
-/// Writes the models of a case, and copies those that are files, and its further volumes.
+/// Copies the files of models and of further volumes, and writes the models in `surfaces`.
 Status write_further_files(const std::string& folder, const CasePlan& plan,
                            std::span<const CaseSurface> surfaces) {
   const auto copy = [&](const std::string& from, const std::string& file) -> Status {
@@ -153,7 +154,7 @@ Status write_further_files(const std::string& folder, const CasePlan& plan,
   return std::nullopt;
 }
 
-/// Error if a position of the plan is far outside the scan, as in a wrong unit or frame.
+/// Error if a position of the plan is far outside the scan: its unit or frame is probably wrong.
 Status check_positions(const CasePlan& plan, const volume::Volume& scan, const std::string& where) {
   constexpr double k_farthest = 300;  // mm
   Status error;
@@ -191,7 +192,10 @@ Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options
     if (Status error = check_inside(path, name)) return *error;
   std::ifstream file(fs::path(path) / k_plan_file, std::ios::binary);
   if (!file)
-    return Error{.what = "the case cannot be read", .where = where, .expected = "a folder with case.toml"};
+    return Error{.what = "the case cannot be read",
+                 .where = where,
+                 .expected = "a folder with case.toml",
+                 .remedy = "check the spelling, and that you may read the file"};
   std::ostringstream text;
   text << file.rdbuf();
   Result<CasePlan> plan = parse_case(text.str(), where);

@@ -1,4 +1,4 @@
-// OpenedCase: a case: a scan with its structures, materials and plan, in a folder of open formats.
+// OpenedCase: a scan with its structures, materials and plan, in a folder of files in open formats.
 #pragma once
 
 #include <span>
@@ -17,23 +17,25 @@ struct OpenedCase {
   OpenedVolume scan;
 };
 
-/// Two volumes are in the same position if no corner differs by more than this.
-inline constexpr double k_same_place_mm = 0.01;
+/// Two volumes have the same position if no two corresponding corners are farther apart than this.
+inline constexpr double k_same_position_mm = 0.01;
 
 /// Surface of a model that is not a file yet.
 struct CaseSurface {
-  std::string file;   ///< of the model
+  std::string file;   ///< name of the model's file in the folder
   volume::Mesh mesh;  ///< in the volume frame of `frame`
   volume::Frame frame;
 };
 
 /// Returns true if the folder contains case.toml.
 bool is_case_folder(const std::string& path);
-/// Reads plan and volumes. Errors for unknown keys, wrong types and impossible values state the line.
+/// Reads the plan, its procedure, the scan, its labels and its shape; checks that the files of models and of
+/// further volumes exist. Errors for unknown keys, wrong types and impossible values state the line.
 Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options = {});
-/// Writes volume.mha, labels.mha (if there are labels), shape.mha (if the shape was cleaned) and case.toml
-/// into a new folder, atomically. Writes the models that have a surface here, and copies the files of the
-/// others and of further volumes. Error if the folder exists. `progress` may cancel.
+/// Writes volume.mha, labels.mha (if there are labels), shape.mha (if the shape differs from the scan),
+/// case.toml and the file of the procedure (unless it is a shipped one) into a new folder, atomically. Writes
+/// the models in `surfaces`, and copies the files of other models and of further volumes. Error if the folder
+/// exists. `progress` may cancel.
 Status write_case(const std::string& path, const CasePlan& plan, const volume::Volume& scan,
                   const Progress& progress = {}, std::span<const CaseSurface> surfaces = {});
 

@@ -113,7 +113,7 @@ CaseStructure read_structure(TomlReader& reader, const toml::value& value, std::
   return s;
 }
 
-/// Reads the name and the file of a further volume or a model. `what`: of the two, for errors.
+/// Reads the name and the file of a further volume or a model. `what`: "a volume" or "a model", for errors.
 template <class Part>
 void read_name_and_file(TomlReader& reader, const toml::value& value, const toml::table& t, const char* what,
                         Part& part) {
@@ -144,7 +144,7 @@ CaseModel read_model(TomlReader& reader, const toml::value& value) {
   return model;
 }
 
-/// `labels`: names, the background first.
+/// Returns true if a label has this name. `labels`: names, the background first.
 bool is_label(const std::string& name, const std::vector<std::string>& labels) {
   return !labels.empty() && std::find(labels.begin() + 1, labels.end(), name) != labels.end();
 }
@@ -249,7 +249,7 @@ ScanQuality read_quality(TomlReader& reader, const toml::value& value) {
     measure = reader.number(t, key, 0, 1e6);
   });
   quality.slice_step = reader.number(t, "slice_step", 0, 1e6).value_or(0);
-  quality.edges = static_cast<int>(reader.number(t, "edges", 0, 1e6).value_or(0));
+  quality.edge_count = static_cast<int>(reader.number(t, "edges", 0, 1e6).value_or(0));
   quality.is_rough = reader.boolean(t, "rough").value_or(false);
   return quality;
 }
@@ -304,7 +304,7 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
     plan.label_names.emplace_back("background");
     const auto names = t.find("names");
     if (names == t.end() || !names->second.is_array() || names->second.as_array().size() > 255) {
-      reader.fail(labels->second, "the labels have no names", "",
+      reader.fail(labels->second, "the labels have no names, or more than 255", "",
                   "names = [\"skull\", ...] for labels 1, 2, ...");
     } else {
       for (const toml::value& v : names->second.as_array()) {
@@ -320,7 +320,7 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
     const auto values = t.find("values");
     if (values == t.end() || !values->second.is_array() || values->second.as_array().empty() ||
         values->second.as_array().size() > 255) {
-      reader.fail(shape->second, "the shape has no values", "",
+      reader.fail(shape->second, "the shape has no values, or more than 255", "",
                   "values = [-1000, ...]: intensities for 1, 2, ... of shape.mha");
     } else {
       for (const toml::value& v : values->second.as_array()) {
@@ -357,7 +357,7 @@ Result<CasePlan> parse_case(const std::string& text, const std::string& where) {
     plan.quality = read_quality(reader, quality->second);
   if (plan.structures.empty())
     reader.fail(root, "the case has no structure", "", "at least one [[structures]]");
-  // Commands and events name a structure or a model by its name alone.
+  // Commands and events refer to a structure or a model by its name alone.
   check_unique(reader, top, {"structures", "models"});
   check_unique(reader, top, {"volumes"});
   if (reader.error()) return *reader.error();
@@ -413,12 +413,12 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
     out += "]\n";
   }
   if (plan.quality) {
-    out += "\n[quality]  # of the scan, as import measured it: mm, noise in its units\n";
+    out += "\n[quality]  # of the scan, as import measured it: mm; noise in the scan's units\n";
     for_each_quality(*plan.quality, [&](const char* key, const std::optional<double>& value) {
       if (value) number(key, rounded(*value));
     });
     number("slice_step", rounded(plan.quality->slice_step));
-    line("edges", std::to_string(plan.quality->edges));
+    line("edges", std::to_string(plan.quality->edge_count));
     if (plan.quality->is_rough) line("rough", "true");
   }
   for (const CaseStructure& s : plan.structures) {

@@ -25,12 +25,12 @@ struct CaseMaterial {
   friend bool operator==(const CaseMaterial&, const CaseMaterial&) = default;
 };
 
-/// A further scan of the case, at the position that its file states. It is touched, and cannot be cut.
+/// A further scan of the case, at the position that its file states. It can be touched but not cut.
 struct CaseVolume {
   std::string name;                           ///< chosen for the case
   std::string file;                           ///< name of the file in the folder
   std::string path;                           ///< of the file; set by open_case()
-  std::optional<volume::Matter> matter = {};  ///< for images
+  std::optional<volume::Matter> matter = {};  ///< in pictures and sections; empty: bone or soft tissue
   int line = 0;                               ///< in case.toml; 0: unknown
 };
 
@@ -69,16 +69,15 @@ struct CasePlan : volume::SurgicalPlan {
   /// Name of the file of the procedure in the folder; open_case() reads it. Empty: the procedure is a shipped
   /// one.
   std::string procedure_file;
-  /// Intensities at which windows are evaluated: where shape.mha has the value k > 0, shape_values[k - 1];
-  /// where it has 0, that of the scan. Empty: no shape.mha. write_case() derives it from
-  /// Volume::shape_voxels.
+  /// Intensities that windows read: shape_values[k - 1] where shape.mha has the value k > 0, and that of the
+  /// scan where it has 0. Empty: no shape.mha. write_case() computes them from Volume::shape_voxels.
   std::vector<std::int16_t> shape_values;
-  std::optional<ScanQuality> quality;  ///< of the scan; ScanQuality::edge is empty
+  std::optional<ScanQuality> quality;  ///< of the scan, without sampled edges
 };
 
 /// Parses the contents of case.toml; `where` is its name in errors.
 Result<CasePlan> parse_case(const std::string& text, const std::string& where);
-/// Returns the contents of case.toml, with comments for users who edit it.
+/// Returns the contents of case.toml, with comments for users who edit it; [labels] only if `has_labels`.
 std::string case_text(const CasePlan& plan, bool has_labels);
 
 }  // namespace trephine::data_tools

@@ -183,7 +183,7 @@ Result<LabelLayers> find_masks(const std::string& path, const OpenOptions& optio
   if (files.empty())
     return Error{.what = "the folder contains no masks",
                  .where = file_name(path),
-                 .expected = "files .nii.gz, .nrrd or .mha, one per structure",
+                 .expected = "files .nii.gz, .nii, .nrrd or .mha, one per structure",
                  .remedy = "pass the folder of the masks, or one label map"};
   std::sort(files.begin(), files.end());
   LabelLayers layers;
@@ -251,8 +251,8 @@ class LabelMapper {
                    .expected = "at most 255",
                    .remedy = "export fewer labels"};
     if (ids_by_value.empty()) return std::nullopt;
-    const bool is_same =
-        grid.size == scan_->size && farthest_corner(grid.frame, scan_->frame, scan_->size) <= k_same_place_mm;
+    const bool is_same = grid.size == scan_->size &&
+                         max_corner_distance(grid.frame, scan_->frame, scan_->size) <= k_same_position_mm;
     is_same_grid = is_same_grid && is_same;
     last_extent = extent_text(grid);
     int last_value = 0, last_id = 0;

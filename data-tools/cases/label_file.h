@@ -16,10 +16,11 @@ struct ReadLabels {
   std::vector<std::string> notices;  ///< about resampled, renumbered or lost labels
 };
 
-/// Reads labels for `scan`. Labels on another grid are resampled (nearest neighbour); values above 255 are
-/// renumbered. Names come from the file (.seg.nrrd, DICOM SEG, TotalSegmentator's NIfTI) or are "label-N".
-/// `path` may be a folder with one mask per structure, named by the structure. Voxels in overlapping segments
-/// get a separate label. Error if no label is within the scan, or there are more than 255.
+/// Reads labels for `scan`. Labels on another grid are resampled (nearest neighbour). All labels are
+/// renumbered from 1 if a value exceeds 255 or there are several layers. Names come from the file (.seg.nrrd,
+/// DICOM SEG, TotalSegmentator's NIfTI) or are "label-N". `path` may be a folder with one mask per structure,
+/// named by the structure. Voxels that belong to several segments get a separate label. Error if no label is
+/// within the scan, or there are more than 255.
 Result<ReadLabels> read_labels(const std::string& path, const volume::Volume& scan,
                                const OpenOptions& options = {});
 

@@ -10,7 +10,7 @@
 namespace trephine::data_tools {
 
 /// Returns the plan of phantom "head" or "spine" with a seed; empty for other names. `approach`: of a head,
-/// as in PhantomOptions.
+/// as in PhantomOptions; an unknown one counts as "vault".
 std::optional<CasePlan> phantom_plan(const std::string& name, std::uint64_t seed = 1,
                                      const std::string& approach = "");
 
@@ -19,8 +19,8 @@ struct PhantomCase {
   CasePlan plan;
   std::vector<CaseSurface> surfaces;
 };
-/// Returns the case that is written for a phantom. That of the spine has discs, dural sac and nerve roots as
-/// models; their labels remain in the scan and are no structures, so that none is counted twice.
+/// Returns the case of a phantom. In the case of the spine, discs, dural sac and nerve roots are models.
+/// Their labels remain in the scan but are not structures, so that nothing is counted twice.
 std::optional<PhantomCase> phantom_case(const std::string& name, std::uint64_t seed = 1,
                                         const std::string& approach = "");
 

@@ -29,11 +29,11 @@ std::optional<glm::dvec3> signs_of(const std::string& frame) {
 }
 
 Error frame_error(const std::string& where, const std::string& found) {
-  return Error{.what = "the frame of the points is missing",
+  return Error{.what = "the frame of the points is missing or unknown",
                .where = where,
                .found = found.empty() ? "no frame" : found,
                .expected = "LPS or RAS",
-               .remedy = "export it again with its coordinate system"};
+               .remedy = "export the points again with their coordinate system"};
 }
 
 /// Returns the common prefix of the point names of a line, which Slicer names "L3-1", "L3-2".
@@ -67,7 +67,7 @@ Result<PlanFile> read_markups(const std::string& text, const std::string& where)
                    .where = where,
                    .found = unit,
                    .expected = "mm",
-                   .remedy = "export it again in mm"};
+                   .remedy = "export the points again in mm"};
     std::vector<volume::PlannedLandmark> points;
     const auto control_points = markup.find("controlPoints");
     if (control_points == markup.end() || !control_points->is_array()) continue;
@@ -186,7 +186,7 @@ Result<PlanFile> read_table(const std::string& text, const std::string& where, b
     const bool is_line = column.contains("entry_x") && column.contains("target_x");
     if (!is_line && !column.contains("x"))
       return Error{
-          .what = "unknown columns of the table",
+          .what = "the table lacks the columns of positions",
           .where = header_location,
           .found = header,
           .expected =
@@ -202,7 +202,8 @@ Result<PlanFile> read_table(const std::string& text, const std::string& where, b
         return Error{.what = "a diameter is out of range",
                      .where = location,
                      .found = cell("diameter"),
-                     .expected = "0 to 100 mm"};
+                     .expected = "0 to 100 mm",
+                     .remedy = "state diameters in mm"};
       plan.trajectories.push_back(trajectory);
     } else {
       if (name.empty()) name = "point-" + std::to_string(plan.landmarks.size() + 1);
@@ -235,8 +236,8 @@ Result<PlanFile> read_plan(const std::string& path) {
     return Error{.what = "the plan cannot be read",
                  .where = where,
                  .found = error ? "" : std::to_string(bytes) + " bytes",
-                 .expected = "a file .mrk.json, .csv or .fcsv",
-                 .remedy = "check the spelling"};
+                 .expected = "a file .mrk.json, .csv or .fcsv of at most 64 MiB",
+                 .remedy = "check the spelling, and that you may read the file"};
   std::ostringstream text;
   text << file.rdbuf();
   Result<PlanFile> plan = has_extension(path, ".json")
@@ -248,7 +249,7 @@ Result<PlanFile> read_plan(const std::string& path) {
         return Error{.what = "a trajectory has no direction",
                      .where = where,
                      .found = t.name + ": entry and target have the same position",
-                     .expected = "two positions",
+                     .expected = "two positions at least 0.1 mm apart",
                      .remedy = "set its points again"};
   if (plan && plan.value().trajectories.empty() && plan.value().landmarks.empty())
     return Error{.what = "the plan contains no trajectory and no landmark",

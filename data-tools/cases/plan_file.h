@@ -17,7 +17,7 @@ struct PlanFile {
 
 /// Reads a plan; points are converted from the file's frame, LPS or RAS, to LPS. A line markup is a
 /// trajectory from its first to its second point; points without a position are skipped with a notice. Error
-/// if markups or .fcsv have no frame, or a table has unknown columns.
+/// if markups or .fcsv have no frame, a frame is unknown, or a table lacks the columns of positions.
 Result<PlanFile> read_plan(const std::string& path);
 
 }  // namespace trephine::data_tools

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double k_largest = 1e12;               // limit of a measurement
 constexpr std::size_t k_longest_hint = 2000;     // characters of a hint or a note
-constexpr std::string_view k_of_step = "step ";  // begin of the location in errors of volume::check()
+constexpr std::string_view k_of_step = "step ";  // start of the location in errors of volume::check()
 
 StepCondition read_condition(TomlReader& reader, const toml::value& value) {
   const toml::table& t = reader.table(value, {"measurement", "min", "max"});
@@ -72,7 +72,8 @@ ProcedureStep read_step(TomlReader& reader, const toml::value& value, ProcedureF
   return step;
 }
 
-/// True if the error of a step is about this transition: one of its names was found.
+/// Returns true if Error::found of a step's error is the destination, cause or a measurement of this
+/// transition.
 bool is_about(const StepTransition& transition, const std::string& found) {
   const auto has_name = [&](const StepCondition& condition) { return condition.measurement == found; };
   return transition.to == found || (!found.empty() && transition.on == found) ||
@@ -121,7 +122,7 @@ void write_transition(Writer& out, const StepTransition& transition) {
   out.text("to", transition.to);
   if (!transition.on.empty()) {
     out.comment(
-        "Cause: a command, an event, or \"request\", the user's command go-to-step. Without it: any.");
+        "Cause: a command, an event, or \"request\" (the user's command go-to-step). Without \"on\": any.");
     out.text("on", transition.on);
   }
   std::string conditions;
@@ -159,7 +160,7 @@ Error ProcedureFile::at_line(Error error) const {
     step = error.where.substr(k_of_step.size(), error.where.find_first_of(",:") - k_of_step.size());
   int line = 0;
   for (std::size_t s = 0; s < procedure.steps.size(); ++s) {
-    // An invalid name is not a location.
+    // An error about an invalid name contains this name only in `found`.
     if (procedure.steps[s].name != (step.empty() ? error.found : step)) continue;
     line = lines[s].line;
     const auto& transitions = procedure.steps[s].transitions;

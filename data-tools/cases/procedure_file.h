@@ -22,8 +22,8 @@ struct ProcedureFile {
   std::string where;             ///< name in errors
   std::vector<StepLines> lines;  ///< of the steps
 
-  /// Returns an error about the procedure or one of its steps ("step NAME: ..."), as volume::check() reports
-  /// it, with the line of the step, or of the transition whose contents were found.
+  /// Adds a line to an error of volume::check(): that of the step in Error::where ("step NAME"), or else of
+  /// the step whose name is Error::found, or that of its transition which contains Error::found.
   Error at_line(Error error) const;
 };
 
@@ -34,19 +34,19 @@ Result<ProcedureFile> parse_procedure(const std::string& text, const std::string
 Result<ProcedureFile> read_procedure(const std::string& path);
 /// Returns the contents of a file, with comments for users who edit it.
 std::string procedure_text(const volume::SurgicalProcedure& procedure);
-/// Returns a procedure of two steps to begin a new one with: a hole by a burr, and its end.
+/// Returns a template for a new procedure, of two steps: a hole is drilled with a burr, and is complete.
 volume::SurgicalProcedure procedure_template(const std::string& name);
 
-/// A procedure of this program.
+/// A procedure that is part of the program.
 struct ShippedProcedure {
   std::string_view name, text;  ///< contents of docs/procedures/NAME.toml
 };
 std::span<const ShippedProcedure> shipped_procedures() noexcept;
-/// Returns their names as a list.
+/// Returns the names of the shipped procedures, separated by commas.
 std::string shipped_names();
 /// Returns a shipped procedure. Error: unknown name.
 Result<ProcedureFile> shipped_procedure(const std::string& name);
-/// True for the path of a file, which ends with ".toml"; else the name of a shipped procedure is meant.
+/// Returns true for the path of a file, which ends with ".toml"; false for the name of a shipped procedure.
 bool is_procedure_path(const std::string& name_or_path);
 /// Opens a shipped procedure by its name, or a file by its path.
 Result<ProcedureFile> open_procedure(const std::string& name_or_path);

@@ -102,8 +102,8 @@ ScriptPlace read_place(TomlReader& reader, const toml::value& value) {
     }
   if (place.name.empty() || !place.from.empty() + !place.trajectory.empty() + (place.body > 0) != 1)
     reader.fail(value, "a place is not complete", "",
-                "name = \"text\", and one of from = [[x, y, z], ...], directions from the middle of the "
-                "scan, trajectory = \"text\", and body = number");
+                "name = \"text\", and one of: from = [[x, y, z], ...] (directions from the middle of the "
+                "scan), trajectory = \"text\", or body = number");
   return place;
 }
 

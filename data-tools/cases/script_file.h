@@ -12,14 +12,14 @@
 
 namespace trephine::data_tools {
 
-/// A named surface point of the touchable shape, found after the scan is opened, the entry of a trajectory,
-/// or the middle of a body, which moves with it.
+/// A named position: a surface point of the touchable shape (found after the scan is opened), the entry of a
+/// trajectory, or the middle of a body, with which it moves.
 struct ScriptPlace {
   int line = 0;
   std::string name;
   std::string trajectory;        ///< of the plan; empty: a surface point or a body
   std::int64_t body = 0;         ///< number of the body; 0: of the anatomy
-  std::vector<glm::dvec3> from;  ///< directions (LPS) from the scan's centre, in the order of trial
+  std::vector<glm::dvec3> from;  ///< directions (LPS) from the scan's centre, tried in this order
   double min_thickness = 0;      ///< of the solid below it, mm
   glm::dvec3 up{0, 0, 1};        ///< upward direction (LPS) in the view from outside
 };
@@ -40,15 +40,15 @@ struct ScriptHand {
   std::optional<double> stiffness;  ///< of a simulated hand that follows the path and yields, N/mm
 };
 
-/// A model in the scene: a polygon file, relative to the script's folder, or a screw.
+/// A model in the scene: a file or folder, relative to the script's folder, or a screw.
 struct ScriptModel {
   int line = 0;
   std::string file;
   glm::dvec3 at{0.0};  ///< position of the file's origin, mm (LPS)
   std::optional<ScrewPosition> screw;
-  bool is_depth = false;      ///< touched by depth images: of a model, a folder of keys, or a depth video
-  double beat = 1.0 / 30;     ///< time between keys, s
-  bool is_repeating = false;  ///< keys are repeated
+  bool is_depth = false;      ///< touched by depth images: a model, a folder of key frames, or a video
+  double beat = 1.0 / 30;     ///< time between key frames, s
+  bool is_repeating = false;  ///< key frames are repeated
   double rate = 100;          ///< of depth images, Hz
   volume::Matter matter = volume::Matter::titanium;
   bool is_forbidden = false;  ///< a tool must not enter it
@@ -69,7 +69,7 @@ struct ScriptCommand {
   double at = 0;  ///< s
   int hand = 0;
   std::string name, words;             ///< words: parameters, as text
-  std::optional<std::string> refusal;  ///< the command must be refused, with this text in the reason
+  std::optional<std::string> refusal;  ///< if set: it must be refused, with this text in the reason
 };
 
 /// An expectation at a point in time.

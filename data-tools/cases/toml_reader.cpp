@@ -1,4 +1,6 @@
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 
 #include "data-tools/cases/toml_reader_impl.h"
 #include "data-tools/files/words.h"
@@ -43,7 +45,11 @@ std::optional<int> first_too_deep_line(const std::string& text) {
 
 Result<toml::value> parse_toml(const std::string& text, const std::string& where, const std::string& what) {
   if (text.size() > 1 << 20)
-    return Error{.what = "the " + what + " is too large", .where = where, .expected = "less than 1 MB"};
+    return Error{.what = "the " + what + " is too large",
+                 .where = where,
+                 .found = std::to_string(text.size()) + " bytes",
+                 .expected = "at most 1 MiB",
+                 .remedy = "shorten its lists and texts"};
   if (const std::optional<int> line = first_invalid_line(text))
     return Error{.what = "the " + what + " is not text",
                  .where = where + ", line " + std::to_string(*line),
@@ -54,7 +60,7 @@ Result<toml::value> parse_toml(const std::string& text, const std::string& where
     return Error{.what = "the " + what + " is not TOML",
                  .where = where + line,
                  .expected = "key = value, [table] and [[list]]",
-                 .remedy = "see docs/file-formats.md"};
+                 .remedy = "correct the syntax; see docs/file-formats.md"};
   };
   if (const std::optional<int> line = first_too_deep_line(text))
     return syntax_error(", line " + std::to_string(*line));
@@ -76,11 +82,13 @@ Result<std::string> read_toml_text(const std::string& path, const std::string& w
                  .where = where,
                  .expected = "a TOML file",
                  .remedy = "check the spelling"};
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (!file)
-    return Error{.what = "the " + what + " cannot be read", .where = where, .expected = "a TOML file"};
-  return text.str();
+  std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  if (std::error_code error; file.bad() || std::filesystem::is_directory(path, error))
+    return Error{.what = "the " + what + " cannot be read",
+                 .where = where,
+                 .expected = "a TOML file",
+                 .remedy = "pass a file that you may read"};
+  return text;
 }
 
 std::string toml_text(const std::string& text) {

@@ -24,7 +24,7 @@ Result<toml::value> parse_toml(const std::string& text, const std::string& where
 /// Returns the contents of a TOML file; `what` and `where` are its names in errors.
 Result<std::string> read_toml_text(const std::string& path, const std::string& where,
                                    const std::string& what);
-/// Returns a text as a TOML string in one line.
+/// Returns a text as a TOML string in one line; control characters and line ends become blanks.
 std::string toml_text(const std::string& text);
 
 /// Reads tables with known keys; keeps all errors of the file.
@@ -45,7 +45,8 @@ class TomlReader {
       }
     return value.as_table();
   }
-  /// The following return the value of a key; empty if the key is absent or the value is invalid (an error).
+  /// The following methods return the value of a key; empty if the key is absent, or the value is invalid,
+  /// which is recorded as an error.
   std::optional<double> number(const toml::table& t, const std::string& key, double low, double high) {
     const auto it = t.find(key);
     if (it == t.end()) return std::nullopt;
@@ -124,7 +125,8 @@ class TomlReader {
     for (const toml::value& v : it->second.as_array()) result.push_back(&v);
     return result;
   }
-  /// Checks the file's schema. To be called first: unknown keys of a newer schema are not errors.
+  /// Checks the file's schema. Return its error before those of error(): unknown keys of a newer schema are
+  /// not errors.
   Status check_schema(const toml::table& top, int newest, const std::string& what) {
     const std::string known = "schema " + std::to_string(newest);
     const auto schema = top.find("schema");
@@ -133,7 +135,8 @@ class TomlReader {
           .what = "the " + what + " has no schema",
           .where = where_ + ", line " + std::to_string(schema == top.end() ? 1 : line_of(schema->second)),
           .found = schema == top.end() ? "" : value_text(schema->second),
-          .expected = "schema = " + std::to_string(newest)};
+          .expected = "schema = " + std::to_string(newest),
+          .remedy = "write this in the first line"};
     const auto file_schema = schema->second.as_integer();
     if (file_schema > newest)
       return Error{.what = "the " + what + " was written by a newer trephine",

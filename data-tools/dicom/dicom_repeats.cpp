@@ -96,7 +96,7 @@ std::size_t max_per_position(const std::vector<DicomSlice>& slices) {
 }
 }  // namespace
 
-bool are_of_one_grid(const DicomSlice& a, const DicomSlice& b) {
+bool have_same_grid(const DicomSlice& a, const DicomSlice& b) {
   const auto close = [](double x, double y) { return std::abs(x - y) <= 1e-3 * std::abs(x); };
   return a.rows == b.rows && a.columns == b.columns &&
          glm::length(a.place.row_axis - b.place.row_axis) < k_same_direction &&
@@ -113,7 +113,7 @@ std::vector<std::string> drop_copies(const DicomFolder& folder, std::vector<Dico
   std::vector<std::string> removed;
   if (!has_repeated_positions(slices)) return removed;
   const std::vector<std::size_t> order = sort_by_height(slices);
-  // Hash once each file whose marks equal those of another slice at its position.
+  // Hash the files of slices whose marks equal those of another slice at the same position.
   std::vector<char> needs_hash(slices.size(), 0), is_copy(slices.size(), 0);
   for (std::size_t i = 0; i < order.size(); ++i)
     for (std::size_t k = i + 1; k < order.size() && have_same_position(slices[order[i]], slices[order[k]]);
@@ -144,7 +144,7 @@ std::vector<std::string> drop_copies(const DicomFolder& folder, std::vector<Dico
 
 namespace {
 
-/// Returns the number that a mark is; nullopt for other texts.
+/// Returns the value of a mark that is a number; nullopt for other texts.
 std::optional<double> number_in(const std::string& text) {
   double number = 0;
   const char* end = text.data() + text.size();
@@ -152,7 +152,7 @@ std::optional<double> number_in(const std::string& text) {
   return error == std::errc() && stop == end ? std::optional(number) : std::nullopt;
 }
 
-/// Order of marks: numbers first, by value; then texts.
+/// Returns true if mark `a` precedes mark `b`: numbers first, by value; then texts.
 bool is_before(const std::string& a, const std::string& b) {
   const std::optional<double> x = number_in(a), y = number_in(b);
   if (x && y && *x != *y) return *x < *y;
@@ -193,7 +193,7 @@ void split_repeats(DicomStack stack, std::size_t mark, std::vector<DicomStack>& 
     for (const std::string& value : values) split_repeats(std::move(parts[value]), mark + 1, stacks);
     return;
   }
-  // With equally many slices at each position, instance numbers give the volumes.
+  // With equally many slices at each position, the order of instance numbers distinguishes the volumes.
   std::vector<std::size_t> order = sort_by_height(stack.slices);
   std::vector<std::vector<std::size_t>> positions;
   for (const std::size_t i : order) {
@@ -240,7 +240,7 @@ void join_lone_slices(DicomFolder& folder) {
     std::vector<SlicePosition> positions;
     for (const std::size_t s : members) {
       const DicomSlice& slice = folder.series[s].stacks[0].slices[0];
-      if (!are_of_one_grid(first, slice)) break;
+      if (!have_same_grid(first, slice)) break;
       slices.push_back(slice);
       positions.push_back(slice.place);
     }

@@ -6,14 +6,14 @@
 namespace trephine::data_tools {
 
 /// Returns true if two slices have equal size, spacing and directions.
-bool are_of_one_grid(const DicomSlice& a, const DicomSlice& b);
+bool have_same_grid(const DicomSlice& a, const DicomSlice& b);
 
 /// Returns true if two slices have the same position.
 bool has_repeated_positions(const std::vector<DicomSlice>& slices);
 
 /// Keeps one of the slices with equal position, marks and pixels, and removes the others. Returns the names
-/// of the removed slices. Reads each file at most once to hash it, and files with equal hashes to compare
-/// them.
+/// of the removed slices. Reads the files of slices with equal position and marks to hash them, and those
+/// with equal hashes again to compare them.
 std::vector<std::string> drop_copies(const DicomFolder& folder, std::vector<DicomSlice>& slices);
 
 /// Splits a stack into stacks without slices at the same position, by the marks from index `mark` on or by

@@ -39,7 +39,7 @@ std::optional<glm::u8vec3> colour_of(const DicomDataSet& segment) {
   const auto linear = [](double f) { return f > 6.0 / 29 ? f * f * f : (f - 4.0 / 29) * 108 / 841; };
   const double fy = (light + 16) / 116;
   const glm::dvec3 xyz(0.9642 * linear(fy + a / 500), linear(fy), 0.8249 * linear(fy - b / 200));
-  // To linear sRGB, adapted from D50 to its D65 (Bradford).
+  // To linear sRGB, adapted from D50 to D65, the white point of sRGB (Bradford).
   const glm::dvec3 rgb(glm::dot(xyz, {3.1338561, -1.6168667, -0.4906146}),
                        glm::dot(xyz, {-0.9787684, 1.9161415, 0.0334540}),
                        glm::dot(xyz, {0.0719453, -0.2289914, 1.4052427}));
@@ -70,7 +70,7 @@ std::optional<glm::dvec3> vector_of(const DicomDataSet* set, DicomTag tag, std::
   return v;
 }
 
-/// Grid of the frames; each frame is a slice of the grid and a segment.
+/// Grid of the frames, with the slice of the grid and the segment of each frame.
 struct Layout {
   volume::Frame frame;
   glm::ivec3 size{0};
@@ -165,8 +165,10 @@ Result<OpenedVolume> open_dicom_segmentation(const std::string& path, int only_s
   const std::string where = file_name(path);
   const auto file = read_header(path);
   if (!file)
-    return Error{
-        .what = "the DICOM segmentation cannot be read", .where = where, .expected = "a complete file"};
+    return Error{.what = "the DICOM segmentation cannot be read",
+                 .where = where,
+                 .expected = "a complete file",
+                 .remedy = "copy or export it again"};
   const DicomDataSet& data = file->data;
   const Result<Layout> layout = layout_of(data, where);
   if (!layout) return layout.error();

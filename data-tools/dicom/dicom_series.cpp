@@ -11,7 +11,7 @@
 #include <set>
 #include <tuple>
 
-#include "data-tools/dicom/dicom_heads.h"
+#include "data-tools/dicom/dicom_headers.h"
 #include "data-tools/dicom/dicom_repeats.h"
 #include "data-tools/files/sensitive_names.h"
 #include "data-tools/files/words.h"
@@ -79,7 +79,7 @@ int int_or(const std::optional<double>& v, int fallback) {
   return v && std::isfinite(*v) && std::abs(*v) < 1e9 ? static_cast<int>(*v) : fallback;
 }
 
-/// Returns why a file is not an image of a volume, or "".
+/// Returns the reason why a file contains no image of a volume, or "".
 std::string skip_reason(const DicomDataSet& data) {
   const std::string_view kind = data.text(k_sop_class);
   if (kind == k_dicom_index_class) return k_index;
@@ -113,11 +113,11 @@ std::string styled_name(const std::string& sibling, const std::string& name) {
 
 /// Reports files in a disk's index that are missing: they may be the end of a stack. Folders without any file
 /// are assumed to be omitted on purpose.
-void compare_with_index(const DicomHeader& index, const std::vector<DicomHeader>& heads,
+void compare_with_index(const DicomHeader& index, const std::vector<DicomHeader>& headers,
                         DicomFolder& folder) {
   std::set<std::string> known;
   std::map<std::string, std::string> sibling_in;
-  for (const DicomHeader& head : heads) {
+  for (const DicomHeader& head : headers) {
     known.insert(normalized_name(head.name));
     if (&head != &index) sibling_in.emplace(folder_of(normalized_name(head.name)), head.name);
   }
@@ -247,14 +247,14 @@ std::pair<std::size_t, std::size_t> best_stack(const DicomFolder& folder) {
 }
 
 Result<DicomFolder> scan_dicom(const std::string& path, const Progress& progress) {
-  Result<std::vector<DicomHeader>> heads = read_dicom_heads(path, progress);
-  if (!heads) return heads.error();
+  Result<std::vector<DicomHeader>> headers = read_dicom_headers(path, progress);
+  if (!headers) return headers.error();
   DicomFolder folder;
-  for (const DicomHeader& head : heads.value())
+  for (const DicomHeader& head : headers.value())
     if (const auto* file = std::get_if<DicomFile>(&head.read);
         file && file->data.text(k_sop_class) == k_dicom_index_class)
-      compare_with_index(head, heads.value(), folder);
-  for (DicomHeader& head : heads.value()) {
+      compare_with_index(head, headers.value(), folder);
+  for (DicomHeader& head : headers.value()) {
     const std::string& name = head.name;
     if (const auto* refusal = std::get_if<DicomFailure>(&head.read)) {
       (refusal->fault == DicomFault::broken ? folder.refused : folder.no_dicom)
@@ -294,7 +294,7 @@ Result<DicomFolder> scan_dicom(const std::string& path, const Progress& progress
   std::map<std::string, std::size_t> series_of;
   for (DicomSlice& slice : slices) {
     const DicomDataSet& data = folder.entries[slice.entry].file.data;
-    // Slices with different frames of reference or modalities are different series.
+    // Slices with different frames of reference or modalities belong to different series.
     std::string uid;
     for (const DicomTag tag : {k_series, k_study, k_frame_of_reference, k_modality})
       uid.append(data.text(tag)).append("|");
@@ -312,7 +312,7 @@ Result<DicomFolder> scan_dicom(const std::string& path, const Progress& progress
     const bool is_scout = is_localizer(data);
     const auto stack =
         std::find_if(series.stacks.begin(), series.stacks.end(), [&](const DicomStack& candidate) {
-          return candidate.is_localizer == is_scout && are_of_one_grid(candidate.slices[0], slice);
+          return candidate.is_localizer == is_scout && have_same_grid(candidate.slices[0], slice);
         });
     if (stack != series.stacks.end()) {
       stack->slices.push_back(std::move(slice));

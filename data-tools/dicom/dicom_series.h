@@ -51,8 +51,8 @@ struct DicomFolder {
   std::vector<std::string> notices;
 };
 
-/// Reads a folder, to any depth, or one file. Error if it is interrupted or an archive is damaged. A folder
-/// without images has no series.
+/// Reads a folder, to any depth, or one file. Error if interrupted, or if `path` is a damaged archive. A
+/// folder without images has no series.
 Result<DicomFolder> scan_dicom(const std::string& path, const Progress& progress);
 
 /// Returns the indices of the default series and stack: no localizer, CT before others, the most slices.

@@ -48,6 +48,8 @@ Result<SliceStack> stack_slices(const std::vector<SlicePosition>& slices, bool m
                            glm::length(s.row_axis), glm::length(s.column_axis)})
       if (!std::isfinite(v))
         return Error{.what = "a slice has no finite position, direction or spacing",
+                     .found = s.name,
+                     .expected = "finite numbers",
                      .remedy = "re-export the series from its source"};
     constexpr double k_min = 1e-4, k_max = 1000;  // mm, beyond any scanner and any patient
     if (!(std::min(s.row_spacing, s.column_spacing) >= k_min &&

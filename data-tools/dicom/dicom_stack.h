@@ -22,7 +22,7 @@ struct SlicePosition {
 
 struct SliceStack {
   std::vector<int> order;   ///< input indices along the stack; slice k of the volume is input order[k]
-  std::vector<double> at;   ///< of interpolated slices, else empty: slice k is at this index in `order`
+  std::vector<double> at;   ///< fractional indices in `order` of interpolated slices; else empty
   volume::Frame frame;      ///< x along rows (columns of the image), y down the columns, z along the stack
   double tilt_degrees = 0;  ///< angle between stack and normal, by which the frame is sheared
 };

@@ -1,5 +1,6 @@
 #include "data-tools/dicom/xray_file.h"
 
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -20,20 +21,23 @@ Result<XrayPose> read_xray_pose(const std::string& path) {
     return Error{.what = "the file cannot be read",
                  .where = file_name(path),
                  .found = std::strerror(errno),
-                 .expected = "a DICOM file (XA, RF)"};
+                 .expected = "a DICOM file (XA, RF, DX or CR)",
+                 .remedy = "check the spelling, and that you may read the file"};
   const auto read = read_dicom_file(std::move(source));
   if (const auto* refusal = std::get_if<DicomFailure>(&read))
     return Error{.what = "the file contains no X-ray image",
                  .where = file_name(path),
                  .found = refusal->found,
-                 .expected = "a DICOM file (XA, RF)"};
+                 .expected = "a DICOM file (XA, RF, DX or CR)",
+                 .remedy = "copy it again, or pass an X-ray image"};
   const DicomDataSet& data = std::get<DicomFile>(read).data;
   const std::string modality(data.text(dicom_tag::k_modality));
   if (modality != "XA" && modality != "RF" && modality != "DX" && modality != "CR")
     return Error{.what = "the image is not a projection",
                  .where = file_name(path),
                  .found = "modality " + modality,
-                 .expected = "XA, RF, DX or CR"};
+                 .expected = "XA, RF, DX or CR",
+                 .remedy = "pass an X-ray image"};
   XrayPose pose;
   pose.primary = data.number(dicom_tag::k_positioner_primary);
   pose.secondary = data.number(dicom_tag::k_positioner_secondary);
@@ -47,15 +51,21 @@ Result<XrayPose> read_xray_pose(const std::string& path) {
     return Error{.what = "the pixels are not square",
                  .where = file_name(path),
                  .found = dicom_decimal(*down) + " x " + dicom_decimal(*right) + " mm",
-                 .expected = "one spacing"};
+                 .expected = "one spacing",
+                 .remedy = "pass an image with square pixels"};
   pose.pixel = down;
-  if (data.count(dicom_tag::k_isocentre) == 3)
-    pose.isocentre =
-        glm::dvec3(*data.number(dicom_tag::k_isocentre, 0), *data.number(dicom_tag::k_isocentre, 1),
-                   *data.number(dicom_tag::k_isocentre, 2));
-  for (const auto& value : {pose.primary, pose.secondary, pose.to_detector, pose.to_patient, pose.pixel})
+  const std::array<std::optional<double>, 3> isocentre{data.number(dicom_tag::k_isocentre, 0),
+                                                       data.number(dicom_tag::k_isocentre, 1),
+                                                       data.number(dicom_tag::k_isocentre, 2)};
+  if (isocentre[0] && isocentre[1] && isocentre[2])
+    pose.isocentre = glm::dvec3(*isocentre[0], *isocentre[1], *isocentre[2]);
+  for (const auto& value : {pose.primary, pose.secondary, pose.to_detector, pose.to_patient, pose.pixel,
+                            isocentre[0], isocentre[1], isocentre[2]})
     if (value && !std::isfinite(*value))
-      return Error{.what = "the pose is not finite", .where = file_name(path), .expected = "finite numbers"};
+      return Error{.what = "the pose is not finite",
+                   .where = file_name(path),
+                   .expected = "finite numbers",
+                   .remedy = "export the image again"};
   return pose;
 }
 

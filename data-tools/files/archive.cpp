@@ -122,7 +122,7 @@ Result<std::vector<ArchiveMember>> read_archive(const std::string& path, const P
         return Error{.what = "the unpacked archive is too large",
                      .where = archive_name,
                      .found = "more than " + std::to_string(limit >> 20) + " MiB",
-                     .expected = "at most half of the available memory, and 200 times the packed size",
+                     .expected = "at most half of the free memory, and 256 MiB or 200 times the packed size",
                      .remedy = "unpack it and pass the folder"};
       bytes.resize(static_cast<std::size_t>(offset));
       bytes.append(static_cast<const char*>(part), size);

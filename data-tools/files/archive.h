@@ -1,4 +1,4 @@
-// Archives: unpacks .zip, .tar, .7z and .gz files into memory; names in them never become names on the disk.
+// Archives: unpacks .zip, .tar, .7z and compressed files (.gz, .bz2, .xz) into memory, not onto the disk.
 #pragma once
 
 #include <memory>
@@ -17,8 +17,8 @@ struct ArchiveMember {
 /// Returns true if the file starts with the signature of an archive or compressed file.
 bool is_archive(const std::string& path);
 
-/// Returns all plain members. Error if the archive is damaged, protected by a password, or larger than half
-/// of the memory or an implausible multiple of its packed size.
+/// Returns all plain members. Error if the archive is damaged or protected by a password, contains too many
+/// files, or exceeds half of the available memory or an implausible multiple of its packed size.
 Result<std::vector<ArchiveMember>> read_archive(const std::string& path, const Progress& progress);
 
 }  // namespace trephine::data_tools

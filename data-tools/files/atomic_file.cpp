@@ -143,7 +143,7 @@ void remove_abandoned(const fs::path& target) {
   }
 }
 
-/// Renames and syncs the folder; returns an errno, or 0.
+/// Renames a file or folder, and syncs the folder that contains it; returns an errno, or 0.
 int rename_durably(const fs::path& from, const fs::path& to) {
   if (::rename(from.c_str(), to.c_str()) != 0) return errno;
   sync_folder(folder_of(to));
@@ -162,8 +162,8 @@ Error cannot_write(const std::string& path, int number) {
   }
   if (number == ENOENT || number == ENOTDIR || number == ENAMETOOLONG) {
     error.kind = ErrorKind::bad_input;
-    error.expected = "a folder that exists, and a name that fits";
-    error.remedy = "check the spelling";
+    error.expected = "a folder that exists, and a name that is not too long";
+    error.remedy = "check the spelling, or shorten the name";
   }
   return error;
 }

@@ -24,16 +24,16 @@ Status write_file_atomically(const std::string& path, const std::string& content
 /// Checks that a new folder can be created at `path`.
 Status check_new_folder(const std::string& path);
 
-/// Creates a new folder, which write(temporary folder) fills. `files` are the names that it may use, in which
-/// "####" means 0001 to `numbered`. Error if `path` exists.
+/// Creates a new folder, which write(temporary folder) fills. `files`: names of the files in this folder,
+/// in which "####" means 0001 to `numbered`. Error if `path` exists.
 Status write_folder_atomically(const std::string& path, const std::vector<std::string>& files,
                                const std::function<Status(const std::string&)>& write, int numbered = 0);
 
 /// Creates a folder for outputs and its parents; an existing folder is not an error.
 Status make_folder(const std::string& path);
 
-/// Returns the error of a failed write; `number` is an errno. A full or broken disk counts as a fault of the
-/// machine (missing_here).
+/// Returns the error of a failed write; `number` is an errno. Its kind is missing_here, as for a full or
+/// protected disk, unless the path is invalid.
 Error cannot_write(const std::string& path, int number);
 
 /// Removes partly written files. For the handler of a signal that ends the program: it calls only unlink and

@@ -34,7 +34,8 @@ class OutputSet {
   void write(const std::string& path, const std::function<Status()>& write);
   /// Adds the status of a recording: its failure is included in result().
   void recorded(const Status& status);
-  /// Returns the failures and the names of the outputs that were written, after all write() calls.
+  /// Returns the first failure, with the locations of all and the names of the written outputs. Call it after
+  /// all write() calls.
   Status result() const;
   /// Returns the names of the written outputs, in order.
   const std::vector<std::string>& written() const { return written_; }

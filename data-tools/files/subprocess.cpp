@@ -21,7 +21,7 @@ namespace trephine::data_tools {
 namespace {
 
 /// Shared state of a child process: the current item, and the number of finished items.
-struct Progress {
+struct ChildState {
   std::atomic<int> item{-1}, finished{0};
 };
 
@@ -33,7 +33,7 @@ void silence() {
 }
 
 [[noreturn]] void run_items(int first, int step, int count, const std::function<void(int)>& work,
-                            Progress& progress) {
+                            ChildState& progress) {
   for (const int signal : {SIGTERM, SIGHUP, SIGSEGV, SIGABRT, SIGBUS, SIGFPE}) std::signal(signal, SIG_DFL);
   // Ctrl-C reaches all processes of a terminal: the parent handles it and ends its children.
   std::signal(SIGINT, SIG_IGN);
@@ -73,12 +73,12 @@ SubprocessResult run_in_subprocess(int count, const std::function<void(int)>& wo
   using End = SubprocessResult::End;
   const int processes =
       std::clamp(std::min(static_cast<int>(std::thread::hardware_concurrency()), count / min_items), 1, 16);
-  const auto shared = SharedBytes::make(sizeof(Progress) * static_cast<std::size_t>(processes));
+  const auto shared = SharedBytes::make(sizeof(ChildState) * static_cast<std::size_t>(processes));
   if (!shared) return {End::failed, -1, "not enough memory"};
-  auto* progress = reinterpret_cast<Progress*>(shared->data());
+  auto* progress = reinterpret_cast<ChildState*>(shared->data());
   std::vector<pid_t> children;
   for (int p = 0; p < processes; ++p) {
-    new (progress + p) Progress;
+    new (progress + p) ChildState;
     const pid_t child = ::fork();
     if (child == 0) run_items(p, processes, count, work, progress[p]);
     if (child > 0) children.push_back(child);

@@ -1,5 +1,5 @@
 // run_in_subprocess(): runs third-party libraries on untrusted bytes in child processes. A crash, an endless
-// loop or excessive use of memory ends the child and becomes an error.
+// loop or a failed allocation ends the child and becomes an error.
 #pragma once
 
 #include <functional>

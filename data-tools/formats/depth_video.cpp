@@ -41,7 +41,8 @@ Error line_error(const std::string& where, std::size_t line, const std::string& 
   return Error{.what = "a line of a depth video is invalid",
                .where = where + ", line " + std::to_string(line),
                .found = found,
-               .expected = "a time in seconds, and the file of a picture"};
+               .expected = "a time in seconds, and the file of a picture",
+               .remedy = "correct the line, or remove it"};
 }
 
 /// Reads the list of a TUM folder: times since 1970, and pictures relative to the folder.
@@ -84,7 +85,8 @@ Status read_depth_json(const std::string& path, DepthVideo& video, std::vector<s
     return Error{.what = "depth.json cannot be used",
                  .where = k_depth_file,
                  .found = found,
-                 .expected = std::string("a file of trephine depth-record, ") + k_schema};
+                 .expected = std::string("a file of trephine depth-record, ") + k_schema,
+                 .remedy = "correct it, or record the video again"};
   };
   std::ifstream in(fs::path(path) / k_depth_file);
   const json j = json::parse(in, nullptr, false);
@@ -93,7 +95,7 @@ Status read_depth_json(const std::string& path, DepthVideo& video, std::vector<s
     return json_error(j.contains("schema") ? "an unknown schema" : "no schema");
   if (j.contains("world") && j["world"] != k_world) return json_error("an unknown frame in world");
   try {
-    // Either all intrinsics are present or no intrinsics, which are then an option of the command line.
+    // All intrinsics are present or none: the options then state them.
     const bool has_camera = j.contains("fx") || j.contains("fy") || j.contains("cx") || j.contains("cy");
     for (const auto& [key, value] :
          {std::pair{"fx", &video.fx}, {"fy", &video.fy}, {"cx", &video.cx}, {"cy", &video.cy}})
@@ -118,7 +120,7 @@ Status read_depth_json(const std::string& path, DepthVideo& video, std::vector<s
     return json_error(std::string(e.what()).substr(0, 100));
   }
   if (!(video.mm_per_step > 0 && video.mm_per_step <= 100))
-    return json_error("mm_a_step is not above 0 and up to 100");
+    return json_error("mm_a_step is not a number above 0 and at most 100");
   for (int a = 0; a < 3; ++a)
     if (!(std::abs(video.position[a]) < 1e6)) return json_error("position_mm is farther than a kilometre");
   const double length = glm::dot(video.rotation, video.rotation);
@@ -144,7 +146,8 @@ Result<DepthVideo> read_depth_video(const std::string& path, const DepthVideoOpt
   if (!is_depth_video(path))
     return Error{.what = "not a depth video",
                  .where = file_name(path),
-                 .expected = "a folder with depth.json or depth.txt"};
+                 .expected = "a folder with depth.json or depth.txt",
+                 .remedy = "pass the folder that contains this file and the pictures"};
   if (is_ours && options.mm_per_value)
     return Error{.what = "depth.json already contains the unit of its values",
                  .where = k_depth_file,
@@ -164,7 +167,8 @@ Result<DepthVideo> read_depth_video(const std::string& path, const DepthVideoOpt
                  .where = is_ours ? k_depth_file : k_tum_file,
                  .found = text_of(video.fx) + ", " + text_of(video.fy) + ", " + text_of(video.cx) + ", " +
                           text_of(video.cy),
-                 .expected = "focal lengths of at least 1 pixel, and the principal point, in pixels"};
+                 .expected = "focal lengths of at least 1 pixel, and the principal point, in pixels",
+                 .remedy = "state the intrinsics of the camera (option camera)"};
   if (!has_intrinsics)
     return Error{.what = "the camera's intrinsics are missing",
                  .where = is_ours ? k_depth_file : k_tum_file,
@@ -180,7 +184,8 @@ Result<DepthVideo> read_depth_video(const std::string& path, const DepthVideoOpt
       return Error{.what = "the times of a depth video are not increasing",
                    .where = is_ours ? k_depth_file : k_tum_file,
                    .found = "picture " + std::to_string(i + 1),
-                   .expected = "later than the previous one"};
+                   .expected = "a time after that of the previous picture",
+                   .remedy = "sort the pictures by their times"};
     if (!fs::is_regular_file(files[i], missing))
       return Error{.what = "a picture of a depth video is missing",
                    .where = file_name(files[i]),
@@ -199,7 +204,8 @@ Result<DepthVideo> read_depth_video(const std::string& path, const DepthVideoOpt
     return Error{.what = "a picture of a depth video cannot be used",
                  .where = file_name(files[i]),
                  .found = found,
-                 .expected = "grey, of 16 bits, all of one size"};
+                 .expected = "a grey picture of 16 bits; all of one size",
+                 .remedy = "export the pictures again, as 16-bit grey .png"};
   };
   if (facts.fault[0] != 0) return picture_error(0, facts.fault);
   if (facts.channels != 1 || facts.bits != 16)

@@ -19,7 +19,7 @@ struct DepthVideo {
   int width = 0, height = 0;
   double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels; (0, 0) is the centre of the first pixel
   double mm_per_step = 0.1;               ///< mm per value
-  /// Depths along the camera's z, row by row, in values; 0: no measurement.
+  /// Depths along the camera's z, row by row, in units of mm_per_step; 0: no measurement.
   std::vector<std::vector<std::uint16_t>> pictures;
   std::vector<double> times;            ///< s, increasing, the first is 0
   std::optional<double> repeats_after;  ///< period, s; empty: not repeated
@@ -34,12 +34,12 @@ struct DepthVideoOptions {
   std::optional<double> mm_per_value;               ///< for folders with depth.txt, which lack it
 };
 
-/// Returns true for a folder with depth.json (ours) or depth.txt (TUM: a time and a picture per line, 5000
-/// per metre).
+/// Returns true for a folder with depth.json (ours) or depth.txt (TUM: a time and a picture per line; values
+/// of 5000 per metre).
 bool is_depth_video(const std::string& path);
 
-/// Reads a folder. Error if intrinsics are missing, or if pictures are missing, differ in size or are not
-/// 16-bit.
+/// Reads a folder. Error if intrinsics are missing, times do not increase, or pictures are missing, differ in
+/// size or are not 16-bit.
 Result<DepthVideo> read_depth_video(const std::string& path, const DepthVideoOptions& options = {});
 
 /// Writes depth-0001.png, ... and depth.json into a new folder.

@@ -21,7 +21,7 @@ struct File {
   std::vector<Column> columns;
   bool has_failed = false;
 
-  /// Records a failure; returns false after any.
+  /// Records a failure; returns false from the first failure on.
   bool check(bool is_good) {
     has_failed = has_failed || !is_good;
     return !has_failed;

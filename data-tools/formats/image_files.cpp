@@ -86,8 +86,8 @@ std::optional<ValueReader> reader_of(itk::IOComponentEnum type, const void* data
   }
 }
 
-/// Returns a fault of a MetaImage header that ITK's reader must not be given, or "": the reader trusts values
-/// in divisions and loops.
+/// Returns a fault of a MetaImage header, or "". ITK's reader uses the values in divisions and loops without
+/// checks, so that it must not receive a faulty header.
 std::string metaimage_header_fault(const std::string& path) {
   if (!has_extension(path, ".mha") && !has_extension(path, ".mhd")) return "";
   std::ifstream in(path, std::ios::binary);
@@ -341,7 +341,7 @@ Result<OpenedVolume> open_image_file(const std::string& path, const OpenOptions&
       axes = *axes_of(options.axes) * axes;
       opened.uses_given_frame = true;
       opened.notices.push_back("the file has no patient axes: " + options.axes +
-                               " (option axes) was assumed");
+                               " was assumed (option axes)");
     }
     const Result<volume::Frame> frame = volume::Frame::from_axes(origin, axes);
     // Check the file before allocating memory. A product that overflows exceeds any file.

@@ -1,5 +1,5 @@
 // with_library(): formats with large dependencies (OpenImageIO requires 260 libraries). Each is a separate
-// library, loaded by a child process when such a file is read or written.
+// library, loaded when such a file is read or written: by a child process, or, for tables, by this process.
 #pragma once
 
 #include <cstddef>
@@ -52,9 +52,9 @@ struct VdbLibrary {
 inline constexpr const char* k_vdb_entry = "trephine_vdb_library";
 
 /// Functions of libtrephine-tables, which writes HDF5 files. Objects are named by paths such as
-/// "hands/1/tick"; groups are created when they are needed. After a failure all functions do nothing.
+/// "hands/1/tick"; groups are created when they are needed. After a failure no values are written any more.
 struct TableLibrary {
-  enum Type : int { real, whole, flag, text };  ///< 64-bit, 64-bit signed, 8-bit unsigned, UTF-8
+  enum Type : int { real, whole, flag, text };  ///< 64-bit floating point, int64, uint8, UTF-8
   /// Returns the new file; null on failure.
   void* (*create)(const char* path);
   /// Adds an attribute to a group or column; "": to the file. `text` null: the number.
@@ -75,8 +75,8 @@ enum class LoadedFormat { pictures, vdb, tables };
 Result<const void*> load_library(LoadedFormat format, const std::string& where);
 
 /// Loads the library in child processes and calls use(library, item) there for items 0 to count - 1; changes
-/// are lost, except in SharedBytes. Error if the library is not installed or fails; name_of(item) is the name
-/// of the failed file.
+/// are lost, except in SharedBytes. Error if the library is not installed or fails; name_of(item) returns the
+/// name of the item's file, for the error.
 Status with_library(LoadedFormat format, int count, const std::string& where,
                     const std::function<void(const void* library, int item)>& use,
                     const std::function<bool(double)>& on_progress = {},

@@ -92,7 +92,7 @@ float slope_of(const void* header, int version) {
                       : static_cast<const nifti_1_header*>(header)->scl_slope;
 }
 
-/// States what is wrong with a header that the library refuses.
+/// Returns the fault of a header that the library refuses.
 std::string header_fault(const void* header, int version) {
   if (header == nullptr) return "no NIfTI header";
   std::array<std::int64_t, 8> dim{};
@@ -106,7 +106,7 @@ std::string header_fault(const void* header, int version) {
   return "no valid NIfTI header";
 }
 
-/// Returns true if the file can contain `bytes` of voxels; a compressed file at most 1100 times its size.
+/// Returns true if the file can contain `bytes` of voxels: a compressed file at most 1100 times its size.
 bool can_hold(const nifti_image& image, std::size_t bytes) {
   std::error_code error;
   const auto file_bytes = std::filesystem::file_size(image.iname, error);
@@ -280,7 +280,7 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
                                     : frame_of(uses_qform ? image->qto_xyz : image->sto_xyz, unit);
   if (has_both) {
     const Result<volume::Frame> other = frame_of(uses_qform ? image->sto_xyz : image->qto_xyz, unit);
-    const double distance = frame && other ? farthest_corner(frame.value(), other.value(), size) : 0;
+    const double distance = frame && other ? max_corner_distance(frame.value(), other.value(), size) : 0;
     if (distance > k_frames_agree_mm && options.nifti_frame == FrameChoice::any)
       return Error{.what = "the file contains two different positions of the volume",
                    .where = where,

@@ -99,7 +99,7 @@ Result<Layout> layout_of(const Nrrd& file, const OpenOptions& options, const std
       return Error{.what = "the file contains no volume",
                    .where = where,
                    .found = std::to_string(file.dim) + " dimensions",
-                   .expected = "3",
+                   .expected = "3, or 4 for several volumes",
                    .remedy = "export it again"};
     for (unsigned a = 0; a < 3; ++a) layout.axes[a] = a;
     layout.directions = axes_from_options(options);
@@ -258,7 +258,7 @@ HeaderText header_text(const std::string& path) {
   return text;
 }
 
-/// States what is wrong with a header that the library refuses.
+/// Returns the fault of a header that the library refuses.
 std::string header_fault(const HeaderText& text) {
   if (!text.repeated.empty()) return "two fields " + text.repeated;
   for (const char* name : {"type", "dimension", "sizes", "encoding"})

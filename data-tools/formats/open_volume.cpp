@@ -130,7 +130,12 @@ Result<OpenedVolume> open_by_kind(const std::string& path, const OpenOptions& op
   };
   if (fs::is_directory(status))
     return is_picture_stack(path) ? open_picture_stack(path, options) : open_dicom_or_other();
-  if (!fs::is_regular_file(status)) return Error{.what = "neither a file nor a folder", .where = where};
+  if (!fs::is_regular_file(status))
+    return Error{.what = "neither a file nor a folder",
+                 .where = where,
+                 .found = "a pipe, a device or a socket",
+                 .expected = k_supported_formats,
+                 .remedy = "copy its contents to a file"};
   if (fs::file_size(path, error) == 0)
     return Error{.what = "the file is empty",
                  .where = where,
@@ -162,7 +167,7 @@ Result<OpenedVolume> open_by_kind(const std::string& path, const OpenOptions& op
       return Error{.what = "a single picture is not a scan",
                    .where = where,
                    .found = "a picture",
-                   .expected = "a folder of them, slice by slice",
+                   .expected = "a folder with one picture per slice",
                    .remedy = "pass the folder that contains all slices"};
   return Error{.what = "unknown file format",
                .where = where,

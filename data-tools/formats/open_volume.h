@@ -18,7 +18,8 @@ namespace trephine::data_tools {
 /// do not fit into int16, and broken files.
 Result<OpenedVolume> open_volume(const std::string& path, const OpenOptions& options = {});
 
-/// Lists the volumes in DICOM files, including those that open_volume() cannot open. Reads only headers.
+/// Lists the volumes in DICOM files, including those that open_volume() cannot open. Reads only headers, and
+/// the pixels of slices at the same position.
 Result<std::vector<SeriesFacts>> list_series(const std::string& path, const Progress& progress = {});
 
 /// Returns the unit vectors (LPS) of three axis letters; empty if they are invalid.
@@ -37,7 +38,8 @@ bool keeps_shear(const std::string& path);
 /// Format of a folder with one file per slice: a derived DICOM series, or 16-bit pictures with stack.json,
 /// which contains their position.
 enum class FolderFormat { dicom, png, tiff };
-/// Writes a volume as a new folder; any frame is kept.
+/// Writes a volume as a new folder. The frame is kept, unless a DICOM series requires resampling: its rows
+/// and columns must be at right angles.
 Status write_volume_folder(const std::string& path, FolderFormat format, const volume::Volume& volume,
                            const Progress& progress = {});
 

@@ -45,16 +45,16 @@ struct SegmentFacts {
   std::optional<glm::u8vec3> colour = std::nullopt;
 };
 
-/// A volume and information for the user about how it was read; no identity, no path.
+/// A volume, and information for the user about its file; without the patient's identity and the path.
 struct OpenedVolume {
   volume::Volume volume;
-  std::string format;    ///< "DICOM", "MetaImage", "NRRD", "NIfTI"
+  std::string format;    ///< name of the format, such as "DICOM" or "NIfTI"
   std::string modality;  ///< "CT", "MR", ... or empty if unknown
   std::vector<std::string> notices;
   /// Scanner and parameters, by an allow-list without patient data (docs/dicom.md).
   std::vector<std::pair<std::string, std::string>> facts;
-  std::vector<SeriesFacts> series;     ///< if there was a choice
-  std::vector<SegmentFacts> segments;  ///< of a segmentation (.seg.nrrd)
+  std::vector<SeriesFacts> series;     ///< all volumes of a DICOM folder, if there are several
+  std::vector<SegmentFacts> segments;  ///< of .seg.nrrd, DICOM SEG, or NIfTI with a label table
   bool is_rounded = false;             ///< values were changed to fit into 16 bits
   bool uses_given_frame = false;       ///< spacing or axes of the options were used
   double read_seconds = 0;

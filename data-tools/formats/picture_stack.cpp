@@ -26,7 +26,7 @@ namespace {
 constexpr const char* k_stack_file = "stack.json";
 constexpr const char* k_kind = "trephine.stack";
 constexpr std::size_t k_max_pictures = 20'000;
-/// Limits for reading in one pass; unused pages take no memory.
+/// Limits of a stack that is read in one pass. Unused shared memory is not allocated by the kernel.
 constexpr std::size_t k_small_values = 16 << 20, k_small_pages = 4096;
 
 bool is_picture(const std::string& name) {

@@ -52,7 +52,7 @@ Result<Layout> parse_layout(const std::string& text) {
       "invalid layout of numbers", "raw", text,
       "X,Y,Z,TYPE[,big][,skip=N] with TYPE uint8, int8, uint16, int16, uint32, int32, float or "
       "double",
-      "for example 512,512,300,int16"};
+      "state size and type of the numbers, for example 512,512,300,int16"};
   std::vector<std::string> words;
   std::istringstream in(text);
   for (std::string word; std::getline(in, word, ',');) words.push_back(word);
@@ -86,7 +86,11 @@ Result<OpenedVolume> open_raw(const std::string& path, const OpenOptions& option
   if (!parsed) return parsed.error();
   const Layout& layout = parsed.value();
   const auto source = ByteSource::open(path);
-  if (!source) return Error{.what = "the file cannot be read", .where = where, .expected = "a plain file"};
+  if (!source)
+    return Error{.what = "the file cannot be read",
+                 .where = where,
+                 .expected = "a plain file",
+                 .remedy = "check that you may read it"};
   OpenedVolume opened;
   opened.format = "raw";
   const Result<volume::Frame> frame = frame_from_options(opened, options, where);
@@ -123,7 +127,8 @@ Result<OpenedVolume> open_raw(const std::string& path, const OpenOptions& option
       return Error{.what = "the file cannot be read",
                    .where = where,
                    .found = "it ended while it was read",
-                   .expected = "a complete file"};
+                   .expected = "a complete file",
+                   .remedy = "copy it again"};
   }
   if (layout.is_big_endian != (std::endian::native == std::endian::big) && layout.type.bytes > 1)
     for (std::size_t i = 0; i < volume_bytes; i += layout.type.bytes)

@@ -53,7 +53,7 @@ Status subprocess_status(const SubprocessResult& result, const std::string& wher
                .remedy = "copy or export it again"};
 }
 
-double farthest_corner(const volume::Frame& a, const volume::Frame& b, const glm::ivec3& size) {
+double max_corner_distance(const volume::Frame& a, const volume::Frame& b, const glm::ivec3& size) {
   double largest = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const glm::dvec3 at = glm::dvec3(size - 1) * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2);

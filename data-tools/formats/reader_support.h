@@ -32,7 +32,7 @@ void add_volume_notice(OpenedVolume& opened, std::size_t index, std::size_t volu
 /// Sets Hounsfield units if the file states them, or if guess_hounsfield() detects them (adds a notice).
 void detect_units(OpenedVolume& opened, bool states_hounsfield);
 /// Returns the largest distance between corresponding corners of a volume in two frames, mm.
-double farthest_corner(const volume::Frame& a, const volume::Frame& b, const glm::ivec3& size);
+double max_corner_distance(const volume::Frame& a, const volume::Frame& b, const glm::ivec3& size);
 /// Returns true if a file name in a header refers to a file outside the header's folder.
 bool escapes_folder(const std::string& name);
 

@@ -26,7 +26,7 @@ bool with_numbers(const openvdb::GridBase::Ptr& grid, const Use& use) {
   return false;
 }
 
-/// Returns the open grid. It is never destroyed: that would use threads, which a forked process lacks.
+/// Returns the open grid, which is never destroyed: its destructor uses threads; a forked process lacks them.
 openvdb::GridBase::Ptr& open_grid() {
   static auto* grid = new openvdb::GridBase::Ptr;
   return *grid;

@@ -16,7 +16,7 @@ constexpr double k_max_voxel = 32700;               // leaves a margin for overs
 
 /// Calls visit(first, values) for all values in order until it returns false.
 template <class Visit>
-void for_all(std::size_t count, const ValueReader& values, const Visit& visit) {
+void for_each_part(std::size_t count, const ValueReader& values, const Visit& visit) {
   std::vector<double> part(std::min(count, k_part));
   for (std::size_t first = 0; first < count; first += k_part) {
     const std::span<double> chunk(part.data(), std::min(k_part, count - first));
@@ -75,7 +75,7 @@ Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optio
   std::int16_t* voxels = volume.voxels.data();
   std::size_t invalid_index = count;
   bool is_whole = !scale.has_value(), has_fractions = false;
-  for_all(count, values, [&](std::size_t first, std::span<const double> part) {
+  for_each_part(count, values, [&](std::size_t first, std::span<const double> part) {
     for (std::size_t i = 0; i < part.size() && invalid_index == count; ++i) {
       const double v = part[i];
       if (!std::isfinite(v)) invalid_index = first + i;
@@ -98,7 +98,7 @@ Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optio
   if (is_whole) return std::nullopt;
   // Statistics are needed only for values that do not fit unchanged.
   ValueStatistics statistics;
-  for_all(count, values, [&](std::size_t, std::span<const double> part) {
+  for_each_part(count, values, [&](std::size_t, std::span<const double> part) {
     statistics.add(part);
     return true;
   });
@@ -107,7 +107,8 @@ Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optio
     return Error{.what = "the step is out of range",
                  .where = "scale",
                  .found = short_number(value_step.step),
-                 .expected = "above 0"};
+                 .expected = "above 0",
+                 .remedy = "state a positive number (option scale)"};
   if (has_fractions && !value_step.is_finer_than_noise) return too_coarse(where, statistics);
   if (statistics.max_magnitude() / value_step.step > 32767 || (!scale && !has_fractions))
     return Error{.what = "a value does not fit into 16 bits",
@@ -116,7 +117,7 @@ Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optio
                  .expected = scale ? "at most " + short_number(32767 * value_step.step) : "-32768 to 32767",
                  .remedy = "read it with a coarser step (option scale " +
                            short_number(std::ceil(statistics.max_magnitude() / 32767 * 100) / 100) + ")"};
-  for_all(count, values, [&](std::size_t first, std::span<const double> part) {
+  for_each_part(count, values, [&](std::size_t first, std::span<const double> part) {
     for (std::size_t i = 0; i < part.size(); ++i)
       voxels[first + i] = static_cast<std::int16_t>(std::floor(part[i] / value_step.step + 0.5));
     return true;

@@ -50,12 +50,13 @@ ValueStep step_for(const ValueStatistics& statistics);
 /// Returns the error for values with noise finer than the 16-bit step.
 Error too_coarse(const std::string& where, const ValueStatistics& statistics);
 
-/// Fills a volume. Whole numbers that fit are kept. Others are rounded or scaled if that loses less than
-/// their noise, or scaled by `scale`, with a notice; otherwise error.
+/// Fills a volume. Whole numbers that fit are kept. Fractions are rounded or scaled, with a notice, if that
+/// loses less than their noise. `scale` scales all values, with a notice. Error for other values, and for
+/// values that are not finite.
 Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optional<double> scale,
                    const std::string& where, std::vector<std::string>& notices);
 
-/// Metadata of our files for values in Hounsfield units, in DICOM's terms; NIfTI has a single note.
+/// Metadata of our files for values in Hounsfield units, in DICOM's terms: key and value; in NIfTI, a note.
 inline constexpr const char *k_units_key = "RescaleType", *k_units = "HU",
                             *k_hounsfield_note = "RescaleType HU";
 

@@ -9,7 +9,7 @@
 
 namespace trephine::data_tools {
 
-/// Stores the first error of `object` in `error`, which must outlive it; discards warnings.
+/// Stores the first error of `object` in `error`, which must outlive `object`; discards warnings.
 inline void listen_to(vtkObject* object, std::string& error) {
   vtkNew<vtkCallbackCommand> command;
   command->SetClientData(&error);

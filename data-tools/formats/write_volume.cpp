@@ -26,8 +26,8 @@ using volume::Volume;
 glm::dvec3 label_colour(int label, const std::vector<glm::u8vec3>& chosen) noexcept {
   if (static_cast<std::size_t>(label) < chosen.size())
     return glm::dvec3(chosen[static_cast<std::size_t>(label)]) / 255.0;
-  // Hues at multiples of the golden angle: successive labels differ strongly. Every fifth returns near a used
-  // hue, in another brightness.
+  // Hues at multiples of the golden angle: successive labels differ strongly. Every fifth label has nearly
+  // the hue of an earlier one, but another brightness.
   constexpr double k_brightness[][2] = {{0.35, 0.54}, {0.68, 0.32}, {0.2, 0.42}};  // least, range
   const double(&brightness)[2] = k_brightness[label > 0 ? (label - 1) / 5 % 3 : 0];
   const double least = brightness[0], range = brightness[1];
@@ -185,7 +185,10 @@ Status write_operated(const std::string& path, const volume::Version& version) {
 
 Status write_labels(const std::string& path, const Volume& volume) {
   if (volume.labels.is_empty())
-    return Error{.what = "this volume has no labels to write", .where = file_name(path)};
+    return Error{.what = "this volume has no labels to write",
+                 .where = file_name(path),
+                 .expected = "a volume with labels",
+                 .remedy = "read labels for it (option labels)"};
   if (Status error = check_name(path, OutputKind::volume)) return error;
   if (volume.frame.is_orthogonal() || keeps_shear(path))
     return write_voxels(path, VoxelsToWrite::labels_of(volume));

@@ -13,7 +13,7 @@ namespace trephine::data_tools {
 /// A node of the scene. Vertices: LPS, mm. Triangles are counter-clockwise from outside.
 struct ScenePart {
   std::string name;  ///< characters other than letters, digits, blanks, dots and hyphens are omitted
-  std::array<float, 3> colour{0.89F, 0.85F, 0.76F};  ///< linear, shares of 1; that of bone
+  std::array<float, 3> colour{0.89F, 0.85F, 0.76F};  ///< linear, 0 to 1; default: bone
   bool are_lines = false;                            ///< two indices each, instead of triangles
   std::vector<glm::vec3> vertices = {};
   std::vector<std::uint32_t> indices = {};

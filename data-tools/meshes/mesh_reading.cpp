@@ -50,7 +50,8 @@ Result<std::string> read_decompressed(const std::string& path) {
   if (!is_closed || count_read != 0)
     return Error{.what = "the model file is truncated",
                  .where = file_name(path),
-                 .expected = "a complete .ply or .ply.gz"};
+                 .expected = "a complete .ply, .ply.gz or .obj",
+                 .remedy = "copy it again, and check that you may read it"};
   return text;
 }
 
@@ -153,10 +154,11 @@ Result<PolygonModel> finish_model(PolygonModel model, double scale, const std::s
     p *= scale * glm::dvec3(sign, sign, 1);
     for (int a = 0; a < 3; ++a)
       if (!(std::abs(p[a]) <= 1e6))
-        return Error{.what = "a vertex of the model is not finite",
+        return Error{.what = "a vertex of the model is not finite, or too far away",
                      .where = name,
-                     .found = "vertex " + std::to_string(i),
-                     .expected = "coordinates within 1000 m"};
+                     .found = "vertex " + std::to_string(i) + " (from 0)",
+                     .expected = "coordinates within 1000 m",
+                     .remedy = "check its unit (option mesh-scale), or export the model again"};
   }
   if (model.triangles.empty())
     return file.has_error ? Error{.what = "the model cannot be read",
@@ -228,7 +230,7 @@ Result<PolygonModel> read_by_vtk(const std::string& path, ModelFile& file) {
   return model;
 }
 
-/// Checks that an STL file is whole: VTK reads what there is.
+/// Checks that an STL file is complete: VTK reads an incomplete one without an error.
 Status check_stl(const std::string& path) {
   constexpr std::size_t k_head = 84, k_triangle = 50;  // bytes, of a binary file
   std::ifstream in(path, std::ios::binary);
@@ -358,7 +360,10 @@ Result<PolygonModel> read_polygon_model(const std::string& path, double scale, c
   constexpr const char* k_formats = ".ply, .ply.gz, .obj, .stl, .vtk or .vtp";
   std::error_code failure;
   if (!std::filesystem::is_regular_file(path, failure))
-    return Error{.what = "the model does not exist", .where = file_name(path), .expected = k_formats};
+    return Error{.what = "the model does not exist",
+                 .where = file_name(path),
+                 .expected = k_formats,
+                 .remedy = "check the spelling"};
   const auto has_end = [&path](const char* end) { return has_extension(path, end); };
   if (has_end(".ply.gz") || has_end(".ply") || has_end(".obj")) {
     auto text = read_decompressed(path);  // plain files are returned unchanged
@@ -369,7 +374,10 @@ Result<PolygonModel> read_polygon_model(const std::string& path, double scale, c
     return finish_model(std::move(model).value(), scale, frame, path, {});
   }
   if (!has_end(".stl") && !has_end(".vtk") && !has_end(".vtp"))
-    return Error{.what = "unknown model format", .where = file_name(path), .expected = k_formats};
+    return Error{.what = "unknown model format",
+                 .where = file_name(path),
+                 .expected = k_formats,
+                 .remedy = "export the model in one of these formats"};
   if (const std::string other = has_end(".vtk") ? other_dataset(path) : ""; !other.empty())
     return Error{.what = "the file contains no surface",
                  .where = file_name(path),

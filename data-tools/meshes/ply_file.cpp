@@ -90,10 +90,11 @@ class PlyNumbers {
 }  // namespace
 
 Result<PolygonModel> read_ply(const std::string& text, const std::string& name) {
-  const Error truncation_error{"the model file is truncated", name, "",
-                               "the number of vertices and faces in its header", "copy the file again"};
+  const Error truncation_error{"the model file is truncated or damaged", name, "",
+                               "the number of vertices and faces that its header states",
+                               "copy the file again"};
   const Error header_error{"the file is not a .ply model", name, "",
-                           "a header from \"ply\" to \"end_header\"", ""};
+                           "a header from \"ply\" to \"end_header\"", "export it again as .ply"};
   std::vector<PlyElement> elements;
   bool is_text = false, is_big_endian = false, is_done = false, is_first = true;
   std::size_t at = 0;

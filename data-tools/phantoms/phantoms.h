@@ -22,7 +22,8 @@ struct PhantomOptions {
   bool is_psf_given = false;    ///< false: a psf_sigma_voxels of 0 means 1 for head and spine
   double shear_degrees = 0;     ///< slices are shifted along y by tan(shear) per mm of z, like a gantry tilt
   std::uint64_t seed = 1;       ///< of noise and anatomy; 1 is the reference anatomy
-  /// Position of a head's tumour: "vault", "frontotemporal", "suboccipital" or "keyhole". Empty: vault.
+  /// Surgical approach to a head, which determines the position of its tumour: "vault", "frontotemporal",
+  /// "suboccipital" or "keyhole". Empty: vault.
   std::string approach;
   std::map<std::string, double> parameters;  ///< e.g. radius, angle, thickness, period, noise
   int threads = 0;

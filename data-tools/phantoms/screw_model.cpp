@@ -42,7 +42,7 @@ Result<ScrewPosition> parse_screw(std::string_view text) {
     return Error{.what = "the screw is too short",
                  .where = "screw",
                  .found = copy,
-                 .expected = "twice its diameter at least"};
+                 .expected = "a length of at least twice its diameter"};
   return screw;
 }
 

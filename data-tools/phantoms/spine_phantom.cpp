@@ -80,7 +80,7 @@ double SpinePhantom::body(const dvec3& p) const noexcept {
   return carve(side, k_body_z - bowl - std::abs(p.z), 3.0);
 }
 
-/// Returns the distance of a single vertebra; p.x >= 0 (left and right are symmetric).
+/// Returns the distance to the bone of one vertebra; p.x >= 0 (left and right are symmetric).
 double SpinePhantom::bone(const dvec3& p) const noexcept {
   double arch = capsule({p.x, p.y, (p.z + 2) * 0.34}, {14, 30, 0}, {0, 40.5, 0}, 3.4, 3.2);          // lamina
   arch = blend(arch, capsule({p.x, p.y, (p.z + 7) * 0.40}, {0, 42, 0}, {0, 66, 0.8}, 2.8, 3.8), 4);  // spine
@@ -243,7 +243,7 @@ double SpinePhantom::part_distance(const SpinePart& part, const dvec3& world) co
   return part.tissue == SpineTissue::disc ? std::max(distance, -sac(world)) : distance;
 }
 
-double SpinePhantom::room(int vertebra, const dvec3& entry, const dvec3& target) const noexcept {
+double SpinePhantom::bone_margin(int vertebra, const dvec3& entry, const dvec3& target) const noexcept {
   constexpr double k_in = 6, k_step = 0.5;  // mm: nearer to the entry the outer surface of bone is near
   const double length = glm::length(target - entry);
   double least = 1e3;
@@ -294,7 +294,7 @@ std::vector<SpineScrew> SpinePhantom::screws() const {
             initial[k].target + dvec3(m[2], 0, m[3]) - initial[k].entry - dvec3(m[0], 0, m[1]);
         if (k == 1 && (direction.x < 2.5 || direction.z < 7)) return -1e3;
         const auto [entry, target] = ends_at(m);
-        return room(i, entry, target);
+        return bone_margin(i, entry, target);
       };
       double best = room_at(at);
       for (double step = 2; step > 0.05; step *= 0.5)

@@ -60,7 +60,8 @@ class SpinePhantom {
   /// screws from medial and caudal to lateral and cranial. The diameter leaves bone on all sides.
   std::vector<SpineScrew> screws() const;
   /// Returns the least thickness of bone around the line of a screw, mm, beyond its first 6 mm.
-  double room(int vertebra, const glm::dvec3& entry_world, const glm::dvec3& target_world) const noexcept;
+  double bone_margin(int vertebra, const glm::dvec3& entry_world,
+                     const glm::dvec3& target_world) const noexcept;
 
  private:
   struct Vertebra {

@@ -18,7 +18,8 @@ double quantile(std::vector<double> values, double share);
 /// A blurred edge through a patch of voxels: outside + step * Phi(distance / sigma), where Phi is the normal
 /// integral and distance is measured from the edge along its normal. The edge may be curved like a sphere.
 struct Edge {
-  /// Intensities `outside` and `step`, position `at` (mm along the normal), `sigma` (mm), curvature (1/mm).
+  /// Intensities `outside` and `step`, position `at` (mm along the normal), `sigma` (mm), curvature `bend`
+  /// (1/mm).
   double outside = 0, step = 0, at = 0, sigma = 0, bend = 0;
   glm::dvec3 normal{0.0};  ///< unit vector toward the inside, world frame
 

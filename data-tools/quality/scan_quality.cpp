@@ -265,7 +265,7 @@ std::vector<FittedEdge> choose(const std::array<std::vector<FittedEdge>, Survey:
 void measure_blur(const Survey& survey, ScanQuality& quality) {
   std::vector<FittedEdge> along = choose(survey.along, quality.is_rough),
                           across = choose(survey.across, quality.is_rough);
-  quality.edges = static_cast<int>(along.size() + across.size());
+  quality.edge_count = static_cast<int>(along.size() + across.size());
   // An oblique edge contains a part of both blurs: use the third of the edges with the least oblique normals.
   std::sort(along.begin(), along.end(),
             [](const FittedEdge& a, const FittedEdge& b) { return a.cosine2 < b.cosine2; });
@@ -332,7 +332,8 @@ ScanQuality scan_quality(const Volume& v, const volume::Shape& shape) {
   const Survey survey(v, shape, noise, min_step);
   measure_blur(survey, quality);
   for (const auto& points : survey.edge_points)
-    if (quality.edge.size() < 200) quality.edge.insert(quality.edge.end(), points.begin(), points.end());
+    if (quality.edge_points.size() < 200)
+      quality.edge_points.insert(quality.edge_points.end(), points.begin(), points.end());
   if (survey.walls.size() >= 100) quality.thinnest = quantile(survey.walls, 0.02);
   if (survey.insides.size() >= k_enough)
     quality.inside = median(survey.insides), quality.outside = median(survey.outsides);

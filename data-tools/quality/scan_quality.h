@@ -12,7 +12,7 @@ struct ScanQuality {
   /// Sigma of the blur of edges, mm, including the voxel's own size: within slices, and from slice to slice.
   /// Empty if too few edges have that direction.
   std::optional<double> blur_in_plane, blur_across;
-  int edges = 0;          ///< number of edges that were fitted for the blur
+  int edge_count = 0;     ///< number of edges that were fitted for the blur
   bool is_rough = false;  ///< true if too few edges were clean: the blur is approximate
 
   std::optional<double> noise;     ///< sigma in uniform regions, in the scan's units
@@ -24,9 +24,9 @@ struct ScanQuality {
   std::optional<double> min_wall, min_gap;
   /// Sample of the superimposed edges: distance from the edge (mm), share of the step from outside to inside.
   struct EdgePoint {
-    double place, share;
+    double distance, share;
   };
-  std::vector<EdgePoint> edge;
+  std::vector<EdgePoint> edge_points;
 };
 
 /// Measures the quality of a scan at the surface of `shape`, a window. Takes half a second for a head.

@@ -11,7 +11,7 @@ namespace trephine::haptics::baselines {
 /// allocation, some 20 halvings and three rays.
 class DepthParts {
  public:
-  /// Borrows the cube for this call only. n log n in its pixels.
+  /// Borrows the cube for this call only. Cost: n log n in its pixels.
   explicit DepthParts(const depth::DepthCube& cube);
 
   /// As DepthCube with Layers::outermost, but by the cameras of the box that contains p.

@@ -21,8 +21,8 @@ dvec3 unit(const dvec3& v) noexcept {
   return length > 0 ? v / length : dvec3(0);
 }
 
-/// Returns the normal by central differences of the intensities (of the label's field) at a voxel, toward
-/// lower values, world frame.
+/// Returns the normal at a voxel, toward lower values, by central differences of the intensities, or for a
+/// label of its field; world frame.
 dvec3 voxel_normal(const volume::Field& field, const volume::Frame& frame, const ivec3& v,
                    int& cells) noexcept {
   cells += 6;

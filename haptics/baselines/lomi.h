@@ -14,7 +14,7 @@ namespace trephine::haptics::baselines {
 struct LomiOptions {
   double resolution = 0.2;   ///< mm, of a voxel, and of the search along the motion
   int voxels = 11;           ///< along an edge of the map; odd
-  int levels = 4;            ///< number of times that the proxy's voxel is divided by 27
+  int levels = 4;            ///< number of times that the proxy's voxel is divided into 27 parts
   bool is_physical = false;  ///< the whole map is filled first, two bits per voxel
 };
 

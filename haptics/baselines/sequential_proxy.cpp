@@ -129,7 +129,7 @@ ProxyStep SequentialProxy::step(const TouchScene& scene, const TouchState& touch
   state.on_meshes_world = target;
   result.counters.iterations += on_meshes.counters.iterations;
 
-  // Every volume follows it; the first one on the motion counts.
+  // For every volume a proxy follows the god-object; the one that is stopped first counts.
   const dvec3 start = base.world_from_volume(state.proxy_volume);
   const Part* best_part = nullptr;
   PartResult nearest;

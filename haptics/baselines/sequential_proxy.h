@@ -6,9 +6,9 @@
 namespace trephine::haptics::baselines {
 
 /// The pipeline of Jiang (dissertation "A Surface-based Volume Haptics Approach", 4.2.2): a god-object on the
-/// meshes follows the hand, then every volume alone follows that god-object, and the one with the shortest
-/// penetration counts. Implemented with its faults: meshes do not react when volumes push the proxy into them
-/// (figure 23). Changes of a scene after prepare() have no effect.
+/// meshes follows the hand; then, for every volume alone, a proxy follows that god-object, and the one that
+/// is stopped first counts. Implemented with its faults: meshes do not react when volumes push the proxy into
+/// them (figure 23). Changes of a scene after prepare() have no effect.
 class SequentialProxy final : public ProxyMethod {
  public:
   static constexpr MethodInfo k_info{
@@ -40,7 +40,7 @@ class SequentialProxy final : public ProxyMethod {
   struct PartResult {
     ProxyStep step;
     ProxyState state;
-    double depth = 1e300;  ///< mm to the contact; 1e299: no contact
+    double depth = 1e300;  ///< mm from the start to the contact; 1e299: no contact; 1e300: not computed
   };
   void begin(const TouchState& touch_state, const glm::dvec3& hip, ProxyState& state) const noexcept;
   PartResult follow(const Part& part, const TouchState& touch_state, const ProxyState& state,

@@ -23,7 +23,7 @@ class VoxelSampling {
   struct Contact {
     Wrench on_tool;                 ///< torque about the position of the tool
     glm::dvec3 perpendicular{0.0};  ///< N, sum of the parts of all forces perpendicular to the torque
-    int points = 0;                 ///< that push
+    int points = 0;                 ///< points that push
     int interior = 0;               ///< points in the interior
     int tests = 0;                  ///< points and nodes that were tested
   };
@@ -45,7 +45,7 @@ class VoxelSampling {
 enum class Integrator : std::uint8_t { explicit_euler, semi_implicit, implicit };
 
 /// A tool with mass, tied to the hand by a virtual coupling (Colgate, Stanley and Brown 1995) and pushed by
-/// contact. Plain data but for the borrowed sampling.
+/// contact. Plain data, except for the borrowed sampling.
 class DynamicTool {
  public:
   struct Options {
@@ -61,7 +61,7 @@ class DynamicTool {
   };
   DynamicTool(const VoxelSampling& sampling, const Options& options, double dt) noexcept;
 
-  /// Runs one tick. The first places the tool at the hand.
+  /// Runs one tick. The first tick sets the tool to the placement of the hand.
   void step(const Placement& hand) noexcept;
   const Placement& pose() const noexcept { return tool_; }
   const Wrench& on_hand() const noexcept { return on_hand_; }

@@ -28,7 +28,7 @@ class VoxMap {
              ///< published
     parity,  ///< counts crossings along rows of voxels: exact for closed meshes
   };
-  /// Most passes of the walls.
+  /// Largest number of passes of the walls.
   static constexpr int k_passes = 8;
 
   /// Solid voxels next to free ones are its surface. `layers`: of proximity voxels around surfaces. Cost:
@@ -58,7 +58,7 @@ class VoxMap {
 
   volume::Frame frame_;
   glm::ivec3 size_{0};
-  int levels_ = 1;  ///< of inner nodes
+  int levels_ = 1;  ///< of the tree, with that of the leaves
   std::uint32_t root_ = k_value;
   std::vector<std::uint32_t> nodes_;  ///< 512 children each: aggregates, or indices of nodes or leaves
   std::vector<std::uint8_t> leaves_;  ///< 512 voxels each

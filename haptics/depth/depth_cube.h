@@ -43,8 +43,9 @@ struct ModelCorners {
 };
 
 /// Rays through the points of a lattice, along x, y and z of its frame, with the positions at which each
-/// enters and leaves matter, in order. Immutable when made; queries: any thread, no allocation. Rays are
-/// complete lines, so that a lattice inside matter is handled as well.
+/// enters and leaves matter, in order. Immutable when made; queries: any thread, no allocation. Rays along x
+/// are complete lines and determine whether the others begin in matter, so that a lattice may be inside
+/// matter.
 class DepthCube {
  public:
   static constexpr int k_max = 2048;  ///< pixels along an edge
@@ -55,7 +56,7 @@ class DepthCube {
   /// lattice may be a clip volume far smaller than the model: then a corner costs one position test, a
   /// triangle costs a comparison of the results for its corners, and no data of the model's size are kept.
   /// Error: the lattice is too large, or the model extends too far beyond it. The same bits for any number of
-  /// threads. `met_triangles`: the indices of the first corners of triangles with boxes that meet the
+  /// threads. `met_triangles`: output, the indices of the first corners of triangles with boxes that meet the
   /// lattice.
   static Result<DepthCube> of_triangles(const ModelCorners& corners, std::span<const std::uint32_t> triangles,
                                         const volume::Frame& frame, const glm::ivec3& size, int threads = 0,
@@ -78,7 +79,7 @@ class DepthCube {
     return {image.at.data() + image.first[pixel], image.at.data() + image.first[pixel + 1]};
   }
 
-  /// Returns true if all cameras see p (of the frame) within matter, by the nearest pixels.
+  /// Returns true if all cameras see p (frame of the lattice) within matter, by the nearest pixels.
   bool is_inside(const glm::dvec3& p, Layers layers) const noexcept;
   /// As is_inside(), with crossings interpolated between four pixels if these have equally many layers.
   bool is_inside_smoothly(const glm::dvec3& p, Layers layers) const noexcept;

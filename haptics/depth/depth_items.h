@@ -1,4 +1,4 @@
-// ItemPixels: depth images of the items of a scene.
+// cubes_of(): depth images of the items of a scene.
 #pragma once
 
 #include "haptics/depth/depth_cube.h"
@@ -6,6 +6,7 @@
 
 namespace trephine::haptics::depth {
 
+/// Sizes of pixels.
 struct ItemPixels {
   double of_models = 0.2;   ///< mm
   double of_volumes = 0.2;  ///< mm, at most; sets the number of rays per voxel

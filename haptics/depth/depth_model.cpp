@@ -85,13 +85,13 @@ Status DepthModel::check(double pixel) const {
   };
   if (!is_closed([](std::uint32_t index) { return std::uint64_t{index}; }))
     for (std::size_t key = 0; key < keys_.keys.size(); ++key) {
-      const auto place_of = [&](std::uint32_t index) {
+      const auto position_hash = [&](std::uint32_t index) {
         MixHash hash;
         const dvec3& p = keys_.keys[key][index];
         hash.add(p.x), hash.add(p.y), hash.add(p.z);
         return hash.value();
       };
-      if (!is_closed(place_of))
+      if (!is_closed(position_hash))
         return Error{.what = "the model is not closed: it has boundary edges",
                      .where = keys_.keys.size() > 1 ? "key " + std::to_string(key + 1) : "model",
                      .found = "a sheet, or holes",
@@ -185,7 +185,7 @@ Result<DepthSet> DepthModel::draw(const DepthView& view, int threads) const {
   if (!set.has_successor) return set;
   const ModelCorners next = corners(view.time + view.interval);
   // Triangles near the touch, or all triangles if there is no near one.
-  std::vector<MovingPlacement> samples;
+  std::vector<MovingPointPair> samples;
   const auto& t = keys_.triangles;
   for (const double around : {k_around, 1e300}) {
     const dvec3 low = view.touch - around, high = view.touch + around;

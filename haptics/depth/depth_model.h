@@ -19,14 +19,15 @@ struct ModelKeys {
 /// Draws the triangles themselves for every set: no data are precomputed, so that all of them may move.
 class DepthModel final : public DepthSource {
  public:
-  /// Error: no triangles, keys with different corners, or an invalid position.
+  /// Error: no triangles, keys with different numbers of corners, or an invalid position or time.
   static Result<std::shared_ptr<const DepthModel>> of(ModelKeys keys);
 
-  /// Builds from models with the same triangles, which trees() returns.
+  /// Builds from one mesh per key, all with the same triangles. trees() and surface_at() return these meshes.
   static Result<std::shared_ptr<const DepthModel>> of_keys(std::vector<std::shared_ptr<const MeshTree>> trees,
                                                            double beat, ModelKeys::After after);
   const std::vector<std::shared_ptr<const MeshTree>>& trees() const noexcept { return trees_; }
-  /// Checks that the model can be touched by images of this pixel size. Error: not closed, or too large.
+  /// Checks that the model can be touched by images of this pixel size. Error: not closed, without a volume,
+  /// or too large.
   Status check(double pixel_mm) const;
 
   Result<DepthSet> draw(const DepthView& view, int threads = 0) const override;
@@ -34,7 +35,7 @@ class DepthModel final : public DepthSource {
   double next_motion_change(double time) const noexcept override;
   void bounds(glm::dvec3& low, glm::dvec3& high) const noexcept override { low = low_, high = high_; }
   std::uint64_t hash() const noexcept override { return hash_; }
-  /// Returns the nearest key.
+  /// Returns the mesh of the nearest key; null if the model was not built from meshes.
   std::shared_ptr<const MeshTree> surface_at(double time) const override;
 
   const ModelKeys& keys() const noexcept { return keys_; }

@@ -16,9 +16,9 @@ class DepthNet {
  public:
   /// Treatment of walls one lattice point thick that touch at their edges only.
   enum class Thin : std::uint8_t {
-    apart,  ///< separate, as in the surface net of a volume: a path leads between them
-    /// Joined. Matter between two points that is thinner than a pixel makes both solid, unless a path leads
-    /// around it right there, as at a sharp edge.
+    apart,  ///< they are separate, as in the surface net of a volume: a path leads between them
+    /// They are joined. Matter between two points that contains neither makes both solid, unless three free
+    /// edges next to it lead around it, as at a sharp edge.
     held
   };
   explicit DepthNet(DepthCube cube, Thin thin = Thin::held);

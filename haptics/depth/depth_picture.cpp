@@ -166,7 +166,7 @@ DepthSet set_of(const DepthView& view, const DepthPicture& picture) {
 Result<DepthSet> IncomingDepths::draw(const DepthView&, int) const {
   return Error{.what = "an item with submitted pictures cannot be drawn",
                .where = "depth images",
-               .expected = "a picture"};
+               .remedy = "submit a picture of the item"};
 }
 
 }  // namespace trephine::haptics::depth

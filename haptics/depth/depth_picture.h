@@ -17,8 +17,8 @@ struct PixelSurface {
   std::vector<std::uint32_t> triangles;  ///< counter-clockwise as viewed from the camera
   std::size_t pixels_with_depth = 0;     ///< pixels with a measurement
 };
-/// `low`, `high`: the clip volume, mm, in the camera's frame. `depth` of a pixel: mm; 0: no measurement,
-/// which counts as `beyond` mm beyond the clip volume.
+/// Returns the part that shows the clip volume from `low` to `high` (mm, camera's frame). `depth` of a pixel:
+/// mm; 0: no measurement, which counts as `beyond` mm beyond the clip volume.
 PixelSurface pixel_surface(const DepthCamera& camera, const glm::dvec3& low, const glm::dvec3& high,
                            double beyond, const std::function<double(int column, int row)>& depth);
 
@@ -48,8 +48,8 @@ Status check(const DepthPicture& picture);
 /// motion shows in the next picture.
 DepthSet set_of(const DepthView& view, const DepthPicture& picture);
 
-/// Object whose pictures are submitted from outside: the background of a window, or a camera. Between
-/// pictures it stays as last seen.
+/// Object whose pictures are submitted from outside: the background of a window, or a camera. The last
+/// picture is valid until the next one.
 class IncomingDepths final : public DepthSource {
  public:
   /// Returns an error: the object cannot be drawn.

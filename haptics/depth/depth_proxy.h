@@ -10,7 +10,8 @@ namespace trephine::haptics {
 /// A god-object on the surface that the images of each item show: a net on the points where rays along three
 /// axes cross its layers, built only in the cells that the motion meets. The net is closed between pixels,
 /// layers and cameras, including hidden interiors, and as exact as the crossings of the rays. Matter that no
-/// ray meets, thinner than a pixel in two directions, is missing. Volumes are touched as before any cut.
+/// ray meets, thinner than a pixel in two directions, is missing. Volumes are touched as they were before any
+/// cut.
 /// Cost: some us in contact, whatever the scene's size.
 class DepthProxy final : public ProxyMethod {
  public:

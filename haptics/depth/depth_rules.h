@@ -17,7 +17,7 @@ struct Rates {
 /// factor 2 covers both directions of an axis.
 constexpr double clip_volume(const Rates& r) noexcept { return 2 * r.fastest / r.image_rate; }
 
-/// Returns the distance between the touched object and a camera: a camera at the surface sees no depth.
+/// Returns the length that workspace_cube() adds to the object: a camera at the surface sees no depth.
 constexpr double margin(const Rates& r) noexcept { return clip_volume(r); }
 
 /// Returns the edge of the cube with the six cameras on its faces.
@@ -43,12 +43,12 @@ inline int lomi_voxels(double lomi_mm, double desired_resolution) noexcept {
 /// Returns the step of a depth buffer of `bits` bits between two cameras that face each other.
 inline double depth_resolution(double distance, int bits) noexcept { return std::ldexp(distance, -bits); }
 
-/// Returns the position of a depth of 0 to 1, for an orthographic camera.
+/// Returns the position of a value of the depth buffer, 0 to 1, for an orthographic camera.
 constexpr double linear_position(double near, double far, double depth) noexcept {
   return near + (far - near) * depth;
 }
 
-/// Returns the distance of a depth of 0 to 1 before a perspective camera.
+/// Returns the distance from a perspective camera of a value of the depth buffer, 0 to 1.
 constexpr double perspective_distance(double near, double far, double depth) noexcept {
   return far * near / (far - depth * (far - near));
 }

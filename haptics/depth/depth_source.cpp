@@ -20,16 +20,18 @@ Result<volume::Frame> DepthView::lattice(ivec3& size) const {
         .what = "the size of depth images is out of range",
         .where = "clip volume",
         .found = std::to_string(edge) + " mm in pixels of " + std::to_string(pixel) + " mm",
-        .expected = "lengths, and at most " + std::to_string(DepthCube::k_max - 1) + " pixels along an edge"};
+        .expected = "above 0 mm, at most " + std::to_string(DepthCube::k_max - 1) + " pixels along an edge",
+        .remedy = "choose larger pixels, or a smaller clip volume"};
   constexpr double k_farthest = 1e6;  // pixels
   dvec3 first;
   for (int axis = 0; axis < 3; ++axis) {
     first[axis] = std::floor((middle[axis] - 0.5 * edge) / pixel);
     if (!(std::abs(first[axis]) < k_farthest))
-      return Error{.what = "depth images are too far away",
+      return Error{.what = "depth images are too far from the origin of the object",
                    .where = "clip volume",
                    .found = std::to_string(middle[axis]) + " mm",
-                   .expected = "within a million pixels"};
+                   .expected = "within a million pixels",
+                   .remedy = "move the object near its origin, or choose larger pixels"};
   }
   size = ivec3(static_cast<int>(std::ceil(edge / pixel * (1 - 1e-12))) + 1);
   return volume::Frame::from_spacing(first * pixel, dvec3(pixel));

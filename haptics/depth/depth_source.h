@@ -66,7 +66,7 @@ struct DepthSet {
   Placement displacement_at(double time) const noexcept {
     return motion.is_still() ? Placement{} : motion.after((time - view.time) / view.interval);
   }
-  /// Takes serial, prediction and slack from the previous set; null: this is the first.
+  /// Sets serial, prediction and previous slack by the previous set; null: this is the first.
   void follow(const DepthSet* before) noexcept {
     serial = before ? before->serial + 1 : 1;
     extrapolated = before ? before->displacement_at(view.time) : Placement{};
@@ -78,7 +78,7 @@ struct DepthSet {
   bool knows(const glm::dvec3& p, double reach) const noexcept;
 };
 
-/// Makes the triangles of a net's surface as volume/surface/local_net.h does, in spatial order, without the
+/// Makes the same triangles of a net's surface as volume/surface/local_net.h, in spatial order, without the
 /// part at the lattice's border. `codes`: output for MeshTree::of_ordered().
 void triangles_of(const DepthNet& net, std::vector<glm::dvec3>& vertices,
                   std::vector<std::uint32_t>& triangles, std::vector<std::uint64_t>& codes);
@@ -94,7 +94,7 @@ class DepthSource {
   /// Returns the next time (s) at which the motion may change: until then all points move linearly. 1e300 if
   /// it never changes.
   virtual double next_motion_change(double /*time*/) const noexcept { return 1e300; }
-  /// True if the object is not drawn: its pictures are submitted by the caller.
+  /// Returns true if the object cannot be drawn, since its pictures are submitted by the caller.
   virtual bool is_streamed() const noexcept { return false; }
   /// Returns the bounds over all time, mm, own frame; low > high if the object is empty.
   virtual void bounds(glm::dvec3& low, glm::dvec3& high) const noexcept = 0;

@@ -23,7 +23,7 @@ Result<std::shared_ptr<const DepthStream>> DepthStream::of(DepthPictures stream)
                  .expected = "2 to 4096 pixels along each axis"};
   const auto is_length = [](double value) { return value > 0 && std::isfinite(value); };
   if (!is_length(c.fx) || !is_length(c.fy) || !std::isfinite(c.cx) || !std::isfinite(c.cy))
-    return Error{.what = "the camera's intrinsics are missing",
+    return Error{.what = "the camera's intrinsics are missing or invalid",
                  .where = "camera",
                  .found = std::to_string(c.fx) + ", " + std::to_string(c.fy),
                  .expected = "focal lengths in pixels, above 0"};
@@ -33,10 +33,11 @@ Result<std::shared_ptr<const DepthStream>> DepthStream::of(DepthPictures stream)
                  .found = std::to_string(stream.mm_per_step) + " mm",
                  .expected = "above 0 mm"};
   if (stream.pictures.empty() || stream.pictures.size() != stream.times.size())
-    return Error{.what = "the numbers of pictures and times differ",
+    return Error{.what = "the stream has no pictures, or not one time per picture",
                  .where = "stream",
-                 .found = std::to_string(stream.pictures.size()),
-                 .expected = std::to_string(stream.times.size()) + ", one at least"};
+                 .found = std::to_string(stream.pictures.size()) + " pictures, " +
+                          std::to_string(stream.times.size()) + " times",
+                 .expected = "one time per picture, and at least one picture"};
   const auto pixels = static_cast<std::size_t>(c.width) * static_cast<std::size_t>(c.height);
   for (std::size_t p = 0; p < stream.pictures.size(); ++p) {
     if (stream.pictures[p].size() != pixels)
@@ -177,7 +178,7 @@ Result<DepthSet> DepthStream::draw(const DepthView& view, int) const {
   PixelSurface surface = pixel_surface(c, set.low, set.high, view.edge, [&](int column, int row) {
     return depth_of(pixel_index(column, row), current);
   });
-  std::vector<MovingPlacement> places;
+  std::vector<MovingPointPair> places;
   for (int j = surface.first.y; set.has_successor && j <= surface.last.y; ++j)
     for (int i = surface.first.x; i <= surface.last.x; ++i) {
       const double depth = depth_of(pixel_index(i, j), current);

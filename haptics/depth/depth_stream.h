@@ -24,7 +24,7 @@ struct DepthPictures {
 /// a pixel's depth is interpolated linearly if both show the same object.
 class DepthStream final : public DepthSource {
  public:
-  /// mm between two pictures of a pixel, or two pixels; a larger change is another object.
+  /// Largest change of depth (mm) within one object: of a pixel between two pictures, or between neighbours.
   static constexpr double k_same = 40;
   /// Error: no camera, no pictures, pictures of different sizes, or times that do not increase.
   static Result<std::shared_ptr<const DepthStream>> of(DepthPictures pictures);

@@ -11,10 +11,10 @@
 namespace trephine::haptics::depth {
 
 inline constexpr double k_around = 5;         // mm around the touch: points that determine the motion
-inline constexpr double k_touch_opacity = 3;  // mm around the touch: points at which it must be accurate
+inline constexpr double k_near_touch_mm = 3;  // mm around the touch: points at which it must be accurate
 
-/// A point of the surface now and when the next set is due, mm, and its weight in the fit.
-struct MovingPlacement {
+/// A point of the surface at the time of a set and when the next set is due, mm, and its weight in the fit.
+struct MovingPointPair {
   glm::dvec3 now, next;
   double weight;
 };
@@ -26,12 +26,12 @@ inline double weight_of(const glm::dvec3& off) noexcept {
 
 /// Returns the motion p -> q fitted by q - p = h x (q + p) about the pivot, exact if the motion is rigid
 /// (Cayley), by linear least squares.
-inline DepthMotion motion_of(const std::vector<MovingPlacement>& places) {
+inline DepthMotion motion_of(const std::vector<MovingPointPair>& places) {
   using glm::dvec3;
   DepthMotion motion;
   double total = 0;
   dvec3 now(0), next(0);
-  for (const MovingPlacement& s : places)
+  for (const MovingPointPair& s : places)
     total += s.weight, now += s.weight * s.now, next += s.weight * s.next;
   if (!(total > 0)) return motion;
   motion.pivot = now / total;
@@ -39,7 +39,7 @@ inline DepthMotion motion_of(const std::vector<MovingPlacement>& places) {
   glm::dmat3 square(0);
   dvec3 right(0);
   double size = 0;
-  for (const MovingPlacement& s : places) {
+  for (const MovingPointPair& s : places) {
     const dvec3 r = (s.now - motion.pivot) + (s.next - motion.pivot - motion.travel);
     const dvec3 d = (s.next - s.now) - motion.travel;
     square += s.weight * (glm::dot(r, r) * glm::dmat3(1) - glm::outerProduct(r, r));
@@ -53,12 +53,12 @@ inline DepthMotion motion_of(const std::vector<MovingPlacement>& places) {
 }
 
 /// Returns the largest error (mm) of the motion at points near the touch.
-inline double slack_of(const DepthMotion& motion, const std::vector<MovingPlacement>& places,
+inline double slack_of(const DepthMotion& motion, const std::vector<MovingPointPair>& places,
                        const glm::dvec3& touch) {
   const Placement then = motion.after(1);
   double slack = 0;
-  for (const MovingPlacement& s : places)
-    if (glm::length(s.now - touch) < k_touch_opacity)
+  for (const MovingPointPair& s : places)
+    if (glm::length(s.now - touch) < k_near_touch_mm)
       slack = std::max(slack, glm::length(then.world_from_local(s.now) - s.next));
   return slack;
 }

@@ -1,4 +1,4 @@
-// CompositeDevice: the pose of one device with buttons and axes of others, such as pedals.
+// CompositeDevice: the pose of one device, with the buttons and axes of another, such as a pedal.
 #pragma once
 
 #include <memory>
@@ -8,8 +8,8 @@
 
 namespace trephine::haptics {
 
-/// Adds the buttons of a second device to those of a first one; its axes replace those of the first that are
-/// zero. Both must respond: a lost pedal stops the tool as a lost stylus does.
+/// Adds the buttons of a second device to those of the first; where an axis of the first is zero, that of the
+/// second replaces it. Both must respond: a lost pedal stops the tool as a lost stylus does.
 class CompositeDevice final : public Device {
  public:
   CompositeDevice(std::shared_ptr<Device> pose, std::shared_ptr<Device> buttons)

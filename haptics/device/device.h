@@ -39,13 +39,13 @@ class Device {
   /// Reads the pose at servo time t (s). Returns false, and leaves `pose` as is, if the device does not
   /// respond.
   virtual bool read(double t, Pose& pose) noexcept = 0;
-  /// Returns a free point (world, mm) if the tool was lifted over since the last call: no motion connects the
-  /// pose of the last read() with the one before, and the proxy starts again at this point in the same tick.
+  /// Returns a free point (world, mm) if the tool jumped since the last call: no motion connects the pose of
+  /// the last read() with the previous one, and the proxy starts again at this point in the same tick.
   virtual std::optional<glm::dvec3> take_jump() noexcept { return std::nullopt; }
   /// Renders a wrench that is already limited. A device without torque output ignores the torque.
   virtual void write(const Wrench& wrench) noexcept = 0;
-  /// Sets the view, on the window's thread, before open() and when the camera turned. Devices whose poses are
-  /// in the world frame ignore it.
+  /// Sets the view. The window's thread calls it before open() and whenever the camera has turned. Devices
+  /// whose poses are in the world frame ignore it.
   virtual void set_view(const DeviceView&) noexcept {}
 };
 
@@ -73,7 +73,7 @@ struct HandModel {
   double stiffness = 0.3;         ///< N/mm, from the hand to its requested position
   double damping = 0.006;         ///< N s/mm, of the hand
   double encoder_step = 0.02;     ///< mm; 0: exact
-  /// mm: the hand turns the stylus as if mass, spring and damper were this far from its position.
+  /// mm: the hand turns the stylus as if mass, spring and damper acted at this distance from the HIP.
   double grip = 20;
 };
 

@@ -16,7 +16,7 @@ namespace trephine::haptics {
 struct DeviceCheck {
   std::string found, remedy = {};
   bool is_fault = false;
-  std::string node = {};  ///< file of the device; empty: not of one device
+  std::string node = {};  ///< file of the device; empty: the result is not about one device
 };
 
 /// Services of the program for drivers.
@@ -37,7 +37,8 @@ struct DeviceKind {
   std::function<std::vector<DeviceCheck>(const DeviceHost& host)> check;
 };
 
-/// Function that a library of drivers exports as "trephine_device_kinds": the first kind, and their number.
+/// Function that a library of drivers exports as "trephine_device_kinds". Returns the first kind, and sets
+/// `count` to the number of kinds.
 using DeviceKindsFunction = const DeviceKind* (*)(std::size_t* count);
 
 }  // namespace trephine::haptics

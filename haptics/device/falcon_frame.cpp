@@ -8,7 +8,7 @@ namespace trephine::haptics {
 namespace {
 
 // A frame: start, three values of four digits each (16-bit, the lowest digit first), flags, one unused byte,
-// end. A digit and the flags are added to a letter.
+// end. Each digit, and the flags, are encoded as k_zero plus the value.
 constexpr std::uint8_t k_start = '<', k_end = '>', k_zero = 'A';
 constexpr std::size_t k_flags = 13;
 constexpr double k_greatest = 4095;  // of a motor; the firmware's converter has 12 bits and a sign

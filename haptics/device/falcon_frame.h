@@ -19,8 +19,8 @@ struct FalconState {
 
 /// Request to the device: the firmware answers each with one frame of its state.
 struct FalconRequest {
-  std::array<double, 3> motors{};  ///< shares of the firmware's greatest value, -1 to 1; others are limited
-  bool homes = false;              ///< the firmware looks for the ends of the arms
+  std::array<double, 3> motors{};  ///< shares of the firmware's greatest value, limited to -1 to 1
+  bool homes = false;              ///< the firmware searches for the end positions of the arms
   enum class Light : std::uint8_t { off = 0, green = 2, blue = 4, red = 8 } light = Light::off;
 };
 

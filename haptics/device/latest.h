@@ -1,4 +1,4 @@
-// Latest: a value that one thread writes and another reads, without locks.
+// Latest: a value that one thread writes and others read, without locks.
 #pragma once
 
 #include <array>

@@ -26,7 +26,8 @@ class MappedDevice final : public Device {
   MappedDevice(std::shared_ptr<Device> device, const WorkspaceMap& map);
   Status open() override;
   void close() noexcept override { device_->close(); }
-  /// Capabilities in the world: a scale of s divides stiffness, damping and mass by s.
+  /// Capabilities in the world: a scale of s multiplies the workspace by s, and divides stiffness, damping
+  /// and mass by s.
   DeviceCapabilities capabilities() const override;
   bool read(double t, Pose& pose) noexcept override;
   std::optional<glm::dvec3> take_jump() noexcept override;

@@ -94,10 +94,11 @@ Result<PosePath> PosePath::from_samples(std::vector<Sample> samples, const std::
     const std::string at = where + ", sample " + std::to_string(i + 1);
     for (const double v : {s.t, s.pose.position_world.x, s.pose.position_world.y, s.pose.position_world.z})
       if (!std::isfinite(v) || std::abs(v) > 1e6)
-        return Error{.what = "the path has a value that is not finite",
+        return Error{.what = "a time or position of the path is out of range",
                      .where = at,
                      .found = std::to_string(v),
-                     .expected = "finite numbers below 1e6 (s, mm)"};
+                     .expected = "-1e6 to 1e6 (s, mm)",
+                     .remedy = "convert times to seconds and positions to mm"};
     for (const float axis : s.pose.axes)
       if (!(std::abs(axis) <= Pose::k_farthest_axis))
         return Error{.what = "the path has an axis out of range",
@@ -156,7 +157,7 @@ Result<PosePath> PosePath::read_csv(std::istream& in, const std::string& where) 
         return Error{.what = "a cell of the path is not a number",
                      .where = at + ", column " + std::string(k_columns[c]),
                      .found = std::string(cell.substr(0, 40)),
-                     .expected = "a finite number with a point"};
+                     .expected = "a finite number, such as 1.5"};
     }
     if (value[k_button] != 0 && value[k_button] != 1)
       return Error{.what = "a button is neither 0 nor 1",

@@ -23,7 +23,8 @@ Coupling critical_coupling(double mass, double device_damping, double rate_hz);
 /// for any hand: K = 2 (b - B) / T (Colgate and Schenkel 1997). 0 if B exceeds b.
 double passive_stiffness(double device_damping, double surface_damping, double rate_hz);
 
-/// Returns the options limited by the device's capabilities; unknown capabilities do not limit.
+/// Returns the options limited by the device's capabilities, with the damping of the device; unknown
+/// capabilities change nothing.
 ForceOptions within_limits(const ForceOptions& options, const DeviceCapabilities& device);
 /// Returns the material with its stiffness limited to what the device can render.
 Material within_limits(const Material& material, const DeviceCapabilities& device);

@@ -91,7 +91,7 @@ struct InsertionLayer {
 
 /// Straight track that a tool makes, such as that of a probe in a pedicle (Jiang, dissertation, 6.2.3) or of
 /// a catheter in the brain. The tip stays on the line and is reported as the proxy. Matter resists only while
-/// the track grows: motion within the track is free. It always dissipates energy.
+/// the track grows: motion within the track is free. Growth of the track always dissipates energy.
 struct Insertion {
   static constexpr std::size_t k_max_layers = 4;
   glm::dvec3 start_world{0.0}, ahead_world{0, 0, -1};

@@ -11,9 +11,9 @@ enum FaultBit : std::uint32_t {
   fault_not_finite = 1,    ///< a pose or force was not finite; latched
   fault_magnitude = 2,     ///< the force limit was applied
   fault_slew = 4,          ///< the slew limit was applied
-  fault_stale_scene = 8,   ///< no new pose or scene within the watchdog's time; latched
+  fault_stale_scene = 8,   ///< a late tick, edits too far behind, or a scene without the hand; latched
   fault_lost_device = 16,  ///< the device stopped responding; latched
-  fault_full_ring = 32,    ///< the servo's records are not read; latched
+  fault_full_ring = 32,    ///< no room for the servo's records, which are not read in time; latched
 };
 inline constexpr std::uint32_t k_latched_faults =
     fault_not_finite | fault_stale_scene | fault_lost_device | fault_full_ring;

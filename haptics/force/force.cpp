@@ -23,8 +23,8 @@ ForceModel::ForceModel(const ForceOptions& options, double dt) : alpha_(options.
 }
 
 namespace {
-/// Returns the stiffness, N/mm; for a tool of several balls the mean over its contacts, weighted by their
-/// push.
+/// Returns the stiffness, N/mm; for a tool with six degrees of freedom the mean over its contacts, weighted
+/// by their push.
 double stiffness_of(const ProxyStep& proxy, const TouchScene& scene) noexcept {
   if (proxy.contacts.size() == 0)
     return stiffness_at(scene, proxy.shape, proxy.side, proxy.proxy_world, proxy.normal_world);

@@ -38,13 +38,14 @@ class PassivityController {
   void set_rendered(const Wrench& wrench) noexcept { under_way_[static_cast<std::size_t>(delay_)] = wrench; }
   /// Handles lost ticks, in which the motion of the hand is unknown: the debt stays, the store is discarded.
   void on_lost_ticks() noexcept;
-  /// Returns the work done on the hand minus the energy dissipated, N mm; positive: created energy.
+  /// Returns the work done on the hand plus the energy dissipated by a yielding proxy, minus that taken by
+  /// the device's damping, N mm; positive: created energy.
   double energy() const noexcept { return energy_; }
   /// Returns the factor of the requested forces before they are limited; below 1 only with delayed forces.
   double softness() const noexcept { return force_scale_; }
   /// Returns the number of ticks in which the force was limited.
   long cuts() const noexcept { return cuts_; }
-  /// Clears the energy balance: contact was lost, or the scene changed.
+  /// Clears the energy balance, for a proxy that starts again.
   void reset() noexcept;
   /// Visits the state field by field, for saving.
   template <class Fields>

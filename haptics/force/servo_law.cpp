@@ -47,7 +47,7 @@ void LawMemory::bind(const LawSet& set) noexcept {
   count_ = set.laws().size();
 }
 
-void LawMemory::belong_to(const LawSet& set) noexcept {
+void LawMemory::bind_loaded(const LawSet& set) noexcept {
   for (std::size_t i = 0; i < count_; ++i)
     for (const ServoLaw& law : set.laws())
       if (slots_[i].id == law.id) slots_[i].step = law.step;

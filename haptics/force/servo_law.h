@@ -1,5 +1,5 @@
 // ServoLaw: force in addition to those of surfaces, a function of a module that the servo calls every tick.
-// Instruments do not compute forces, since they run ticks late; they set the parameters of laws.
+// Instruments do not compute forces, since they run some ticks later; they set the parameters of laws.
 #pragma once
 
 #include <array>
@@ -107,7 +107,7 @@ class LawMemory {
     for (std::size_t i = 0; i < count_; ++i) fields(slots_[i].id, slots_[i].memory);
   }
   /// Assigns loaded memories to the laws with the same ids.
-  void belong_to(const LawSet& set) noexcept;
+  void bind_loaded(const LawSet& set) noexcept;
 
  private:
   struct Slot {

@@ -12,7 +12,7 @@ namespace trephine::haptics {
 /// waits or allocates.
 class DeviceExchange {
  public:
-  /// Forgets both sides. Call while no other thread uses the exchange.
+  /// Clears pose and wrench. Call while no other thread uses the exchange.
   void restart() noexcept;
 
   // The driver's thread.

@@ -109,7 +109,7 @@ std::vector<DeviceCheck> check_falcon(const DeviceHost& host) {
   if (!checks.empty() && checks.front().node.empty()) return checks;
   std::error_code error;
   if (!checks.empty() && !std::filesystem::exists(firmware_file(host), error))
-    checks.push_back({"no firmware file of the Falcon, which is necessary after it was switched on",
+    checks.push_back({"no firmware file for the Falcon, which loses its firmware when it is switched off",
                       "copy the image of the device's own software to ~/.config/trephine/falcon.bin", true});
   return checks;
 }
@@ -142,7 +142,7 @@ Result<std::shared_ptr<Device>> make_pedal(const std::string& selector, const De
   return std::shared_ptr<Device>(std::make_shared<PedalDevice>([i = index.value()]() -> Result<InputFile> {
     const std::vector<PedalNode> found = find_pedals();
     if (i < found.size()) return open_input(found[i].node);
-    return Error{.what = "no foot pedal was found",
+    return Error{.what = "the foot pedal was not found",
                  .where = "pedal: absent",
                  .found = std::to_string(found.size()),
                  .expected = "at least " + std::to_string(i + 1),

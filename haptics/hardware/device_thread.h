@@ -38,7 +38,7 @@ class DeviceThread {
   std::thread thread_;
 };
 
-/// Decides on the servo's time whether a device still sends reports.
+/// Decides by the time of the servo whether a device still sends reports.
 class Silence {
  public:
   explicit Silence(double limit_seconds) : limit_(limit_seconds) {}

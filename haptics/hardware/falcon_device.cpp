@@ -112,12 +112,12 @@ Status FalconDevice::open() {
 void FalconDevice::close() noexcept {
   thread_.stop();
   if (!link_) return;
-  // The motors keep their last values.
+  // Otherwise the motors would keep their last values.
   for (int i = 0; i < 3; ++i) link_->write(encode({}), k_frame_ms);
   link_.reset();
 }
 
-/// Loads the firmware. It often arrives after several attempts only.
+/// Loads the firmware, which often takes several attempts.
 Status FalconDevice::load() {
   auto image = choice_.read_firmware();
   if (!image) return image.error();

@@ -101,7 +101,7 @@ Status ForceDimensionDevice::open() {
     if (Status error = load()) return error;
   const int count = dhd_->device_count();
   if (count <= static_cast<int>(choice_.index))
-    return Error{.what = "no device of Force Dimension was found",
+    return Error{.what = "the device of Force Dimension was not found",
                  .where = "omega: absent",
                  .found = std::to_string(std::max(count, 0)),
                  .expected = "at least " + std::to_string(choice_.index + 1),

@@ -14,14 +14,15 @@ struct ForceDimensionChoice {
   std::vector<std::string> files;  ///< candidates for the library
 };
 
-/// Returns the places where installations of the SDK put the library.
+/// Returns the paths and names of the library in installations of the SDK.
 std::vector<std::string> dhd_files();
 
 /// Error if the library cannot be loaded or is too old.
 Status check_dhd_library();
 
 /// Force, and torque where the wrist has motors. Its thread exchanges pose and wrench at the rate of the USB.
-/// Poses are about the centre of the workspace. Errors of the library give no pose.
+/// Positions are relative to the centre of the workspace. While the library reports an error, no pose is
+/// reported.
 class ForceDimensionDevice final : public ExchangeDevice {
  public:
   explicit ForceDimensionDevice(ForceDimensionChoice choice);

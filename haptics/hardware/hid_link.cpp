@@ -65,7 +65,7 @@ Result<std::unique_ptr<HidLink>> open_spacemouse(std::size_t index) {
   const auto found = find_spacemice();
   if (!found) return found.error();
   if (index >= found.value().size())
-    return Error{.what = "no SpaceMouse was found",
+    return Error{.what = "the SpaceMouse was not found",
                  .where = "spacemouse: absent",
                  .found = std::to_string(found.value().size()),
                  .expected = "at least " + std::to_string(index + 1),

@@ -46,7 +46,7 @@ Status Inverse3Device::open() {
                                                     : "the service of Haply sends no state",
                  .where = "inverse3: absent",
                  .found = "",
-                 .expected = "at least " + std::to_string(choice_.index + 1),
+                 .expected = "at least " + std::to_string(choice_.index + 1) + " Inverse3",
                  .remedy = "plug the Inverse3 in, switch it on, and wait until its light is steady",
                  .kind = ErrorKind::missing_here};
   if (!state->is_calibrated)

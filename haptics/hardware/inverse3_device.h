@@ -19,8 +19,8 @@ struct Inverse3Choice {
 Result<std::size_t> count_inverse3(std::uint16_t port);
 
 /// Force in 3 degrees of freedom, orientation and buttons of the grip. Its thread sends a force, and the
-/// service answers with a state. Poses are about the place where the grip was when the device was opened. A
-/// damaged message ends the force and the connection.
+/// service answers with a state. Positions are relative to that of the grip when the device was opened. A
+/// damaged WebSocket frame ends the force and the connection.
 class Inverse3Device final : public ExchangeDevice {
  public:
   explicit Inverse3Device(const Inverse3Choice& choice) : choice_(choice) {}

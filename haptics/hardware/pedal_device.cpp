@@ -75,7 +75,7 @@ bool PedalDevice::receive() {
           (static_cast<double>(event.value) - axis.low) / (static_cast<double>(axis.high) - axis.low);
       state_.axes[i] = static_cast<float>(std::clamp(share, 0.0, 1.0));
       set_button(1u << (k_axis_button + i), state_.axes[i] > 0.5f);
-      // A pedal without keys works the tool by its first axis.
+      // The first axis of a pedal without keys activates the tool.
       if (i == 0 && key_count_ == 0) set_button(1, state_.axes[0] > 0.5f);
     }
   }

@@ -22,9 +22,9 @@ struct InputFile {
 };
 using OpenInput = std::function<Result<InputFile>()>;
 
-/// Events of the kernel's input layer. Keys are buttons in the order in which they are first pressed: the
-/// first pedal works the tool. Axes are 0 to 1; one beyond half counts as a button of its own. It has no
-/// pose.
+/// Events of the kernel's input layer. Keys are buttons in the order in which they are first pressed: the key
+/// that is pressed first activates the tool. Axes are 0 to 1; an axis beyond half its range counts as a
+/// button of its own. The device has no pose.
 class PedalDevice final : public Device {
  public:
   explicit PedalDevice(OpenInput open_input) : open_input_(std::move(open_input)) {}

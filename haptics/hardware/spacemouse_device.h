@@ -14,8 +14,8 @@ namespace trephine::haptics {
 
 using OpenHidLink = std::function<Result<std::unique_ptr<HidLink>>()>;
 
-/// The deflection moves the tool (RatePose); buttons are those of the device. In its own frame: see
-/// MappedDevice. A device that sends nothing for 30 ms is at rest; it is lost when it is unplugged.
+/// The deflection moves the tool (RatePose); buttons are those of the device. Poses are in the device frame
+/// of MappedDevice. A device that sends nothing for 30 ms is at rest; it is lost when it is unplugged.
 class SpaceMouseDevice final : public Device {
  public:
   explicit SpaceMouseDevice(OpenHidLink open_link, const RateControl& control = {});

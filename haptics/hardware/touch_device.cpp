@@ -175,7 +175,7 @@ Status TouchDevice::calibrate() {
     if (steady_clock::now() > end)
       return Error{.what = "the Touch was not calibrated in time",
                    .where = "touch: not homed",
-                   .remedy = "put the stylus into the inkwell, and start again",
+                   .remedy = "put the stylus into the inkwell, or hold the arm at its reset position",
                    .kind = ErrorKind::missing_here};
     std::this_thread::sleep_for(milliseconds(20));
   }

@@ -23,9 +23,10 @@ struct TouchChoice {
 /// Error if the library of OpenHaptics cannot be loaded or is too old.
 Status check_touch_library();
 
-/// 6 degrees of freedom, force of 3. The library's scheduler calls at 1 kHz; one device of a program can be
-/// open. Poses are about the centre of the usable workspace. The force is also zero for 0.5 s after the
-/// library reported hot motors or an excessive force. Other errors of the library give no pose.
+/// 6 degrees of freedom, 3 of them with force. The library's scheduler exchanges frames at 1 kHz; a program
+/// can open one device. Positions are relative to the centre of the usable workspace. The force is also zero
+/// for 0.5 s after the library reported hot motors or an excessive force. A frame with another error of the
+/// library reports no pose.
 class TouchDevice final : public ExchangeDevice {
  public:
   explicit TouchDevice(TouchChoice choice);
@@ -41,7 +42,7 @@ class TouchDevice final : public ExchangeDevice {
   Status calibrate();
   void read_capabilities();
   struct Errors {
-    unsigned code = 0;  ///< of an error, of the device if there is one; 0: none
+    unsigned code = 0;  ///< of one error, which concerns the device if any does; 0: no error
     bool is_of_force = false, is_of_device = false;
   };
   Errors take_errors() noexcept;
@@ -57,7 +58,7 @@ class TouchDevice final : public ExchangeDevice {
   bool is_scheduled_ = false;
   int pause_ticks_ = 0;  ///< without force; the scheduler's thread
   std::atomic<bool> is_closing_{false};
-  std::atomic<int> last_ticks_{0};  ///< since is_closing_
+  std::atomic<int> last_ticks_{0};  ///< number of ticks since is_closing_ was set
 };
 
 }  // namespace trephine::haptics

@@ -23,7 +23,8 @@ struct Context {
   }
 };
 
-/// Calls with each device of a vendor and product; stops when `each` returns false.
+/// Calls each(device) for the devices of a vendor and product, until it returns false. Returns 0, or the code
+/// of an error.
 template <class Each>
 int for_devices(libusb_context* context, std::uint16_t vendor, std::uint16_t product, const Each& each) {
   libusb_device** list = nullptr;

@@ -9,7 +9,7 @@ Result<VendorLibrary> VendorLibrary::load(VendorLibraryNames names) {
   for (const std::string& file : names.files) {
     if (void* const library = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL))
       return VendorLibrary(library, std::move(names));
-    // The loader begins with the name of the file that it misses: the library itself, or a dependency of it.
+    // The loader's message begins with the missing file: the library itself, or a dependency of it.
     const char* const text = ::dlerror();
     const std::string reason = text ? text : "";
     if (cause.empty() && reason.rfind(file + ":", 0) != 0) cause = reason;

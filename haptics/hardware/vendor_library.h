@@ -1,4 +1,4 @@
-// VendorLibrary: a closed library of a vendor, loaded at run time. Nothing of it is needed to build.
+// VendorLibrary: a proprietary library of a vendor, loaded at run time. Nothing of it is needed to build.
 #pragma once
 
 #include <string>
@@ -19,7 +19,8 @@ struct VendorLibraryNames {
 /// A library stays loaded until the program ends: those of vendors have threads of their own.
 class VendorLibrary {
  public:
-  /// Error: the cause that the loader of the system reports, such as a missing dependency.
+  /// Loads the first file that can be loaded. The error contains the cause that the loader of the system
+  /// reports, such as a missing dependency.
   static Result<VendorLibrary> load(VendorLibraryNames names);
 
   /// Sets `function` to the function with a name. Error if the library does not have it.

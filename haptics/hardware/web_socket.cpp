@@ -140,7 +140,7 @@ WebSocket::~WebSocket() {
     std::string rest;
     while (time.ms() > 0 && read_some(time.ms(), rest) == LinkResult::done) rest.clear();
   } catch (...) {
-    // Without memory the connection ends without a farewell.
+    // If memory is exhausted, the connection ends without a close frame.
   }
   ::close(file_);
 }

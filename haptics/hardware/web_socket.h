@@ -1,4 +1,4 @@
-// WebSocket: client of a service on this machine (RFC 6455), with text messages only.
+// WebSocket: client of a service on this machine (RFC 6455). Sends text messages only.
 #pragma once
 
 #include <cstdint>

@@ -92,8 +92,8 @@ inline constexpr double k_facet_gap = 1e-5;
 /// Moves from `start_volume` toward the HIP. Waypoints go to result.path_volume; the last one is the
 /// frictionless proxy. `cast(a, b, hit)` finds the first blocking facet on the motion from a to b (volume
 /// frame). `gap_mm`: distance that the proxy keeps from facets. Returns the waypoint at which the first facet
-/// was met: 1 if the proxy dropped onto it from a tenth of a voxel or farther, else 0. `facets`: output,
-/// those along which each leg leads.
+/// was met: 1 if the proxy dropped onto it from more than a tenth of a voxel, else 0. `facets`: output, the
+/// facets along which each leg leads.
 template <class Cast>
 int move_god_object(const volume::Frame& frame, const glm::dvec3& hip_world, const glm::dvec3& start_volume,
                     double gap_mm, Cast&& cast, PathFacets& facets, ProxyStep& result) noexcept {

@@ -79,7 +79,8 @@ Status MeshProxy::prepare(const TouchScene& scene) {
   trees_.clear();
   gap_ = 1e-5;
   for (const TouchItem& item : scene.items) {
-    if (item.is_mesh() && !item.tree) return Error{.what = "a mesh has no search tree", .where = item.name};
+    if (item.is_mesh() && !item.tree)
+      return Error{.what = "a mesh has no search tree", .where = item.name, .remedy = "set TouchItem::tree"};
     if (item.mover >= 0)
       return Error{.what = "this method does not support moving meshes",
                    .where = item.name,

@@ -17,7 +17,7 @@ class MeshProxy final : public ProxyMethod {
   static constexpr MethodInfo k_info{
       .name = "mesh",
       .meaning =
-          "the whole surface as a polygonal model, a god-object on its triangles; with a radius a virtual ball",
+          "the whole surface as a polygonal model, a god-object on its triangles; a tool may be a ball",
       .source = "Zilles and Salisbury 1995; Ruspini, Kolarov and Khatib 1997",
       .solid = MethodInfo::Solid::net,
       .is_baseline = false,

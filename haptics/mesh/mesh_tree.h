@@ -1,5 +1,5 @@
 // MeshTree: triangles in a tree of boxes, for the first one on a motion and those near a point. In double
-// precision throughout, so that a mesh may be in metres or have edges of 10 um, and watertight at edges and
+// precision throughout, so that a mesh may be metres wide or have edges of 10 um, and watertight at edges and
 // vertices.
 #pragma once
 
@@ -33,12 +33,13 @@ class MeshTree {
     return {std::move(vertices), std::move(triangles), codes};
   }
 
-  /// Moves the vertices: updates the boxes, keeps the tree. Not while another thread reads it.
+  /// Moves the vertices: updates the boxes, keeps tree and gap(). Not while another thread reads it.
   void refit(std::span<const glm::dvec3> vertices);
 
   /// Finds the first triangle that a ball meets on a blocking side while its centre moves from a to b (mm). A
-  /// ball of radius 0 (mm) is a point. Adds the number of tested triangles to `visited`. `latest`: share of
-  /// the motion after which a ball's hits are not needed, and may be left out.
+  /// ball of radius 0 (mm) is a point. Sets all of `hit` but its shape; the normal is in the frame of the
+  /// tree. Adds the number of tested triangles to `visited`. `latest`: share of the motion after which a
+  /// ball's hits are not needed, and may be left out.
   bool cast(const glm::dvec3& a, const glm::dvec3& b, double radius, bool is_front, bool is_back,
             FacetHit& hit, int& visited, double latest = 1) const noexcept {
     return radius > 0 ? cast_ball(a, b, radius, is_front, is_back, hit, visited, latest)
@@ -62,12 +63,12 @@ class MeshTree {
     double distance;         ///< mm
     bool is_front;           ///< the query point is before its front
   };
-  /// Calls use(near) for each triangle within `reach` mm of p, in no order; degenerate ones are left out.
+  /// Calls use(near) for each triangle within `reach` mm of p, in any order; degenerate ones are left out.
   /// `use` may reduce the reach.
   template <class Use>
   void for_near(const glm::dvec3& p, const double& reach, Use&& use) const noexcept;
-  /// Calls use(near) for all triangles nearest to p within `reach` mm, and before them for some others: each
-  /// time for one at most `tie` mm farther than the nearest so far.
+  /// Calls use(near) for triangles within `reach` mm of p that are at most `tie` mm farther than the nearest
+  /// one found before. All triangles nearest to p are among them.
   template <class Use>
   void for_nearest(const glm::dvec3& p, double reach, double tie, Use&& use) const noexcept;
   /// Walks from a triangle to neighbours that share the point nearest to p, as long as they are nearer to p,

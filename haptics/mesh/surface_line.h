@@ -1,4 +1,4 @@
-// surface_line(): shortest line along a surface between points on it, and the taut line that bridges hollows,
+// surface_line(): geodesic along a surface between two points on it. taut_line(): line that bridges hollows,
 // as a tape measure does.
 #pragma once
 
@@ -23,7 +23,7 @@ class Surface {
   /// triangles.
   bool nearest(const glm::dvec3& p, Point& nearest_point) const;
 
-  /// Returns the points nearest to several points, all on one connected part: the one with the least sum of
+  /// Returns the points nearest to several points, all on one connected part: the part with the least sum of
   /// distances. Parts of fewer than 100 triangles count only if there is no larger one. Empty: no triangles.
   std::vector<Point> nearest_on_one_part(std::span<const glm::dvec3> points) const;
 
@@ -48,7 +48,8 @@ struct Inside {
   double depth = 0;
   glm::dvec3 outward{0.0};
 };
-/// Returns the line between the same ends pulled taut: at most as long, and nowhere inside the solid.
+/// Returns the line between the same ends pulled taut, with its points moved out of the solid; the same line
+/// if the result is longer.
 std::vector<glm::dvec3> taut_line(const std::vector<glm::dvec3>& line,
                                   const std::function<Inside(const glm::dvec3&)>& inside);
 

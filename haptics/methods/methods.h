@@ -20,8 +20,8 @@ template <class Method>
 constexpr MethodEntry entry_of() {
   return {Method::k_info, []() -> std::unique_ptr<ProxyMethod> { return std::make_unique<Method>(); }};
 }
-/// Adds methods of a program to the catalogue; names that exist are ignored. Call it before other threads use
-/// the catalogue.
+/// Adds methods of a program to the catalogue, except those whose names it already has. Call it before other
+/// threads use the catalogue.
 void add_methods(std::span<const MethodEntry> entries);
 
 /// Returns all methods, for help and errors; the default comes first. Valid until the next add_methods().

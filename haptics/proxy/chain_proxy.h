@@ -17,7 +17,7 @@ class ChainProxy final : public ProxyMethod {
  public:
   static constexpr MethodInfo k_info{
       .name = "chain",
-      .meaning = "a rigid tool of balls, six degrees of freedom, on the walls of scene",
+      .meaning = "a rigid tool of balls, six degrees of freedom, on the walls of method scene",
       .source = "this project; Ortega, Redon and Coquillart 2007",
       .solid = MethodInfo::Solid::smooth,
       .is_baseline = false,

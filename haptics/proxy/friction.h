@@ -1,5 +1,5 @@
-// friction_load(): Coulomb friction: the pull of the hand on the proxy stays within the cone of the walls
-// that stop it.
+// friction_load(): Coulomb friction: the proxy rests where the pull of the hand is within the friction cone
+// of the walls that stop the proxy.
 #pragma once
 
 #include "haptics/proxy/proxy_step.h"
@@ -25,17 +25,17 @@ struct HoldingWalls {
 struct FrictionLoad {
   double along = 0, limit = 0;
   bool is_held() const noexcept { return along <= limit; }
-  /// Returns true if a tool that slid before sticks again. A slide ends on the cone, from where it continues
-  /// in the next step: only a load clearly inside has come to rest.
+  /// Returns true if the tool sticks. A slide ends on the cone, from where it continues in the next step: a
+  /// tool that slid before sticks only if the load is clearly inside the cone.
   bool is_at_rest(bool was_sticking) const noexcept {
     constexpr double k_rest = 0.98;
     return along <= (was_sticking ? 1 : k_rest) * limit;
   }
 };
 
-/// Splits a pull into the pressures on the walls (the least sum of normals, without pulling ones, that leaves
-/// the shortest remainder) and the remainder, along all of them. Each wall holds its own coefficient times
-/// its own pressure: in a groove both count.
+/// Splits a pull into pressures on the walls (factors of their normals, at least 0, that leave the shortest
+/// remainder) and the remainder, which is along the walls. Each wall holds its own coefficient times its own
+/// pressure: in a groove both walls count.
 FrictionLoad friction_load(const HoldingWalls& walls, const glm::dvec3& pull) noexcept;
 
 /// For methods on voxels: shortens step.path_volume, which ends at the frictionless proxy, so that the

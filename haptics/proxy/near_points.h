@@ -17,7 +17,7 @@ namespace trephine::haptics {
 struct Near {
   std::uint32_t point;
   int shape;
-  bool is_inside;     ///< in the solid of the shape at the beginning of the step
+  bool is_inside;     ///< in the solid of the shape when the points were collected
   bool has_wall;      ///< false: a model farther away, or matter that another shape covers
   bool has_one_wall;  ///< `wall` alone bounds the motion; else only a search proves it free
   bool has_bound;     ///< `hessian` bounds the wall wherever the point may move
@@ -41,7 +41,7 @@ struct Near {
 /// exact searches for the few points without bounds. Servo thread: no allocation, every loop bounded.
 class NearPoints {
  public:
-  /// Most points near matter that a step tests; a point near two shapes counts twice.
+  /// Largest number of points near matter that a step tests; a point near two shapes counts twice.
   static constexpr std::size_t k_max = 2048;
 
   NearPoints(const TouchScene& scene, SceneWalls& walls, ProxyCounters& counters) noexcept;
@@ -57,8 +57,9 @@ class NearPoints {
   bool is_motion_free(const Placement& tool, const Placement& to, int skipped) noexcept;
   /// Returns true if no matter is within `mm` of the whole tool.
   bool is_free_within(const Placement& tool, double mm) noexcept;
-  /// Returns the share of a motion, within the margin, that is free for all points. If it is less than 1:
-  /// stopped() and stopping_wall(), unless `max_searches` (exact searches in volumes) were too few.
+  /// Returns the share of a motion, within the margin, that is free for all points. If it is less than 1,
+  /// stopped() and stopping_wall() are the point and the wall that stop the motion, unless `max_searches`
+  /// (exact searches in volumes) were too few.
   double free_share(const Placement& to, int max_searches) noexcept;
   /// Forgets the point that stopped a motion; free_share() keeps it until another one stops a motion earlier.
   void forget_stop() noexcept { stopped_ = k_max; }
@@ -73,7 +74,7 @@ class NearPoints {
   Near& operator[](std::size_t i) noexcept { return all_[i]; }
   const Near& operator[](std::size_t i) const noexcept { return all_[i]; }
   double margin() const noexcept { return margin_; }  ///< mm by which points may still move
-  double step_mm() const noexcept { return step_; }   ///< unit of margins
+  double margin_unit_mm() const noexcept { return step_; }
   /// Number of points in a solid when they were last collected.
   std::uint32_t inside_count() const noexcept { return inside_count_; }
   bool is_stopped() const noexcept { return stopped_ < count_; }

@@ -16,12 +16,12 @@ Status check_smallest_burr(const TouchScene& scene, double min_mm);
 /// For methods on the voxels of the scan: error if a burr may be narrower than the diagonal of a voxel, since
 /// its hole could then pass between voxel centres.
 Status check_burr_opens_voxels(const TouchScene& scene);
-/// Error if the scene allows cuts, and the method takes none.
+/// Error if the scene is prepared for burrs (TouchScene::smallest_burr), and the method takes no cuts.
 Status check_cuts(const TouchScene& scene, const MethodInfo& method);
 /// For methods with fixed models: error if an item is touched by depth images.
 Status check_has_no_depth(const TouchScene& scene);
-/// Checks that a scene with a tool radius has the offset fields for it. Also an error if the degrees of
-/// freedom of the tool are not those of the method.
+/// Checks that a scene with a tool radius has the offset fields for it. Also an error if the method does not
+/// take the tool.
 Status check_offsets(const TouchScene& scene, const MethodInfo& method);
 
 class ProxyMethod {

@@ -53,7 +53,7 @@ struct ProxyState {
   int touched_mover = -1;     ///< moving mesh that stopped the proxy in the last step; -1: no such mesh
   std::uint64_t version = 0;  ///< of the last step, for methods that test for growth only after a change
   PlaneMemory plane;
-  bool has_turn = false;             ///< tool_turn is set, for a tool of several balls
+  bool has_turn = false;             ///< tool_turn is set, for a tool with six degrees of freedom
   glm::dquat tool_turn{1, 0, 0, 0};  ///< rotation of the tool
   std::uint32_t balls_inside = 0;    ///< balls in a solid, one bit each; of a shell: the number of points
   bool has_on_meshes = false;
@@ -66,7 +66,7 @@ struct ProxyState {
     *this = ProxyState{};
     around = kept;
   }
-  /// Starts at a point.
+  /// Clears all state except the surroundings, and sets the proxy to a point.
   void begin_at(const glm::dvec3& point_volume) noexcept {
     forget();
     has_proxy = true;
@@ -92,7 +92,7 @@ inline constexpr int k_max_iterations = 8;
 /// Most points on the path of a step, of any method.
 inline constexpr int k_max_waypoints = 32;
 
-/// A contact of a tool of several balls.
+/// A contact of a tool with six degrees of freedom.
 struct ToolContact {
   glm::dvec3 point_world, normal_world;  ///< mm; unit, toward the tool
   double push;                           ///< mm; the force is this times the stiffness
@@ -144,7 +144,8 @@ struct ProxyResult {
   bool is_buried = false;
   /// Motion of the touched object at the contact since the last step, mm; method `scene`.
   glm::dvec3 carried_world{0.0};
-  glm::dvec3 turn_world{0.0};  ///< rotation from hand to tool of several balls: axis times 2 sin(angle / 2)
+  /// Rotation from the hand to a tool with six degrees of freedom: axis times 2 sin(angle / 2).
+  glm::dvec3 turn_world{0.0};
   int waypoint_count = 0;
   ProxyCounters counters;
 
@@ -160,7 +161,8 @@ struct ProxyResult {
 struct ProxyStep : ProxyResult {
   /// Points from the old proxy to the new one; each leg between them was checked.
   std::array<glm::dvec3, k_max_waypoints> path_volume;
-  ToolContacts contacts;  ///< of a tool of several balls; other tools have only the contact of ProxyResult
+  /// Contacts of a tool with six degrees of freedom; other tools have only the contact of ProxyResult.
+  ToolContacts contacts;
 
   ProxyStep() noexcept = default;
   ProxyStep(const ProxyStep& other) noexcept : ProxyResult(other), contacts(other.contacts) {

@@ -50,9 +50,9 @@ void update_near(const TouchScene& scene, const SceneLayout& layout, const Place
     if (distance_to(scene, layout, placements, s, hip) <= around.near_radius) around.nearby.flip(s);
 }
 
-/// Moves the proxy before a new model whose triangles, deviating from the previous surface, cover it:
-/// otherwise neither side would block it. Not if another wall is in between.
-void move_before(const TouchScene& scene, const SceneLayout& layout, SceneWalls& walls,
+/// Moves the proxy to the free side of a new model whose triangles, deviating from the previous surface,
+/// cover it: otherwise neither side would block it. Does nothing if another wall is in between.
+void move_out_of(const TouchScene& scene, const SceneLayout& layout, SceneWalls& walls,
                  const Placements& placements, int mesh, double reach, ProxyState& state,
                  dvec3& proxy) noexcept {
   const MeshTree& tree = walls.tree_of(mesh);
@@ -170,22 +170,22 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
   const Placements next = layout_.placements_of(scene, touch_state, input);
   const int previous_item = state.touched_mover;
   dvec3 start = state.has_proxy ? base.world_from_volume(state.proxy_volume) : input.hip_world;
-  const auto move_before_all = [&](const ShapeSet& shapes, const Placements& at, auto reach_of) {
+  const auto move_out_of_all = [&](const ShapeSet& shapes, const Placements& at, auto reach_of) {
     for (int s = shapes.next(0); state.has_proxy && s < item_count(scene); s = shapes.next(s + 1)) {
       update_near(scene, layout_, at, start, start, around);
       SceneWalls walls(scene, layout_, touch_state, state, at, result.counters);
-      move_before(scene, layout_, walls, at, s, reach_of(s), state, start);
+      move_out_of(scene, layout_, walls, at, s, reach_of(s), state, start);
     }
   };
   if (!around.new_models.is_empty()) {
     const dvec3& spacing = scene.base->frame.spacing();
     const double reach = 0.5 * std::max({spacing.x, spacing.y, spacing.z});
-    move_before_all(around.new_models, next, [&](int) { return reach; });
+    move_out_of_all(around.new_models, next, [&](int) { return reach; });
     around.new_models = ShapeSet{};
   }
   // New images show a surface a little off the previous one, where that was extrapolated.
   if (!adopted.is_empty())
-    move_before_all(adopted, around.has_placements ? around.placements : next, [&](int shape) {
+    move_out_of_all(adopted, around.has_placements ? around.placements : next, [&](int shape) {
       const depth::DepthSet* set = depth::set_in(touch_state, layout_.depth_of(shape));
       return set ? 2 * set->view.pixel + 2 * set->slack_before : 0.0;
     });

@@ -8,8 +8,9 @@ namespace trephine::haptics {
 
 /// All volumes and meshes in one solve: the slide of method `subvoxel` along smooth walls and facets
 /// together, so that the proxy rests in the corner of both where a model pierces a volume. A moving mesh
-/// carries the proxy along: the motion relative to the mesh is checked first; a proxy that the mesh would
-/// press into another wall is released and reported as buried. Only items near the tool are tested.
+/// carries the proxy along: the motion relative to the mesh is checked first. If other walls leave no free
+/// position, the mesh passes over the proxy, which is then reported as buried. Only items near the tool are
+/// tested.
 class SceneProxy final : public ProxyMethod {
  public:
   static constexpr MethodInfo k_info{.name = "scene",

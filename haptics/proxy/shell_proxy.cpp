@@ -29,7 +29,7 @@ constexpr double k_next_margin = 0.45;
 constexpr int k_rounds = 8, k_sweeps = 60, k_max_collections = 4;
 constexpr std::size_t k_max_bounds = 16;
 // Most exact searches for one motion, each of which costs as much as 30 proofs; beyond, it is shortened.
-constexpr int k_max_searches = 60, k_most_searches = NearPoints::k_max;  // the latter at the last try
+constexpr int k_max_searches = 60, k_last_try_searches = NearPoints::k_max;  // the latter at the last try
 constexpr std::uint32_t k_unknown_count = ~0u;  // ProxyState::balls_inside after points were left out
 
 /// Bound of a wall near a point on a motion, and the friction there.
@@ -85,7 +85,7 @@ class Shell {
   bool fly() noexcept;
   /// Finds the points near matter at the current pose.
   void find_near() noexcept {
-    near_.collect(tool_, std::min(need(), k_first_margin * near_.step_mm()));
+    near_.collect(tool_, std::min(need(), k_first_margin * near_.margin_unit_mm()));
     is_found_ = true;
     state_.balls_inside = near_.is_complete() ? near_.inside_count() : k_unknown_count;
   }
@@ -258,7 +258,7 @@ double Shell::advance(const Twist& t) noexcept {
   double share = size > near_.margin() ? near_.margin() / size : 1;
   for (int again = 0; again < 4; ++again) {  // a shortened motion takes other paths, to be proven again
     const Placement to = moved(tool_, share * t);
-    const double free = near_.free_share(to, again < 3 ? k_max_searches : k_most_searches);
+    const double free = near_.free_share(to, again < 3 ? k_max_searches : k_last_try_searches);
     if (free == 1) {
       tool_ = to;
       near_.move_to(to, share * size);
@@ -281,7 +281,7 @@ void Shell::run(ProxyStep& result) noexcept {
     ++result.counters.iterations;
     if (!(near_.margin() > k_still * voxel_)) {
       if (collections++ == k_max_collections) break;
-      near_.collect(tool_, std::min(need(), k_next_margin * near_.step_mm()));
+      near_.collect(tool_, std::min(need(), k_next_margin * near_.margin_unit_mm()));
     }
     find_bounds();
     if (share < 1 && near_.is_stopped()) {

@@ -22,7 +22,7 @@ class ShellProxy final : public ProxyMethod {
  public:
   static constexpr MethodInfo k_info{
       .name = "shell",
-      .meaning = "the whole surface of a rigid tool, six degrees of freedom, on the walls of scene",
+      .meaning = "the whole surface of a rigid tool, six degrees of freedom, on the walls of method scene",
       .source = "this project; Ortega, Redon and Coquillart 2007",
       .solid = MethodInfo::Solid::smooth,
       .is_baseline = false,

@@ -26,7 +26,7 @@ bool Slide<Walls>::add_flanks(const glm::dvec3& p_world, const Plane& plane, dou
                ww = glm::dot(hessian_w, w_voxel);
   const double half = 0.5 * (uu - ww), root = std::sqrt(half * half + uw * uw),
                bend = (0.5 * (uu + ww) + root) / plane.steepness;
-  constexpr double k_sharp = 0.5;  // bend per sample, times a sample: a radius of two
+  constexpr double k_sharp = 0.5;  // curvature times a sample: a radius of two samples
   const double sample_mm = walls_.sample_mm(plane.wall);
   if (!(bend * sample_mm > k_sharp)) return false;
   if (walls_.is_near_crease(plane.wall.shape, frame_.volume_from_world(p_world))) return false;
@@ -63,8 +63,8 @@ FrictionLoad Slide<Walls>::load_at(const glm::dvec3& p_world, const Planes& plan
   return friction_load(holding, hip_world_ - p_world);
 }
 
-/// Finds the point at `share` between `from` (0) and `to` (1) along the same walls, and updates `planes` to
-/// it. Returns false if there is no such point.
+/// Finds the point on the same walls near from_world + share * slide, and updates `planes` to it. `to`: the
+/// first guess, and the point found. Returns false if there is no such point.
 template <class Walls>
 bool Slide<Walls>::slide_by(const glm::dvec3& from_world, const glm::dvec3& slide, double share,
                             glm::dvec3& to, Planes& planes) noexcept {

@@ -8,7 +8,7 @@ namespace trephine::haptics {
 /// The proxy minimises its distance to the HIP (mm) in the free space of the smooth reconstruction
 /// (volume/fields/quadratic_patch.h), downhill from its last position: a straight motion to the first
 /// crossing, then Newton steps on the surface with its curvature, with up to three walls active at once
-/// (active sets after Ruspini, Kolarov and Khatib 1997), until the step is below a millionth of a voxel.
+/// (active sets after Ruspini, Kolarov and Khatib 1997), until the estimated error is about 1e-7 of a voxel.
 /// Every leg of its path is proven free of matter by bounds on the polynomials that it meets, so that a
 /// failed step costs accuracy, never a fall-through. Cost: 0.3 to 1 us in contact, whatever the volume's
 /// size.

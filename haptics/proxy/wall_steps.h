@@ -8,7 +8,7 @@
 
 namespace trephine::haptics {
 
-inline constexpr int k_max_planes = 4;        ///< walls that are active at once
+inline constexpr int k_max_planes = 4;        ///< walls at a point; at most three of them are active at once
 inline constexpr double k_short_step = 0.02;  ///< voxels: shorter steps follow a wall to second order
 
 /// A wall linearized at a point, in mm: a displacement p must satisfy normal . p <= room.

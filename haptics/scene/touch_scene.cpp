@@ -296,7 +296,8 @@ Result<volume::Shape> window_of_opacity(std::span<const double> intensities,
     return Error{.what = "the opaque intensities are not one interval",
                  .where = "opacity ramp",
                  .found = std::to_string(interval_count) + " intervals",
-                 .expected = "one interval; add one shape per interval"};
+                 .expected = "one interval",
+                 .remedy = "raise the threshold, or add one shape per interval"};
   return window;
 }
 

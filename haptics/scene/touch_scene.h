@@ -107,15 +107,16 @@ struct TouchItem {
   /// Triangles of a mesh; for a shape of a further volume, the surface that is drawn (world frame).
   std::shared_ptr<const MeshTree> tree = nullptr;
   Placement placement = {};  ///< fixed (no mover), or initial
-  int mover = -1;            ///< 0 to k_max_movers - 1: every step has its placement; -1: fixed
-  /// For images, not for contact; of a mesh or a shape of a further volume.
+  int mover = -1;            ///< index of its placement in the input of each step; -1: fixed
+  /// Matter that X-rays and other images show; not for contact. Of a mesh or a shape of a further volume.
   volume::Matter matter = volume::Matter::titanium;
 
   /// First ServoHand::layout that contains the item; in that layout it may overlap a proxy.
   std::uint64_t since = 0;
 
   /// Set for a mesh that is touched by depth images, which are drawn while a hand is near: the touched
-  /// triangles are in TouchState, and `tree` is the first shape. If its placement changes, it has a mover.
+  /// triangles are in TouchState, and `tree` is its surface at the start. Requires a mover if the object
+  /// moves or its placement changes.
   std::shared_ptr<const depth::DepthSource> depth = nullptr;
   double depth_pixel = 0.2;  ///< mm, size of a pixel of these images
   double depth_rate = 100;   ///< sets of images per second (Hz), if the mesh moves
@@ -123,7 +124,7 @@ struct TouchItem {
   bool is_mesh() const noexcept { return kind == Kind::mesh; }
 };
 TouchItem mesh_item(std::string name, std::shared_ptr<const MeshTree> tree, const Material& material = {});
-/// Makes an item from a drawable object; `tree` is its first shape.
+/// Makes an item from a drawable object; `tree` is its surface at the start.
 TouchItem depth_item(std::string name, std::shared_ptr<const depth::DepthSource> depth,
                      std::shared_ptr<const MeshTree> tree, const Material& material = {});
 
@@ -158,7 +159,8 @@ inline const Material& material_of(const TouchScene& scene, int index, Side side
   const TouchItem& item = item_of(scene, index);
   return side == Side::back && item.back_material ? *item.back_material : item.material;
 }
-/// Returns the stiffness, N/mm, of an item touched at a point (mm) with a unit normal toward the tool.
+/// Returns the stiffness, N/mm, of a touched item. `point_world`: tip of a point tool, or centre of the
+/// touching ball, mm; `normal_world`: unit, toward the tool.
 double stiffness_at(const TouchScene& scene, int index, Side side, const glm::dvec3& point_world,
                     const glm::dvec3& normal_world) noexcept;
 /// Returns the name for messages.

@@ -7,8 +7,8 @@
 
 namespace trephine::haptics {
 
-/// Buckets of about 3 % width from 1 ns to 4 s. add() on one thread; a read while it runs gives a recent
-/// state.
+/// Buckets of 1 ns up to 64 ns, then of about 3 % up to 68 s; longer durations count in the last one. Call
+/// add() on one thread. Any thread may read meanwhile, and gets a recent state.
 class Histogram {
  public:
   void add(std::uint64_t ns) noexcept {

@@ -12,7 +12,8 @@ using glm::dvec3;
 
 namespace {
 
-/// Returns true if a partly available item blocks: its part reaches beyond hand and proxy.
+/// Returns true if a partly available item blocks: its available part contains the surroundings of hand and
+/// proxy.
 bool is_part_ready(const ServoHand& hand, const ServoHand::Part& part, const ReadinessQuery& query,
                    double farthest) noexcept {
   const TouchItem& item = item_of(*hand.scene, part.item);

@@ -1,4 +1,4 @@
-// Readiness: which items of a hand cannot block it yet, because their data do not reach it.
+// Readiness: items that cannot block a hand yet, because their data around it are not available.
 #pragma once
 
 #include <optional>
@@ -11,17 +11,18 @@ namespace trephine::haptics {
 struct ReadinessQuery {
   glm::dvec3 hip_world{0.0}, proxy_world{0.0};
   double time = 0;        ///< s
-  int touched_item = -1;  ///< that the proxy touched in the previous tick; -1: no contact
+  int touched_item = -1;  ///< item that the proxy touched in the previous tick; -1: no contact
 };
 struct Readiness {
   ShapeSet not_ready;
-  /// Largest part of the force limit for the touched item, whose data are overdue; empty: no limit.
+  /// Share of the force limit, 0 to 1, that is left while depth images of the touched item are overdue;
+  /// empty: the whole limit.
   std::optional<double> fade = std::nullopt;
 };
 
-/// Finds the items that cannot block yet. A partly available item blocks within its part: around hand and
-/// proxy, with the voxels that are read around them. An item touched by depth images blocks where these show
-/// its surface, and fades when new images are overdue. Servo thread.
+/// Finds the items that cannot block yet. A partly available item blocks if its available part contains hand
+/// and proxy, with the voxels that are read around them. An item touched by depth images blocks where these
+/// show its surface, and its force fades when new images are overdue. Servo thread.
 Readiness readiness_of(const ServoHand& hand, const ReadinessQuery& query) noexcept;
 
 }  // namespace trephine::haptics

@@ -27,7 +27,8 @@ class Ring {
     written_.store(at + 1, std::memory_order_release);
     return true;
   }
-  /// Producer: values that the consumer has not read yet, and pushes that will succeed.
+  /// Producer: size() is the number of values that the consumer has not read yet, room() that of pushes that
+  /// will succeed.
   std::size_t size() const noexcept {
     return written_.load(std::memory_order_relaxed) - read_.load(std::memory_order_acquire);
   }

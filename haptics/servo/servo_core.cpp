@@ -198,7 +198,7 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
     active_force_ = dvec3(0);
     std::optional<dvec3> held_tip;
     if (hand.laws) {
-      // As in the record below, whose buttons are cleared alike, so that a replay has the same input.
+      // Under this condition the record below keeps its buttons, so that a replay has the same input.
       const bool is_working =
           input.pose.is_pressed() && !is_escaping_ && ((guard_.faults() | faults) & k_latched_faults) == 0;
       const LawForces forces =

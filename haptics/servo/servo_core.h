@@ -140,8 +140,8 @@ HandPlacements placements_before(const Cores& cores, std::uint64_t tick) noexcep
   return all;
 }
 
-/// Flushes denormals to zero on this thread during its lifetime, as servo threads do, so that a replay makes
-/// the same bits.
+/// Flushes denormals to zero on this thread during its lifetime, as servo threads do, so that a replay
+/// computes the same bits.
 class DenormalsFlushed {
  public:
   DenormalsFlushed() noexcept;

@@ -90,8 +90,9 @@ Status ServoLoop::start() {
     channel_->close_reader(reader_);
     for (Hand& hand : hands_) hand.device->close();
     return Error{.what = "the scene has fewer hands than devices",
-                 .found = std::to_string(hands_.size()),
-                 .expected = "at most " + std::to_string(known)};
+                 .found = std::to_string(hands_.size()) + " devices",
+                 .expected = "at most " + std::to_string(known),
+                 .remedy = "publish a scene with a hand per device first"};
   }
   is_stopping_ = false;
   thread_ = std::thread([this] { run(); });

@@ -20,8 +20,8 @@ struct ServoOptions {
   ForceOptions force;
   double watchdog_seconds = 0.1;  ///< a later tick fades the force
   double lag_seconds = 0.5;       ///< a longer lag of the edits makes the scene stale: the force fades
-  /// Capacity for records of ticks that wait for the edits; 0: twice those of `lag_seconds` at this rate. A
-  /// smaller ring makes the scene stale when half full.
+  /// Number of records that may wait for the edits; 0: twice as many as arise in `lag_seconds`, at least
+  /// 4096. A ring that is half full makes the scene stale.
   std::size_t ring_capacity = 0;
   bool wants_realtime = true;  ///< SCHED_FIFO and locked memory, if permitted
 };
@@ -36,10 +36,12 @@ struct ServoReport {
   std::string notice;  ///< refused real-time privileges, as text; empty when all were granted
 };
 
-/// One thread for all hands: each tick reads, steps and answers every device, on one version.
+/// One thread for all hands: each tick reads every device, steps its hand and writes its wrench, all on one
+/// scene.
 class ServoLoop {
  public:
-  /// Borrows its arguments for its lifetime. `first_tick`: number of the first tick (of a resumed session).
+  /// Borrows devices and channel for its lifetime. `first_tick`: number of the first tick, for a resumed
+  /// session.
   ServoLoop(std::span<Device* const> devices, ServoChannel& channel, const ServoOptions& options,
             std::uint64_t first_tick = 0);
   /// For one hand.
@@ -58,7 +60,7 @@ class ServoLoop {
   /// is full, whole ticks are dropped: the proxies stop, the force fades out, and the fault is latched.
   Ring<ServoRecord>& records() noexcept { return ring_; }
   /// Requests that the servo set a hand's proxy on a free point (volume frame) at its next tick, with force
-  /// from zero. Call on one thread, the edit thread.
+  /// from zero. Requests beyond 16 between two ticks are dropped. Call on one thread, the edit thread.
   void request_restart(const glm::dvec3& free_point_volume, std::size_t hand = 0) noexcept;
   /// Clears latched faults of all hands at the next tick; their proxies start again at the HIP, the force
   /// from zero. Call on the user's request, after the cause is removed.

@@ -36,7 +36,7 @@ void fields_of(ProxyState& s, Fields& fields) {
   fields(s.has_proxy, s.proxy_volume, s.inside, s.had_contact, s.is_sticking, s.touched_mover, s.version,
          s.plane, s.has_turn, s.tool_turn, s.balls_inside, s.has_on_meshes, s.on_meshes_world, s.around);
 }
-/// Leaves out path and counters, which belong to one tick only.
+/// Leaves out path, contacts and counters, which belong to one tick only.
 template <class Fields>
 void fields_of(ProxyStep& s, Fields& fields) {
   fields(s.proxy_world, s.normal_world, s.has_contact, s.shape, s.side, s.is_buried, s.carried_world,
@@ -76,7 +76,8 @@ concept HasFields = requires(T& value, Fields& fields) {
 
 constexpr double k_max = 1e12;  // in any unit
 
-/// Writes or reads every field; invalid positions and numbers are refused.
+/// Writes or reads every field; booleans other than 0 and 1, and numbers that are not finite or beyond k_max,
+/// are refused.
 template <bool k_is_saving>
 struct Fields {
   std::string* out = nullptr;
@@ -141,8 +142,8 @@ bool is_item(int index, const TouchScene& scene) noexcept { return index >= -1 &
 
 bool is_side(Side side) noexcept { return side <= Side::both; }
 
-/// Returns true in the range in which voxels can be counted.
-bool is_near(const glm::dvec3& p_volume) noexcept {
+/// Returns true if a voxel index is within the range of the voxel traversal.
+bool is_in_traversal_range(const glm::dvec3& p_volume) noexcept {
   const glm::dvec3 a = glm::abs(p_volume);
   return std::max({a.x, a.y, a.z}) < 0.25 * volume::k_traversal_limit;
 }
@@ -157,7 +158,7 @@ std::string ServoMemory::save(const ServoCore& core, const ServoHand& hand) {
   ShapeSet& passable = copy.state_.around.passable;
   for (int s = passable.next(item_count(*hand.scene)); s < ShapeSet::k_max; s = passable.next(s + 1))
     passable.set(s, false);
-  // Serials are those of this run: only their being the newest is saved.
+  // Serials are valid in this run only: 1 stands for the newest one.
   copy.layout_ = 1;
   copy.state_.version = hand.state.version && core.state_.version == hand.state.version->serial();
   std::string out;
@@ -172,8 +173,8 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& hand, ServoCore&
   result.each_field(fields);
   const TouchScene& scene = *hand.scene;
   const ProxyState& state = result.state_;
-  bool is_good = fields.is_good && fields.in.empty() && is_near(state.proxy_volume) &&
-                 is_near(result.anchor_volume_) &&
+  bool is_good = fields.is_good && fields.in.empty() && is_in_traversal_range(state.proxy_volume) &&
+                 is_in_traversal_range(result.anchor_volume_) &&
                  (!result.is_escaping_ || result.next_position_ <= result.escape_path_.count);
   for (const int item : {result.touched_item_, result.last_shape_, result.popped_shape_, result.step_.shape,
                          state.touched_mover, state.plane.shape})
@@ -184,7 +185,7 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& hand, ServoCore&
     is_good = is_good && std::abs(glm::length(recent.pose.rotation) - 1) < 1e-6;
   for (const Side side : {result.step_.side, result.popped_side_}) is_good = is_good && is_side(side);
   for (std::uint32_t i = 0; i < result.escape_path_.count; ++i)
-    is_good = is_good && is_near(result.escape_path_.positions_volume[i]);
+    is_good = is_good && is_in_traversal_range(result.escape_path_.positions_volume[i]);
   for (const ShapeSet& items : {state.inside, state.around.nearby, state.around.passable,
                                 state.around.new_models, result.not_ready_, result.reported_not_ready_})
     is_good = is_good && items.next(item_count(scene)) == ShapeSet::k_max;
@@ -192,7 +193,7 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& hand, ServoCore&
     is_good = !item_of(scene, s).is_mesh();
   const auto is_share = [](double share) { return share >= 0 && share <= 1; };
   is_good = is_good && is_share(result.guard_.fade()) && is_share(result.passivity_.softness());
-  // A device would render it at once.
+  // A device would render a wrench beyond the limits at once.
   for (const Wrench& wrench : {result.guard_.last(), result.last_})
     is_good = is_good && glm::length(wrench.force_world) <= 1.001 * result.force_limit_ &&
               glm::length(wrench.torque_world) <= 1.001 * result.guard_.torque_limit();
@@ -200,7 +201,7 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& hand, ServoCore&
   result.layout_ = result.layout_ == 1 ? hand.layout : ~std::uint64_t{0};
   result.state_.version =
       result.state_.version == 1 && hand.state.version ? hand.state.version->serial() : ~std::uint64_t{0};
-  if (hand.laws) result.laws_.belong_to(*hand.laws);
+  if (hand.laws) result.laws_.bind_loaded(*hand.laws);
   core = result;
   return true;
 }

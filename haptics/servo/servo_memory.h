@@ -9,15 +9,16 @@
 namespace trephine::haptics {
 
 struct ServoMemory {
-  /// `hand`: the scene of the core's last step.
+  /// `hand`: touchable data of the core's hand in the current scene.
   static std::string save(const ServoCore& core, const ServoHand& hand);
   /// Loads into a core with the same options, hand and period. Returns false, with the core unchanged, if the
   /// bytes are broken or refer to items that `hand` does not have.
   static bool load(std::string_view bytes, const ServoHand& hand, ServoCore& core);
 };
 
-/// Write and read the complete record of a tick, exactly.
+/// Appends the complete record of a tick, exactly.
 void put_record(std::string& out, const ServoRecord& record);
+/// Reads a record and removes it from `in`. Returns false if the bytes are invalid.
 bool get_record(std::string_view& in, ServoRecord& record);
 
 }  // namespace trephine::haptics

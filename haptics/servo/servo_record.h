@@ -11,8 +11,8 @@
 
 namespace trephine::haptics {
 
-/// Work done on the hand, N mm: the sum of F_k (x_{k+1} - x_k) over the holds (passivity observer, Hannaford
-/// & Ryu 2002).
+/// Work done on the hand, N mm: the sum of F_k (x_{k+1} - x_k) over the ticks, in each of which the force F_k
+/// is held (passivity observer, Hannaford & Ryu 2002).
 struct EnergyLedger {
   double contact = 0;    ///< by surfaces and friction after smoothing, and by springs and dampers
   double friction = 0;   ///< part of `contact` along the surface
@@ -25,12 +25,12 @@ struct EnergyLedger {
 /// Event detected in a tick.
 struct TouchEvent {
   enum Kind : std::uint8_t {
-    touched,          ///< a shape that was not touched in the previous tick
+    touched,          ///< the proxy touches a shape that it did not touch in the previous tick
     untouched,        ///< a shape is no longer touched
     popped,           ///< the tool was pressed through a shape
     rearmed,          ///< a popped shape may block again
-    not_ready,        ///< a touchable shape cannot block: its bits are not available yet
-    ready,            ///< it can block now
+    not_ready,        ///< a touchable item cannot block: its data around the hand are not available yet
+    ready,            ///< an item that was not ready can block
     lost_resistance,  ///< a track left its tissue (haptics/force/effects.h)
     met_resistance,   ///< a track entered a tissue
   } kind = touched;
@@ -49,13 +49,13 @@ struct ServoRecord {
   glm::dvec3 proxy_world{0.0}, normal_world{0.0}, force_world{0.0};  ///< mm, unit, N
   glm::dvec3 torque_world{0.0};                                      ///< N mm
   glm::dvec3 contact_force_world{0.0};  ///< N, by surfaces only, before effects, fades and the final limits
-  glm::dvec3 turn_world{0.0};  ///< rotation from hand to tool of several balls, by turn_between(), radians
+  glm::dvec3 turn_world{0.0};           ///< rotation from the hand to a rotating tool, by turn_between(), rad
   bool has_contact = false, is_buried = false;
   bool is_escaping = false;  ///< the proxy is led out of restored matter
   int shape = -1;            ///< the touched item
   Side side = Side::none;
   std::uint32_t faults = 0;  ///< latched ones, and those of this tick
-  std::uint32_t raised = 0;  ///< ServoInput::faults, and that of an invalid pose
+  std::uint32_t raised = 0;  ///< ServoInput::faults, and those of an invalid pose or a missing hand
   bool is_reset = false, is_restarted = false;
   glm::dvec3 restart_volume{0.0};  ///< see ServoInput; valid if is_restarted
   std::uint8_t hand = 0;

@@ -1,5 +1,5 @@
 // ServoScene: all touchable data of a servo, prepared on another thread and adopted by one pointer per tick.
-// Otherwise a tick receives only poses and faults.
+// All other input of a tick is in ServoInput.
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@
 
 namespace trephine::haptics {
 
-/// Escape path of a proxy that restored matter covers: its previous positions, newest first, up to one that
-/// is free then.
+/// Escape path of a proxy that restored matter covers: some of its previous positions, newest first; the last
+/// one is free of the restored matter.
 struct EscapePath {
   static constexpr std::size_t k_max_positions = 64;
   std::uint64_t serial = 0;  ///< of the first ServoScene with that matter
@@ -31,15 +31,15 @@ struct ServoHand {
   std::shared_ptr<const TouchScene> scene;    ///< items that it may touch, with its tool's geometry
   std::shared_ptr<const ProxyMethod> method;  ///< prepared for that scene
   std::uint64_t layout = 0;                   ///< changes with the scene or method
-  /// Sets other items or another method, prepared for them. The base stays, and items that stay keep their
-  /// indices; switches, readiness and placements stay too, except parts of removed items.
+  /// Sets other items or another method, prepared for them. Requires the same base, and the same indices for
+  /// items that stay. Placements stay, and so does what set_touchable() and set_ready() set for these items.
   void set_scene(std::shared_ptr<const TouchScene> items, std::shared_ptr<const ProxyMethod> prepared);
   TouchState state;
   std::shared_ptr<const LawSet> laws;             ///< null: no force in addition to those of surfaces
   std::shared_ptr<const EscapePath> escape_path;  ///< the newest; null: no path yet
   bool has_pops = false;                          ///< some material of the scene has a pop force
 
-  /// Sets whether an item may block the hand, and whether its bits are available; both are true at the start.
+  /// Sets whether an item may block the hand, and whether its data are available; both are true at the start.
   /// A touchable item that is not ready lets the hand through, and the next tick emits an event.
   void set_touchable(int item, bool is_touchable) noexcept { untouchable.set(item, !is_touchable); }
   void set_ready(int item, bool is_ready) noexcept;
@@ -69,21 +69,22 @@ struct ServoHand {
     Placement grip;   ///< placement of the mesh in the frame of the hand
   };
   void set_held(int mover, std::uint8_t by, const Placement& grip) noexcept;
-  void let_go() noexcept { held_count = 0; }  ///< releases all of them
+  void release_held() noexcept { held_count = 0; }
   std::array<Held, TouchScene::k_max_movers> held;
   std::size_t held_count = 0;
 };
 
 struct ServoScene {
   static constexpr std::size_t k_max_hands = 4;
-  std::uint64_t serial = 0;      ///< increases with every published scene; ticks record it
-  std::vector<ServoHand> hands;  ///< as many in every scene; a hand without entry gets no force, and faults
-  bool has_held = false;         ///< some hand touches a mesh that another one holds
+  std::uint64_t serial = 0;  ///< increases with every published scene; ticks record it
+  /// The number of hands is constant. A core without an entry raises fault_stale_scene; its force fades.
+  std::vector<ServoHand> hands;
+  bool has_held = false;  ///< some hand touches a mesh that another one holds
 };
 
 using ServoChannel = Channel<ServoScene>;
 
-/// Returns a shared pointer to a value that outlives its users.
+/// Returns a shared pointer that does not own the value; the value must outlive all copies of the pointer.
 template <class T>
 std::shared_ptr<const T> borrowed(const T& value) noexcept {
   return {std::shared_ptr<void>(), &value};

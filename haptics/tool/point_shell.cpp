@@ -21,8 +21,8 @@ namespace {
 constexpr double k_farthest = 300, k_finest = 0.02;  // mm
 
 constexpr double k_sharp_cosine = 0.94;  // faces that meet at more than 20 degrees form a sharp edge
-// Shares of the spacing: candidates lie at most 0.2 from any point of the surface, samples 0.8 from any
-// candidate.
+// Shares of the spacing: a candidate is at most 0.24 from any point of the surface, and a sample at most 0.75
+// from any candidate.
 constexpr double k_candidate_step = 0.33, k_apart = 0.75, k_edge_apart = 0.5;
 
 struct Candidate {
@@ -37,9 +37,9 @@ std::string point_text(const dvec3& p) {
   return text;
 }
 
-/// Returns true if a surface (mm2) may do with k_max_points: their disks, of half the distance between
-/// points, cover at most 0.91 of a plane.
-bool is_few(double area, double spacing) {
+/// Returns true if k_max_points may suffice for a surface (mm2): disks around the points, with half their
+/// distance as radius, cover at most 0.91 of a plane.
+bool fits_point_limit(double area, double spacing) {
   return area <= 2 * static_cast<double>(PointShell::k_max_points) * spacing * spacing;
 }
 Error too_many_points(double spacing) {
@@ -76,10 +76,10 @@ class CellGrid {
   std::unordered_map<std::uint64_t, std::vector<dvec3>> cells_;
 };
 
-/// Two triangles at an edge, or one.
+/// An edge of one triangle, with the smaller vertex index first.
 struct Edge {
   std::uint32_t a, b, triangle;
-  bool is_reversed;
+  bool is_reversed;  ///< the triangle leads from b to a
 };
 
 class Sampler {
@@ -165,7 +165,7 @@ class Sampler {
   Status take_faces(CellGrid& grid, std::vector<PointShell::Point>& points) const {
     double area = 0;
     for (std::uint32_t t = 0; t < triangles_.size() / 3; ++t) area += glm::length(area_vector(t));
-    if (!is_few(area, spacing_)) return too_many_points(spacing_);
+    if (!fits_point_limit(area, spacing_)) return too_many_points(spacing_);
     std::vector<Candidate> all;
     const double step = k_candidate_step * spacing_;
     for (std::uint32_t t = 0; t < triangles_.size() / 3; ++t) {
@@ -327,7 +327,7 @@ Status PointShell::check(const ToolProfile& profile) {
                  .where = where,
                  .found = found,
                  .expected = expected,
-                 .remedy = "list position and radius of each ring, from the tip toward the hand"};
+                 .remedy = "list the rings from the tip toward the hand; use a spacing of 0.02 mm or more"};
   };
   const std::vector<ToolProfile::Ring>& rings = profile.rings;
   if (rings.size() < 2 || rings.size() > ToolProfile::k_max_rings)
@@ -347,7 +347,7 @@ Status PointShell::check(const ToolProfile& profile) {
   }
   if (!(rings.back().along > rings.front().along)) return invalid("profile", "no length", "rings apart");
   if (!(profile.spacing >= k_finest)) return invalid("spacing", mm(profile.spacing), "0.02 mm or more");
-  if (!is_few(area, profile.spacing)) return too_many_points(profile.spacing);
+  if (!fits_point_limit(area, profile.spacing)) return too_many_points(profile.spacing);
   return std::nullopt;
 }
 

@@ -42,9 +42,9 @@ class PointShell {
   static constexpr std::size_t k_max_stack = 64;
 
   /// Samples a closed mesh whose triangles are counter-clockwise as viewed from outside. Every point of the
-  /// surface is at most `spacing_mm` from a sample; samples are at least half of it apart. Error if the mesh
-  /// is open or empty, faces inward, or needs too many points. Cost: n log n of the candidates, about nine
-  /// per point.
+  /// surface is at most `spacing_mm` from a sample; samples are at least half of it apart, except corners
+  /// where sharp edges meet. Error if the mesh is open or empty, faces inward, or needs too many points.
+  /// Cost: n log n for n candidates, about nine per point.
   static Result<SharedShell> of_mesh(std::span<const glm::dvec3> vertices,
                                      std::span<const std::uint32_t> triangles, double spacing_mm);
   /// Samples a body of revolution. Error as above, or as by check().

@@ -120,7 +120,7 @@ Result<SharedTool> sampled(const SharedTool& tool);
 /// Makes a rigid tool of balls of one radius (mm) at these centres (mm, frame of the hand); no centres: a
 /// ball at the HIP, or a point if the radius is 0. Error if the balls form no valid tool.
 Result<SharedTool> make_tool(double radius_mm, std::span<const glm::dvec3> centres = {});
-/// Makes a rigid tool of balls, each of its own radius. Error if they form no valid tool.
+/// Makes a rigid tool of balls, each of its own radius; no balls: a point. Error if they form no valid tool.
 Result<SharedTool> make_tool(std::vector<ToolShape::Ball> balls);
 
 }  // namespace trephine::haptics

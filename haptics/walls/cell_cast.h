@@ -13,8 +13,8 @@ namespace trephine::haptics {
 /// Casts a motion against a surface in cells: cubes between the points of a lattice of `size`.
 /// `surface.triangles_of_cell(cell, use)` makes the triangles that the inside of a cell may meet,
 /// counter-clockwise in the lattice as viewed from the free side. `empty_box(point)`: a box of points around
-/// one without solids near; low > high if unknown. `is_hit`: another object was met at hit.t, and only a
-/// nearer hit counts. Returns true for a nearer hit: sets all of `hit` but the shape.
+/// `point` without solids near them; low > high if unknown. `is_hit`: another object was met at hit.t, and
+/// only a nearer hit counts. Returns true for a nearer hit: sets all of `hit` but the shape.
 template <class Surface, class EmptyBox>
 bool cast_on_cells(const Surface& surface, const volume::Frame& frame, const glm::ivec3& size,
                    const EmptyBox& empty_box, const glm::dvec3& a, const glm::dvec3& b, bool is_front,
@@ -24,7 +24,7 @@ bool cast_on_cells(const Surface& surface, const volume::Frame& frame, const glm
   bool is_nearer = false;
   const dvec3 motion = b - a;
   const TriangleCrossing crossing(a, motion);
-  // Cells are between the traversal's voxels: shifted by half a step.
+  // A cell begins at a lattice point, a voxel of the traversal half a step before it: shifts the motion.
   const volume::VoxelBox box{ivec3(-1), size - 1};
   volume::VoxelWalk walk(volume::Segment(a - 0.5, b - 0.5), box);
   while (!walk.is_done()) {

@@ -31,7 +31,7 @@ dvec3 turned_away(dvec3 direction, std::span<const dvec3> normals) noexcept {
 dvec3 SmoothWalls::above_step(const Wall& wall, const dvec3& p, std::span<const dvec3> normals_world,
                               glm::bvec3& is_kept) noexcept {
   constexpr double k_free = 1e-6, k_max_square = 1;  // voxels, their square
-  constexpr double k_across = 0.05;  // share of a gradient below which its wall is across the motion
+  constexpr double k_across = 0.05;  // share of a gradient along the free axes; with less its wall is ignored
   const ivec3 here = volume::voxel_of(p);
   for (int a = 0; a < 3; ++a) is_kept[a] = is_kept[a] || here[a] != wall.cube[a];
   std::array<dvec3, 8> gradients;

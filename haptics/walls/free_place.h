@@ -6,8 +6,7 @@
 namespace trephine::haptics {
 
 /// Returns true if a proxy may be set at this point (volume frame), for any solid that methods touch: cubes,
-/// triangles or the smooth one. Tests the shapes of the scene's first volume. Microseconds; not for the
-/// servo.
+/// triangles or the smooth one. Tests the shapes of the base only. Cost: microseconds; not for the servo.
 bool is_free(const TouchScene& scene, const TouchState& touch_state, const glm::dvec3& place) noexcept;
 
 }  // namespace trephine::haptics

@@ -68,14 +68,16 @@ SceneLayout::Box world_box(const dvec3& low, const dvec3& high, const Placement&
 
 namespace {
 Error too_many(const char* what, int found, int limit) {
-  return {what, "scene", std::to_string(found), "at most " + std::to_string(limit), ""};
+  return {what, "scene", std::to_string(found), "at most " + std::to_string(limit), "touch fewer of them"};
 }
 }  // namespace
 
 Status SceneLayout::add_voxels(const TouchScene& scene, int index) {
   const TouchItem& shape = item_of(scene, index);
   if (!shape.bits)
-    return Error{.what = "a touchable shape has no occupancy", .where = shape.field.shape().name};
+    return Error{.what = "a touchable shape has no occupancy",
+                 .where = shape.field.shape().name,
+                 .remedy = "build it with Occupancy::build()"};
   const volume::Volume& scan = shape.field.volume();
   boxes_.push_back(matter_box(shape));
   if (&scan == scene.base.get() && static_cast<std::size_t>(index) >= base_shapes(scene).size())
@@ -112,10 +114,11 @@ Status SceneLayout::add_voxels(const TouchScene& scene, int index) {
 }
 
 Status SceneLayout::add_mesh(const TouchItem& mesh, int index) {
-  if (!mesh.tree) return Error{.what = "a mesh has no search tree", .where = mesh.name};
+  if (!mesh.tree)
+    return Error{.what = "a mesh has no search tree", .where = mesh.name, .remedy = "set TouchItem::tree"};
   if (mesh.depth) {
     if (mesh.mover < 0 && mesh.depth->is_moving(0))
-      return Error{.what = "a moving item has no mover", .where = mesh.name, .expected = "a mover"};
+      return Error{.what = "a moving item has no mover", .where = mesh.name, .remedy = "set its mover"};
     depth_of_.back() = static_cast<int>(depths_.size());
     depths_.push_back(index);
     if (depths_.size() > TouchScene::k_max_depths)
@@ -148,7 +151,7 @@ std::array<Placement, TouchScene::k_max_movers> SceneLayout::placements_of(
   std::array<Placement, TouchScene::k_max_movers> placements;
   for (std::size_t m = 0; m < placements.size(); ++m)
     if (const int shape = movers_[m]; shape >= 0) {
-      placements[m] = set_place(item_of(scene, shape), input);
+      placements[m] = given_placement(item_of(scene, shape), input);
       if (const int d = depth_of(shape); d >= 0)
         if (const depth::DepthSet* set = depth::set_in(touch_state, d))
           placements[m] = placements[m] * set->displacement_at(input.time);
@@ -167,17 +170,17 @@ ShapeSet SceneLayout::adopt_sets(const TouchScene& scene, const TouchState& touc
     adopted.set(depths_[d], true);
     const int mover = item_of(scene, depths_[d]).mover;
     if (!set || mover < 0) continue;
-    // As extrapolated by the previous set: the object may have turned back since.
+    // By the extrapolation of the previous set: the object may have moved differently since.
     Placement& previous = around.placements[static_cast<std::size_t>(mover)];
     previous = last + 1 == serial && last > 0
                    ? previous * set->extrapolated.inverse()
-                   : set_place(item_of(scene, depths_[d]), input) * set->displacement_at(around.time);
+                   : given_placement(item_of(scene, depths_[d]), input) * set->displacement_at(around.time);
   }
   around.time = input.time;
   return adopted;
 }
 
-const Placement& SceneLayout::set_place(const TouchItem& mesh, const ProxyInput& input) noexcept {
+const Placement& SceneLayout::given_placement(const TouchItem& mesh, const ProxyInput& input) noexcept {
   const bool is_set = mesh.mover >= 0 && static_cast<std::size_t>(mesh.mover) < input.movers.size();
   return is_set ? input.movers[static_cast<std::size_t>(mesh.mover)] : mesh.placement;
 }
@@ -195,8 +198,7 @@ Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
   if (static_cast<int>(layout.parts_.size()) > k_max_volumes)
     return too_many("too many volumes to touch at once", static_cast<int>(layout.parts_.size()),
                     k_max_volumes);
-  // As fine as the finest voxels. If there are voxels, they alone determine the length of legs: a tiny model
-  // would make all legs tiny.
+  // Voxels alone, if there are any, determine the length of legs: a tiny model would make all legs tiny.
   double finest = layout.parts_.empty() ? k_step : 1e300;
   for (const TouchItem& item : scene.items) {
     if (!item.is_mesh()) {
@@ -415,7 +417,6 @@ volume::QuadraticPatch::HessianBound SceneWalls::hessian_bound_around(const Wall
 /// Returns bounds of a volume's function along the axes of the scene.
 volume::QuadraticPatch::HessianBound SceneWalls::in_scene_frame(
     const volume::QuadraticPatch::HessianBound& own, int i) const noexcept {
-  // Bounds of |second derivatives| along the scene's axes.
   const glm::dmat3 map(glm::abs(part(i).from_scene[0]), glm::abs(part(i).from_scene[1]),
                        glm::abs(part(i).from_scene[2]));
   const volume::Jet as_jet{{0, dvec3(0)}, own.pure, own.cross};

@@ -19,7 +19,7 @@ class SceneLayout {
     int begin, end;                               ///< its shapes: begin .. end - 1
     std::shared_ptr<const TouchState> untouched;  ///< null: the base, with the state of the step
     const volume::Frame* frame;                   ///< of its walls
-    glm::dmat3 from_scene;                        ///< maps displacements of the scene's frame to it
+    glm::dmat3 from_scene;                        ///< maps displacements of the scene's frame to `frame`
     double plane_distance;                        ///< mm, least distance between adjacent planes of voxels
   };
   struct Box {
@@ -34,20 +34,20 @@ class SceneLayout {
   const volume::Frame& frame() const noexcept { return frame_; }
   const std::vector<Part>& parts() const noexcept { return parts_; }
   double sample_mm() const noexcept { return sample_mm_; }
-  /// Returns the mesh of each mover, as a shape; -1: no mesh.
+  /// Returns the mesh of each mover, as an index of TouchScene::items; -1: no mesh.
   const std::array<int, TouchScene::k_max_movers>& movers() const noexcept { return movers_; }
-  /// Returns the current placement of each of these meshes, including resting ones. The own motion of an
-  /// object is extrapolated from its images.
+  /// Returns the current placement of each of these meshes. That of an item touched by depth images includes
+  /// the motion extrapolated from its images.
   std::array<Placement, TouchScene::k_max_movers> placements_of(const TouchScene& scene,
                                                                 const TouchState& touch_state,
                                                                 const ProxyInput& input) const noexcept;
-  /// Adopts new depth images: sets the previous placements in `around` to where these images show their
-  /// objects. Returns the shapes with new images. Call first in a step, while `around` is that of the
-  /// previous step.
+  /// Adopts new depth images: converts the previous placements in `around`, so that they refer to the new
+  /// images. Returns the items with new images. Call first in a step, while `around` is that of the previous
+  /// step.
   ShapeSet adopt_sets(const TouchScene& scene, const TouchState& touch_state, const ProxyInput& input,
                       Surroundings& around) const noexcept;
   /// Returns the placement that was set for a mesh, without its own motion.
-  static const Placement& set_place(const TouchItem& mesh, const ProxyInput& input) noexcept;
+  static const Placement& given_placement(const TouchItem& mesh, const ProxyInput& input) noexcept;
   /// Returns the index of an item among those touched by depth images; -1: not touched by images.
   int depth_of(int shape) const noexcept { return depth_of_[static_cast<std::size_t>(shape)]; }
   /// Returns the items touched by depth images.
@@ -134,7 +134,8 @@ class SceneWalls {
                WallList& walls) noexcept;
 
   const Placement& placement_of(int mesh_shape) const noexcept;
-  /// Returns the mesh of an item; for depth images that of the set, which is empty if no images were made.
+  /// Returns the triangles of a mesh; for an item touched by depth images those of its current set, or none
+  /// without a set.
   const MeshTree& tree_of(int mesh) const noexcept;
   bool is_mesh(int shape) const noexcept { return item_of(scene_, shape).is_mesh(); }
 

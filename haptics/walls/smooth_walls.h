@@ -67,8 +67,8 @@ class SmoothWalls {
         is_cut_(!is_round_ && !version_->is_untouched()),
         is_fine_(!version_->lattice().is_of_voxels()) {}
 
-  /// Uses a larger cache, for a step that meets hundreds of cubes. Several objects may share it if each has
-  /// other shapes.
+  /// Uses a larger cache, for a step that meets hundreds of cubes. Several objects may share it if they have
+  /// no shape in common.
   struct LargeCache;
   void use(LargeCache& cache) noexcept { large_ = &cache; }
 
@@ -95,16 +95,16 @@ class SmoothWalls {
   /// updated where a shape lets it pass.
   Reach reach(const glm::dvec3& a, const glm::dvec3& b, ShapeSet& inside, double tolerance) noexcept;
 
-  /// Returns true if there is no matter of the shape within `steps` of p, counted in planes of voxels, or
-  /// within `mm` of p in removed matter. Conservative: false near matter does not mean that there is some.
-  /// For points, not for balls.
+  /// Returns true if it is proven that there is no matter of the shape within `steps` of p, counted in planes
+  /// of voxels, or that p is at least `mm` deep in removed matter; also if the front of the shape does not
+  /// block. False does not mean that there is matter. For points, not for balls.
   bool is_free_within(int shape, const glm::dvec3& p, double steps, double mm) const noexcept;
   /// Returns true if p is in the solid of the shape.
   bool is_solid(int shape, const glm::dvec3& p) noexcept;
   /// Returns the derivatives of a wall's function at p; its value is negative in free space.
   volume::Jet jet(const Wall& wall, const glm::dvec3& p) noexcept;
   volume::ValueAndGradient value_and_gradient(const Wall& wall, const glm::dvec3& p) noexcept;
-  /// The cubes in the box of two points: voxels, or samples for a cut.
+  /// Two points, which stand for the cubes in their box: voxels, or samples for a cut.
   struct Span {
     glm::dvec3 a, b;
     Span(const glm::dvec3& from, const glm::dvec3& to) noexcept : a(from), b(to) {}
@@ -139,14 +139,14 @@ class SmoothWalls {
   bool is_near_cut(const glm::ivec3& v) const noexcept;
 
   /// Returns a point next to p, away from the walls with these unit normals (into the solid), at which a wall
-  /// that is a step does not block; p if no point near does. Adds the coordinates of the face between p and
-  /// the step to `is_kept`, and changes none of these.
+  /// that is a step does not block; p if there is no such point near it. Adds to `is_kept` the axes
+  /// perpendicular to the faces between p and the step; along these axes the point has the coordinates of p.
   glm::dvec3 above_step(const Wall& wall, const glm::dvec3& p, std::span<const glm::dvec3> normals_world,
                         glm::bvec3& is_kept) noexcept;
 
-  /// Finds the walls of one shape on which p, on the side `is_inside`, may rest: the freer one from outside,
-  /// field and cut from inside; of a creased cube the sheets nearest to p. Returns their number; `within` is
-  /// for walls of other kinds.
+  /// Finds the walls of one shape on which p may rest: if the shape is in `inside`, field and cut; else the
+  /// one that leaves more room, or in a creased cube the sheets nearest to p. Returns their number; 0 if,
+  /// near a cut, another shape covers this one at p. Ignores `within`, which SceneWalls uses for meshes.
   using WallList = std::array<Wall, 4>;
   int walls_at(int shape, const ShapeSet& inside, const glm::dvec3& p, double within,
                WallList& walls) noexcept;
@@ -198,7 +198,7 @@ class SmoothWalls {
   /// Finds the sheets of a creased cube that are nearest to p, and differ in direction.
   int sheets_near(int shape, volume::CreaseSheets::Mask sheets, const glm::dvec3& p,
                   WallList& walls) noexcept;
-  /// A motion a + t along, and the steps of t below which the proof ends.
+  /// A motion a + t along, t in [0, 1], and the step of t below which a proof ends.
   struct Leg {
     const glm::dvec3 &a, &along;
     double min_step;
@@ -211,10 +211,11 @@ class SmoothWalls {
   double reach_in_piece(const Wall& field, const glm::ivec3& v, const glm::ivec3* sample, const Leg& leg,
                         double t0, double t1, Wall& blocker) noexcept;
   /// Returns true if, near a cut, all matter of the shape in the cube of v is also matter of another shape
-  /// that blocks there: then the cut alone bounds both, with the walls of the other one. This applies where a
-  /// soft shape extends into its neighbour and ends there, which a tool in a hole would meet.
+  /// that blocks there: then the cut alone bounds both, with the walls of the other one. Without this test, a
+  /// tool in a hole would touch the end of a soft shape that extends into its neighbour.
   bool is_covered(int shape, const ShapeSet& inside, const glm::ivec3& v) noexcept;
-  /// Follows a shape that does not block: updates `inside` where the motion passes its surface.
+  /// Follows a shape that does not block: updates `inside` where the motion passes its surface, and sets
+  /// `t_changed` to that point of the motion, or to t1.
   void pass(int shape, const glm::ivec3& v, const glm::dvec3& a, const glm::dvec3& along, double t0,
             double t1, ShapeSet& inside, double& t_changed) noexcept;
 

@@ -33,8 +33,8 @@ class VoxelGrid {
   bool is_solid_within(std::size_t shape, const glm::ivec3& v) const noexcept {
     return scene_.items[shape].bits->is_solid(v) && version_.is_kept(v);
   }
-  /// Returns a box of voxels around v, which is in the grid, that are free of the shapes from `first` to
-  /// before `last`; low > high if a solid is near.
+  /// Returns a box of voxels around v that are free of the shapes `first` to `last` - 1; low > high if a
+  /// solid is near. Requires v in the grid.
   volume::VoxelBox empty_box(const glm::ivec3& v, std::size_t first, std::size_t last) const noexcept {
     int far = scene_.items[first].bits->empty_distance(v);
     for (std::size_t s = first + 1; s < last; ++s)

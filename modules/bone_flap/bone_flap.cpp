@@ -98,14 +98,14 @@ class Flap {
     if (auto error =
             surface_.make(pyramid.value(), shape_.field, width_of(request_.saw), limits_of(request_)))
       return error;
-    FlapState& world = result_->cut;
-    world.centre = surface_.pyramid().centre_world, world.normal = surface_.pyramid().normal_world,
-    world.apex = surface_.pyramid().apex_world;
-    world.width = surface_.width();
-    world.outline = surface_.outline(), world.floor = surface_.floor();
-    world.area = surface_.outer_mm2(shape_.field);
-    world.wall = surface_.wall_mm2(shape_.field, editor_.working());
-    result_->structures = clearances_of(world, input_.forbidden);
+    FlapState& cut = result_->cut;
+    cut.centre = surface_.pyramid().centre_world, cut.normal = surface_.pyramid().normal_world,
+    cut.apex = surface_.pyramid().apex_world;
+    cut.width = surface_.width();
+    cut.outline = surface_.outline(), cut.floor = surface_.floor();
+    cut.area = surface_.outer_mm2(shape_.field);
+    cut.wall = surface_.wall_mm2(shape_.field, editor_.working());
+    result_->structures = clearances_of(cut, input_.forbidden);
     return std::nullopt;
   }
 
@@ -347,10 +347,10 @@ void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
     return;
   }
   preview = {};
-  FlapState& world = work.change_undoable<FlapState>();
-  const std::int64_t before = world.flaps;
-  world = output.cut;
-  world.flaps += before;
+  FlapState& state = work.change_undoable<FlapState>();
+  const std::int64_t before = state.flaps;
+  state = output.cut;
+  state.flaps += before;
   work.raise_event(FlapCut{static_cast<std::int64_t>(output.pieces.size()), output.cut.area, output.cut.wall,
                            output.cut.kerf_size, output.cut.rim_size, output.cut.flap_size, output.holes},
                    output.cut.centre);
@@ -420,7 +420,8 @@ Status BoneFlap::allows(const sim::Command& command, const sim::OperationState& 
     return Error{.what = "unknown anchor",
                  .where = where,
                  .found = std::to_string(number),
-                 .expected = count > 0 ? "1 to " + std::to_string(count) : "no anchors"};
+                 .expected = count > 0 ? "1 to " + std::to_string(count) : "an outline with anchors",
+                 .remedy = count > 0 ? "choose one of these" : "add an anchor first (add-anchor)"};
   };
   const auto check_count = [](const char* where, std::int64_t found) -> Status {
     if (found <= k_max_anchors) return std::nullopt;
@@ -501,13 +502,13 @@ void BoneFlap::apply(const sim::Command& command, sim::ModuleWork& work) const {
 }
 
 std::vector<sim::Measure> BoneFlap::measures(const sim::OperationState& operation) const {
-  const FlapState* world = operation.undoable_of<FlapState>();
-  if (world == nullptr) return {};
-  std::vector<sim::Measure> all{{"flaps", static_cast<double>(world->flaps), ""},
-                                {"flap area", world->area, "mm2"},
-                                {"flap volume", world->flap_size, "mm3"},
-                                {"kerf volume", world->kerf_size, "mm3"},
-                                {"sawn walls", world->wall, "mm2"}};
+  const FlapState* state = operation.undoable_of<FlapState>();
+  if (state == nullptr) return {};
+  std::vector<sim::Measure> all{{"flaps", static_cast<double>(state->flaps), ""},
+                                {"flap area", state->area, "mm2"},
+                                {"flap volume", state->flap_size, "mm3"},
+                                {"kerf volume", state->kerf_size, "mm3"},
+                                {"sawn walls", state->wall, "mm2"}};
   const FlapPreview* preview = operation.result_of<FlapPreview>();
   all.push_back({"previews", preview != nullptr && !preview->lid.empty() ? 1.0 : 0.0, ""});
   // Without a judgement they are stale, so that scripts and procedures may name them in advance.
@@ -529,8 +530,8 @@ sim::Overlays BoneFlap::overlays(const sim::OperationState& operation) const {
     for (std::size_t i = 0; i < points.size(); ++i)
       overlay.lines.push_back({points[i], points[(i + 1) % points.size()]});
   };
-  if (const FlapState* world = operation.undoable_of<FlapState>(); world && world->flaps > 0)
-    add_loop(result.emplace_back(), world->outline);
+  if (const FlapState* state = operation.undoable_of<FlapState>(); state && state->flaps > 0)
+    add_loop(result.emplace_back(), state->outline);
   const FlapSettings* settings = operation.persistent_of<FlapSettings>();
   if (settings == nullptr) return result;
   // Straight sides would be hidden in the round skull: draw them above a sphere around the scan's centre.
@@ -565,7 +566,7 @@ sim::Overlays BoneFlap::overlays(const sim::OperationState& operation) const {
   const FlapPreview* preview = operation.result_of<FlapPreview>();
   if (preview == nullptr) return result;
   if (!preview->summary.empty()) result.push_back(preview_overlay(*preview));
-  // Without anchors the problem has no location; its event states it.
+  // Without anchors, the problem has no location; the event states the problem.
   if (preview->problem.empty() || preview->tried.empty()) return result;
   // The drawn outline remains as it is; only the location of the problem is marked, by a cross.
   sim::Overlay& warning = result.emplace_back();

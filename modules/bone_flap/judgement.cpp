@@ -121,11 +121,11 @@ Status check_judging(const JudgeFlap& request, const sim::OperationState& operat
                  .where = "judge-flap",
                  .remedy = "cut a flap first (cut-flap)"};
   if (!request.outline.empty() && !request.planned.empty())
-    return Error{.what = "two outlines to compare with",
+    return Error{.what = "two planned outlines are given",
                  .where = "judge-flap",
                  .found = "outline and planned",
                  .expected = "at most one of them",
-                 .remedy = "omit one"};
+                 .remedy = "omit outline or planned"};
   constexpr std::size_t k_least = 3;
   if (!request.planned.empty() && request.planned.size() < k_least)
     return Error{.what = "the planned outline has too few points",

@@ -8,9 +8,9 @@ namespace trephine::bone_flap {
 
 /// Job that judges the last flap. It changes no anatomy.
 struct JudgeFlap {
-  std::string target;                    ///< label that the flap should expose; empty: not judged
+  std::string target;                    ///< label to expose; empty: that of the first target of the plan
   std::string outline;                   ///< planned outline, by its name in the plan; empty: `planned`
-  std::vector<glm::dvec3> planned = {};  ///< planned outline, mm, world; empty: not compared
+  std::vector<glm::dvec3> planned = {};  ///< planned outline, mm, world; empty: the nearest one of the plan
   static const sim::Schema& schema();
 };
 
@@ -20,7 +20,7 @@ struct FlapJudged {
   double area = 0;                                             ///< of its outer surface, mm2
   double perimeter = 0, length = 0, width = 0, roundness = 0;  ///< of the outline, mm; see OutlineShape
   std::string target;
-  bool has_target = false;                    ///< false: no label was requested, or it has no voxels
+  bool has_target = false;                    ///< false: no target, or its label has no voxels
   double exposed = 0, margin = 0, depth = 0;  ///< %, mm, mm; see LabelExposure
   bool has_plan = false;                      ///< the outline was compared with a plan
   double plan_mean = 0, plan_worst = 0;       ///< mm; see OutlineDistance
@@ -41,7 +41,7 @@ const volume::PlannedOutline* find_outline(const sim::OperationState& operation,
 Status check_outline(const char* where, const std::string& name, const sim::OperationState& operation);
 
 const sim::JobType& judge_job();
-/// Returns an error if there is no flap, or no such outline in the plan.
+/// Returns an error if there is no flap to judge, or if the planned outline is invalid.
 Status check_judging(const JudgeFlap& request, const sim::OperationState& operation);
 /// Returns the newest judgement of the current flap; null if it was not judged.
 const FlapJudged* judgement_of(const sim::OperationState& operation);

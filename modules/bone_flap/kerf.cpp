@@ -112,7 +112,7 @@ LocatedStatus CutSurface::find_tables(const Field& bone, const SawLimits& limits
     if (!follow(first, from_first)) {
       const Run* closest = nearest_run(central_runs[first], chord[first], k_inward);
       return LocatedError{"anchor " + std::to_string(lines_[first].side + 1) + " lies off the bone" +
-                              (closest ? ": the nearest along the saw is " +
+                              (closest ? ": the nearest bone along the saw is " +
                                              rounded(std::abs(closest->high - chord[first])) + " mm away"
                                        : ""),
                           pyramid_.anchor(lines_[first].side)};

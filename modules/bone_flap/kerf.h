@@ -91,7 +91,7 @@ class CutSurface {
 /// Kerf on a cut lattice: the samples within half of the saw's width of a CutSurface.
 class Kerf final : public volume::RemovalField {
  public:
-  /// `beyond`: distances are also computed up to so many mm outside the band. Borrows the surface.
+  /// `beyond`: distance outside the band up to which distances are also computed, mm. Borrows the surface.
   Kerf(const CutSurface& surface, const volume::Version& version, double beyond = 0);
   Reach find(const glm::ivec3& low, double band, Distances& mm) override;
   /// Returns the box of the samples that the kerf may reach.

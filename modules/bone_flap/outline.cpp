@@ -57,7 +57,7 @@ LocatedStatus check_loop(const std::vector<dvec3>& anchors) {
   constexpr double k_open = 4;
   if (const double gap = glm::length(anchors[n - 1] - anchors[0]); n > 4 && gap > k_open * longest) {
     return LocatedError{"the outline is open: its ends are " + rounded(gap) +
-                            " mm apart, and its other anchors " + rounded(longest) + " at most",
+                            " mm apart, and its other anchors at most " + rounded(longest) + " mm",
                         0.5 * (anchors[0] + anchors[n - 1])};
   }
   return std::nullopt;

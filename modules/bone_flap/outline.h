@@ -55,7 +55,8 @@ Result<Pyramid, LocatedError> make_pyramid(const std::vector<glm::dvec3>& anchor
 bool outward(const volume::Field& bone, const glm::dvec3& p_world, glm::dvec3& normal_world);
 
 /// Returns anchors in a ring on the skull, as an initial plan: `diameter` mm around the bone nearest to
-/// `at_world`. Empty if no bone is within 30 mm. An anchor for which no bone is found is off the bone.
+/// `at_world`. Empty if no bone is within 30 mm. An anchor without bone near it is at the height of a skull
+/// of 75 mm radius.
 std::vector<glm::dvec3> ring_of(const volume::Field& bone, const glm::dvec3& at_world, double diameter,
                                 int count);
 

@@ -75,7 +75,8 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
     return Error{.what = "unknown shape",
                  .where = "measure-section item",
                  .found = std::to_string(request.item),
-                 .expected = "a shape of the anatomy"};
+                 .expected = "a shape of the anatomy",
+                 .remedy = "pass the number of a touchable shape, 0 for the first"};
   return std::nullopt;
 }
 
@@ -119,7 +120,8 @@ Status CrossSection::allows(const sim::Command& command, const sim::OperationSta
     return Error{.what = "the section has too many pixels",
                  .where = "measure-section width, pixel",
                  .found = std::to_string(measure->width / measure->pixel),
-                 .expected = "at most 4096 along an edge"};
+                 .expected = "at most 4096 along an edge",
+                 .remedy = "choose larger pixels or a smaller width"};
   return check_normal(measure->normal, "measure-section normal");
 }
 

@@ -54,7 +54,7 @@ Welded weld(const std::vector<Corner>& corners, std::span<const std::uint32_t> t
   return welded;
 }
 
-/// Returns the edges without as many edges in the opposite direction, and the difference.
+/// Returns the edges that triangles do not pass equally often in both directions, with the difference.
 std::map<std::pair<std::uint32_t, std::uint32_t>, int> unmatched_edges(
     std::span<const std::uint32_t> triangles) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> count;
@@ -169,7 +169,8 @@ Result<Cut> cut_mesh(const ImagePlane& plane, const SectionMesh& mesh, int threa
       return Error{.what = "the mesh or the plane is too far away",
                    .where = "mesh",
                    .found = std::to_string(glm::max(std::abs(at.x), half)) + " mm",
-                   .expected = "within 1000 mm of the plane's middle"};
+                   .expected = "within 1000 mm of the plane's middle",
+                   .remedy = "move the plane to the mesh, or choose a smaller section"};
     corners.push_back({std::llround(at.x * k_fine), std::llround(at.y * k_fine), std::llround(w * k_fine)});
   }
   const Welded welded = weld(corners, mesh.triangles);

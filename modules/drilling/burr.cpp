@@ -246,7 +246,8 @@ void BurrTick::cool_and_watch() {
   }
 }
 
-/// Without contact the direction of the lowest point is unknown: the ball is that point.
+/// Without contact, the direction of the lowest point is unknown: for a burr that is not round, the result is
+/// then the proxy, with radius 0.
 sim::ToolBall ball_around(const Burr& burr, const ToolBody& body, const BurrState& state,
                           const sim::InstrumentInput& input) {
   const haptics::ServoRecord& tick = input.tick;
@@ -285,13 +286,14 @@ Status check_body(const ToolBody& body, bool is_round, const haptics::TouchScene
                  .where = "burr round",
                  .found = "a point",
                  .expected = "a tool with a radius",
-                 .remedy = "begin the operation with this tool"};
+                 .remedy = "take the burr with take-instrument, or begin the operation with it"};
   const double width = 2 * body.min_radius();
   if (is_round && width < 2 * scene.tool->radius())
     return Error{.what = "the burr is smaller than its contact ball",
                  .where = "burr diameter",
                  .found = std::to_string(width) + " mm",
-                 .expected = std::to_string(2 * scene.tool->radius()) + " mm or more"};
+                 .expected = std::to_string(2 * scene.tool->radius()) + " mm or more",
+                 .remedy = "choose a larger burr, or take this one with take-instrument"};
   return check_width(width, scene);
 }
 
@@ -303,7 +305,7 @@ Status check_width(double width, const haptics::TouchScene& scene) {
                .where = "burr diameter",
                .found = std::to_string(width) + " mm",
                .expected = std::to_string(scene.smallest_burr) + " mm or more",
-               .remedy = "set the smallest burr when the session begins"};
+               .remedy = "choose a larger burr, or start the session with a smaller smallest burr"};
 }
 }  // namespace
 
@@ -313,14 +315,14 @@ Status check_touch(const sim::ToolNeeds& needs, const haptics::TouchScene& scene
       scene.tool->balls().size() == needs.tool->balls().size())
     return std::nullopt;
   const auto describe = [](const haptics::ToolShape& shape) {
-    return std::to_string(std::max<std::size_t>(1, shape.balls().size())) + " of " +
-           std::to_string(shape.radius()) + " mm";
+    return "balls: " + std::to_string(std::max<std::size_t>(1, shape.balls().size())) +
+           ", radius: " + std::to_string(shape.radius()) + " mm";
   };
   return Error{.what = "the contact balls of the hand differ from those of the tool",
                .where = tool,
                .found = describe(*scene.tool),
                .expected = describe(*needs.tool),
-               .remedy = "set the contact geometry of the hand first, or begin the operation with the tool"};
+               .remedy = "take the tool with take-instrument, or begin the operation with it"};
 }
 
 std::vector<sim::Field> joined(std::span<const sim::Field> first, std::initializer_list<sim::Field> more) {
@@ -375,15 +377,15 @@ Status check(const Burr& burr, const haptics::TouchScene& scene) {
       return Error{.what = "a burr with a shaft needs the surface of the whole tool to touch with",
                    .where = "burr shaft",
                    .found = "a tool without a surface",
-                   .remedy = "take the instrument, which sets the surface, or begin the operation with it"};
+                   .expected = "the surface of the burr and its shaft",
+                   .remedy = "take the burr with take-instrument, or begin the operation with it"};
     if (Status error = volume::check(body)) return error;
     return check_width(2 * min_radius, scene);
   }
   return check_body(body, burr.is_round, scene);
 }
 
-/// Returns the finest cut and the contact surface or balls. Both are fixed for a round burr while the session
-/// lasts.
+/// Returns the finest cut, and for a round burr the contact surface or balls.
 sim::ToolNeeds needs(const Burr& burr, const volume::Volume& anatomy) {
   const ToolBody body = burr.body();
   const double finest_cut = 2 * body.min_radius();
@@ -402,8 +404,8 @@ sim::ToolNeeds needs(const Burr& burr, const volume::Volume& anatomy) {
   return {finest_cut, std::make_shared<const haptics::ToolShape>(std::move(balls))};
 }
 
-/// Returns the forces of the rotating burr on the hand: lateral drag and chatter. None for a kinematic burr,
-/// which bone does not stop, and for a fixed rate, which does not depend on the contact force.
+/// Returns the forces of the rotating burr on the hand: lateral drag and chatter. There are no forces for a
+/// kinematic burr, which bone does not stop, or at a fixed rate, which does not depend on the contact force.
 sim::HandForces forces(const Burr& burr, const BurrState&) {
   if (burr.is_kinematic || burr.removal_rate > 0) return {};
   return spin_forces(burr.grade == Grade::diamond ? haptics::Spin{0.3, 0.03, 160}

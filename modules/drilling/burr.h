@@ -62,7 +62,8 @@ struct BurrState {
   glm::dvec3 begun_at{0.0};                   ///< first of these contacts, mm
   double thrust = 0;                          ///< N, smoothed over k_thrust_seconds of contact
   bool is_through = false;                    ///< resistance was lost, and the plunge is measured
-  double deepest = 0, seconds = 0, deepest_at = 0;  ///< mm beyond held_at; s since then, and at the deepest
+  /// Plunge beyond held_at, mm; time since the loss of resistance, and time of the deepest point, s.
+  double deepest = 0, seconds = 0, deepest_at = 0;
 
   // Totals, kept when the button is released.
   double rise = 0, hottest = 0;  ///< temperature rise of the bone below the burr, current and largest, K

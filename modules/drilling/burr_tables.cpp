@@ -83,7 +83,7 @@ const sim::Schema& BurrState::schema() {
 const sim::Schema& Breakthrough::schema() {
   static constexpr sim::Field fields[] = {
       field<&Breakthrough::thrust>("thrust", {.unit = "N", .help = "force before the breakthrough"}),
-      field<&Breakthrough::plunge>("plunge", {.unit = "mm", .help = "depth beyond the position"}),
+      field<&Breakthrough::plunge>("plunge", {.unit = "mm", .help = "depth beyond the breakthrough"}),
       field<&Breakthrough::seconds>("seconds", {.unit = "s", .help = "time until the deepest point"})};
   static constexpr sim::Schema table{"breakthrough", 1, fields};
   return table;

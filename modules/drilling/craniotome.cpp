@@ -133,8 +133,8 @@ void step(const Craniotome& c, CraniotomeState& state, const sim::InstrumentInpu
     state.has_started = true;
   }
   follow_back(c, state, tool, work);
-  // The foot stays below bone and limits the curvature of the bit's path: the hand is moved to where it may
-  // lead the bit.
+  // The foot stays below bone and limits the curvature of the bit's path: the position of the hand is moved
+  // onto the heading of the bit.
   haptics::ServoRecord guided = tick;
   const dvec3 from = state.has_centre ? state.centre : tool.at_world;
   const dvec3 request = across(tick.pose.position_world - from, tool.axis_world);
@@ -211,7 +211,7 @@ Status check(const Craniotome& c, const haptics::TouchScene& scene) {
                  .where = "craniotome",
                  .found = "no balls",
                  .expected = "a tool of several balls",
-                 .remedy = "begin the operation with this tool"};
+                 .remedy = "take the craniotome with take-instrument, or begin the operation with it"};
   if (Status error = check_touch(needs(c, *scene.base), scene, "craniotome")) return error;
   if (c.length < 2 * c.diameter)
     return Error{.what = "the bit is too short for its width",

@@ -68,8 +68,8 @@ bool is_held(const Perforator& p, const PerforatorState& state, const sim::Work&
   return 2 * static_cast<std::size_t>(count) > std::size(k_around);
 }
 
-/// Returns the length of the hole behind the tip, in mm: bone that was removed along the shaft. A hole is
-/// continued after a pause, and the state of the drill ends with each stroke.
+/// Returns the length of the hole behind the tip, in mm: bone that was removed along the shaft. It is
+/// measured, since a hole may be continued after a pause, and the state of the drill ends with each stroke.
 double hole_behind(const dvec3& tip, const dvec3& shaft, const sim::Work& work) {
   double length = 0;
   for (double back = 0; back < k_max_hole && back <= length + k_hole_gap; back += k_hole_step)
@@ -125,13 +125,13 @@ void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInpu
 }
 
 sim::ToolBall body(const Perforator& p, const PerforatorState& state, const sim::InstrumentInput& input) {
-  // While it cuts, the drill is where it has cut. After it stopped it rests on what is left.
+  // While the drill cuts, the ball is at the last cut. After the stop, it rests on the remaining bone.
   Burr inner = inner_of(p);
   inner.removal_rate = p.feed;
   BurrState position = state;
   position.has_centre = state.has_centre && !state.has_stopped;
   sim::ToolBall ball = ball_around(inner, ToolBody::ball(0.5 * p.inner), position, input);
-  ball.is_blunt = state.has_stopped;  // it turns no more
+  ball.is_blunt = state.has_stopped;  // it no longer turns
   return ball;
 }
 
@@ -150,7 +150,7 @@ Status check(const Perforator& p, const haptics::TouchScene& scene) {
                  .where = "perforator",
                  .found = scene.tool->is_six_dof() ? "several balls" : "a point",
                  .expected = "a tool of one ball",
-                 .remedy = "begin the operation with it"};
+                 .remedy = "take the perforator with take-instrument, or begin the operation with it"};
   if (Status error = check_touch(needs(p, *scene.base), scene, "perforator")) return error;
   return check_body(ToolBody::ball(0.5 * p.inner), true, scene);
 }

@@ -34,8 +34,10 @@ Status Fluoroscopy::allows(const sim::Command& command, const sim::OperationStat
   if (const auto* arm = command.request.as<CArm>()) return check(*arm);
   const auto* state = operation.persistent_of<FluoroscopyState>();
   if (command.request.as<Shoot>() != nullptr && state != nullptr && !state->is_placed)
-    return Error{
-        .what = "the C-arm's position is not set", .where = "shoot", .expected = "a c-arm command first"};
+    return Error{.what = "the pose of the C-arm is not set",
+                 .where = "shoot",
+                 .expected = "a C-arm with a pose",
+                 .remedy = "set its pose first (c-arm)"};
   return std::nullopt;
 }
 

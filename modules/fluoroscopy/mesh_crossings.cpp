@@ -54,7 +54,7 @@ bool for_crossings(const View& view, const ProjectedMesh& mesh,
     };
     corners[i] = {steps(at.x), steps(at.y), t};
   }
-  const auto first_pixel = [](std::int64_t low) {  // first pixel with its centre not left of it
+  const auto first_pixel = [](std::int64_t low) {  // first pixel whose centre is not left of `low`
     return static_cast<int>(
         std::clamp<std::int64_t>((low + (1 << k_fine_bits) - 1) >> k_fine_bits, -1, 1 << 20));
   };

@@ -31,7 +31,7 @@ struct JudgementResult final : sim::JobResult {
   }
 };
 
-/// Returns the label of a bone that lost the most; 0 without one.
+/// Returns the label of the bone that lost the most matter; 0 if no labelled bone lost any.
 int cut_label(const volume::Version& version) {
   const auto& units = version.ledger().units_by_label;
   const std::vector<std::string>& names = version.base().label_names;
@@ -75,7 +75,8 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
     return Error{.what = "unknown shape",
                  .where = "judge-laminectomy item",
                  .found = std::to_string(request.item),
-                 .expected = "a shape of the anatomy"};
+                 .expected = "a shape of the anatomy",
+                 .remedy = "pass the number of a touchable shape, 0 for the first"};
   const volume::Volume& scan = anatomy.items[static_cast<std::size_t>(request.item)].field.volume();
   if (request.vertebra.empty() && request.canal.empty() && scan.labels.is_empty())
     return Error{.what = "the scan has no labels",
@@ -87,7 +88,7 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
                  .where = "judge-laminectomy vertebra",
                  .found = request.vertebra,
                  .expected = "a label of the scan",
-                 .remedy = "set a position in its canal"};
+                 .remedy = "choose a label of the scan, or set a position in the canal"};
   return std::nullopt;
 }
 

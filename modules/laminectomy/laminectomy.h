@@ -8,8 +8,9 @@ namespace trephine::laminectomy {
 
 /// Job that judges a vertebra. It changes no anatomy.
 struct JudgeLaminectomy {
-  std::string vertebra;  ///< its label; empty: the bone around `canal`
-  /// Position in its canal at the height of the lamina, mm, world; empty: it is searched for.
+  /// Its label; empty: the bone around `canal`, or without a position the labelled bone that lost the most.
+  std::string vertebra;
+  /// Position in its canal at the height of the lamina, mm, world; empty: found by a search.
   std::vector<glm::dvec3> canal = {};
   std::int64_t item = 0;  ///< index of the bone's shape in the anatomy
   static const sim::Schema& schema();

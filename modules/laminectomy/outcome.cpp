@@ -45,29 +45,29 @@ bool touches_border(const volume::Volume& scan, int label) {
 class Judge {
  public:
   Judge(const volume::Field& bone, int label, const volume::Version& version, Outcome& outcome)
-      : bone_(bone), scan_(bone.volume()), label_(label), version_(version), o_(outcome) {}
+      : bone_(bone), scan_(bone.volume()), label_(label), version_(version), outcome_(outcome) {}
 
   LocatedStatus find_canal() {
-    const int count = static_cast<int>((o_.frame.high - o_.frame.low) / k_section) + 1;
-    o_.sections.resize(static_cast<std::size_t>(count));
+    const int count = static_cast<int>((outcome_.frame.high - outcome_.frame.low) / k_section) + 1;
+    outcome_.sections.resize(static_cast<std::size_t>(count));
     parallel_for(count, 0, [&](int i) {
-      o_.sections[static_cast<std::size_t>(i)] =
-          volume::canal_section(o_.frame, o_.frame.low + i * k_section, {bone_, label_}, &version_);
+      outcome_.sections[static_cast<std::size_t>(i)] = volume::canal_section(
+          outcome_.frame, outcome_.frame.low + i * k_section, {bone_, label_}, &version_);
     });
-    const auto pedicles = volume::find_pedicles(o_.frame, {bone_, label_}, o_.sections);
-    if (!pedicles) return LocatedError{"no pedicles on both sides of the canal", o_.frame.middle};
-    o_.half_width = pedicles->half_width;
-    o_.pedicle_low = pedicles->low, o_.pedicle_high = pedicles->high;
-    if (!find_roof()) return LocatedError{"no lamina closes the canal at the back", o_.frame.middle};
+    const auto pedicles = volume::find_pedicles(outcome_.frame, {bone_, label_}, outcome_.sections);
+    if (!pedicles) return LocatedError{"no pedicles on both sides of the canal", outcome_.frame.middle};
+    outcome_.half_width = pedicles->half_width;
+    outcome_.pedicle_low = pedicles->low, outcome_.pedicle_high = pedicles->high;
+    if (!find_roof()) return LocatedError{"no lamina closes the canal at the back", outcome_.frame.middle};
     double least = 1e300, widest = 0;
-    for (int i = o_.roof_first; i <= o_.roof_last; ++i) {
-      const CanalSection& s = o_.sections[static_cast<std::size_t>(i)];
-      if (const double area = s.area(false); area >= 0 && area < least) least = area, o_.narrowest = i;
+    for (int i = outcome_.roof_first; i <= outcome_.roof_last; ++i) {
+      const CanalSection& s = outcome_.sections[static_cast<std::size_t>(i)];
+      if (const double area = s.area(false); area >= 0 && area < least) least = area, outcome_.narrowest = i;
       if (s.has_roof(true)) continue;
-      o_.opened_length += k_section;
-      if (const double width = s.opening(); width > widest) widest = width, o_.widest_opened = i;
+      outcome_.opened_length += k_section;
+      if (const double width = s.opening(); width > widest) widest = width, outcome_.widest_opened = i;
     }
-    if (least == 1e300) return LocatedError{"the canal is not closed at any lamina", o_.frame.middle};
+    if (least == 1e300) return LocatedError{"the canal is not closed at any lamina", outcome_.frame.middle};
     return std::nullopt;
   }
 
@@ -75,9 +75,9 @@ class Judge {
   /// canal.
   void find_spinous_process() {
     std::vector<double> behind;
-    for (int i = o_.roof_first; i <= o_.roof_last; ++i) {
-      const CanalSection& s = o_.sections[static_cast<std::size_t>(i)];
-      for (const double x : {-0.5 * o_.half_width, 0.5 * o_.half_width}) {
+    for (int i = outcome_.roof_first; i <= outcome_.roof_last; ++i) {
+      const CanalSection& s = outcome_.sections[static_cast<std::size_t>(i)];
+      for (const double x : {-0.5 * outcome_.half_width, 0.5 * outcome_.half_width}) {
         double inner = -1, outer = -1;
         for (double y = 0; y < 2 * k_canal_reach && (outer < 0 || y < outer + k_pores); y += k_fine)
           if (is_bone({x, y, s.z})) {
@@ -87,7 +87,7 @@ class Judge {
         if (outer > 0) behind.push_back(outer);
       }
     }
-    o_.roof_back = behind.empty() ? 2 * k_canal_reach : median(behind);
+    outcome_.roof_back = behind.empty() ? 2 * k_canal_reach : median(behind);
   }
 
   void weigh_parts() {
@@ -96,17 +96,18 @@ class Judge {
       dvec3 size_moment{0.0}, removed_moment{0.0};
     };
     std::array<Sum, 6> sums;
-    const double upper = 0.5 * (o_.pedicle_low + o_.pedicle_high), lower = 2 * o_.pedicle_low - upper;
+    const double upper = 0.5 * (outcome_.pedicle_low + outcome_.pedicle_high),
+                 lower = 2 * outcome_.pedicle_low - upper;
     for_points([&](const dvec3& p, double size, bool is_removed) {
       const double distance = std::abs(p.x);
-      if (p.y <= 0 || distance > o_.half_width + k_facet_wide) return;
+      if (p.y <= 0 || distance > outcome_.half_width + k_facet_wide) return;
       const std::size_t side = p.x > 0 ? 0 : 1;
       std::size_t part = 0;
-      if (distance < 0.5 * o_.half_width && p.y > o_.roof_back)
+      if (distance < 0.5 * outcome_.half_width && p.y > outcome_.roof_back)
         part = 1;
-      else if (distance >= k_medial * o_.half_width && p.z > upper)
+      else if (distance >= k_medial * outcome_.half_width && p.z > upper)
         part = 2 + side;
-      else if (distance >= k_medial * o_.half_width && p.z < lower)
+      else if (distance >= k_medial * outcome_.half_width && p.z < lower)
         part = 4 + side;
       Sum& sum = sums[part];
       const double removed_size = is_removed ? size : 0;
@@ -114,26 +115,29 @@ class Judge {
       sum.size_moment += size * p, sum.removed_moment += removed_size * p;
     });
     const auto part_of = [&](const Sum& sum) {
-      Part part{sum.size, sum.removed, o_.frame.middle};
+      Part part{sum.size, sum.removed, outcome_.frame.middle};
       if (sum.removed > 0)
-        part.at_world = o_.frame.world(sum.removed_moment / sum.removed);
+        part.at_world = outcome_.frame.world(sum.removed_moment / sum.removed);
       else if (sum.size > 0)
-        part.at_world = o_.frame.world(sum.size_moment / sum.size);
+        part.at_world = outcome_.frame.world(sum.size_moment / sum.size);
       return part;
     };
-    o_.lamina = part_of(sums[0]), o_.spinous_process = part_of(sums[1]);
+    outcome_.lamina = part_of(sums[0]), outcome_.spinous_process = part_of(sums[1]);
     for (std::size_t side = 0; side < 2; ++side)
-      o_.upper_facet[side] = part_of(sums[2 + side]), o_.lower_facet[side] = part_of(sums[4 + side]);
+      outcome_.upper_facet[side] = part_of(sums[2 + side]),
+      outcome_.lower_facet[side] = part_of(sums[4 + side]);
   }
 
-  /// Measures the width of the arch, viewed from the back, in rows from the centre of the pedicle to as far
-  /// below its lower edge. Skips rows in which the bone did not reach the midline before the operation.
+  /// Measures the width of the arch, viewed from the back, in rows from the centre of the pedicle to the same
+  /// distance below its lower edge. Skips rows in which the bone did not reach the midline before the
+  /// operation.
   void measure_pars() {
-    const double upper = 0.5 * (o_.pedicle_low + o_.pedicle_high), lower = 2 * o_.pedicle_low - upper;
+    const double upper = 0.5 * (outcome_.pedicle_low + outcome_.pedicle_high),
+                 lower = 2 * outcome_.pedicle_low - upper;
     for (std::size_t side = 0; side < 2; ++side) {
       const double sign = side == 0 ? 1 : -1;
-      Pars& pars = o_.pars[side];
-      pars = {1e300, 1e300, o_.frame.middle};
+      Pars& pars = outcome_.pars[side];
+      pars = {1e300, 1e300, outcome_.frame.middle};
       for (double z = lower; z <= upper; z += k_row) {
         double edge = 0, inner = 0;
         const double width = row_width(sign, z, false, edge, inner);
@@ -142,7 +146,7 @@ class Judge {
         const double width_after = row_width(sign, z, true, edge, inner);
         if (width_after < pars.after) {
           pars.after = width_after;
-          pars.at_world = o_.frame.world({sign * 0.5 * (edge + inner), 0.7 * o_.roof_back, z});
+          pars.at_world = outcome_.frame.world({sign * 0.5 * (edge + inner), 0.7 * outcome_.roof_back, z});
         }
       }
       if (pars.before == 1e300) pars.before = pars.after = 0;
@@ -152,28 +156,31 @@ class Judge {
  private:
   /// Finds the stretch of closed sections nearest to the centre.
   bool find_roof() {
-    const auto has_roof = [this](int i) { return o_.sections[static_cast<std::size_t>(i)].has_roof(false); };
-    const int count = static_cast<int>(o_.sections.size());
+    const auto has_roof = [this](int i) {
+      return outcome_.sections[static_cast<std::size_t>(i)].has_roof(false);
+    };
+    const int count = static_cast<int>(outcome_.sections.size());
     int nearest = -1;
     for (int i = 0; i < count; ++i)
-      if (has_roof(i) && (nearest < 0 || std::abs(o_.sections[static_cast<std::size_t>(i)].z) <
-                                             std::abs(o_.sections[static_cast<std::size_t>(nearest)].z)))
+      if (has_roof(i) &&
+          (nearest < 0 || std::abs(outcome_.sections[static_cast<std::size_t>(i)].z) <
+                              std::abs(outcome_.sections[static_cast<std::size_t>(nearest)].z)))
         nearest = i;
     if (nearest < 0) return false;
-    o_.roof_first = o_.roof_last = nearest;
-    while (o_.roof_first > 0 && has_roof(o_.roof_first - 1)) --o_.roof_first;
-    while (o_.roof_last + 1 < count && has_roof(o_.roof_last + 1)) ++o_.roof_last;
+    outcome_.roof_first = outcome_.roof_last = nearest;
+    while (outcome_.roof_first > 0 && has_roof(outcome_.roof_first - 1)) --outcome_.roof_first;
+    while (outcome_.roof_last + 1 < count && has_roof(outcome_.roof_last + 1)) ++outcome_.roof_last;
     return true;
   }
 
   static constexpr double k_fine = 0.3, k_row = 0.5, k_pores = 4;  // mm
 
   bool is_bone(const dvec3& local) const {
-    const dvec3 p = scan_.frame.volume_from_world(o_.frame.world(local));
+    const dvec3 p = scan_.frame.volume_from_world(outcome_.frame.world(local));
     return bone_.value(p) >= 0 && is_of_vertebra(p);
   }
   bool is_kept(const dvec3& local) const {
-    return version_.distance(scan_.frame.volume_from_world(o_.frame.world(local))) > 0;
+    return version_.distance(scan_.frame.volume_from_world(outcome_.frame.world(local))) > 0;
   }
   bool is_of_vertebra(const dvec3& p) const {
     if (label_ < 0) return true;
@@ -185,14 +192,14 @@ class Judge {
   /// the end of the remaining bone. Sets both ends.
   double row_width(double sign, double z, bool is_after, double& edge, double& inner) const {
     const auto is_covered = [&](double x) {
-      for (double y = 0; y <= o_.roof_back; y += k_fine) {
+      for (double y = 0; y <= outcome_.roof_back; y += k_fine) {
         const dvec3 p(sign * x, y, z);
         if (is_bone(p) && (!is_after || is_kept(p))) return true;
       }
       return false;
     };
     edge = inner = 0;
-    double x = o_.half_width + k_facet_wide;
+    double x = outcome_.half_width + k_facet_wide;
     while (x > 0 && !is_covered(x)) x -= k_fine;
     if (x <= 0) return 0;
     edge = x;
@@ -211,8 +218,8 @@ class Judge {
     dvec3 low(1e300), high(-1e300);
     for (int c = 0; c < 8; ++c) {
       const dvec3 p = frame.volume_from_world(
-          o_.frame.world({c & 1 ? k_half_width : -k_half_width, c & 2 ? 2.5 * k_half_width : 0.0,
-                          c & 4 ? o_.frame.high : o_.frame.low}));
+          outcome_.frame.world({c & 1 ? k_half_width : -k_half_width, c & 2 ? 2.5 * k_half_width : 0.0,
+                                c & 4 ? outcome_.frame.high : outcome_.frame.low}));
       low = glm::min(low, p), high = glm::max(high, p);
     }
     const glm::ivec3 from = glm::max(glm::ivec3(glm::floor(low)), glm::ivec3(0)),
@@ -227,8 +234,8 @@ class Judge {
           for (int n = 0; n < parts.x * parts.y * parts.z; ++n) {
             const dvec3 part(n % parts.x, n / parts.x % parts.y, n / (parts.x * parts.y));
             const dvec3 p = dvec3(x, y, z) - 0.5 + (part + 0.5) / dvec3(parts);
-            const dvec3 local = o_.frame.local(frame.world_from_volume(p));
-            if (local.z >= o_.frame.low && local.z <= o_.frame.high)
+            const dvec3 local = outcome_.frame.local(frame.world_from_volume(p));
+            if (local.z >= outcome_.frame.low && local.z <= outcome_.frame.high)
               each(local, size, version_.distance(p) <= 0);
           }
         }
@@ -238,7 +245,7 @@ class Judge {
   const volume::Volume& scan_;
   int label_;
   const volume::Version& version_;
-  Outcome& o_;
+  Outcome& outcome_;
 };
 
 }  // namespace

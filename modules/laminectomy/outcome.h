@@ -32,7 +32,7 @@ struct Outcome {
 
   bool is_at_border = false;          ///< the scan ends within the vertebra
   int roof_first = 0, roof_last = 0;  ///< first and last section that the lamina closed before the operation
-  int narrowest = 0;                  ///< section, of those, where the canal was narrowest before
+  int narrowest = 0;                  ///< of these, the section with the narrowest canal before the operation
   int widest_opened = -1;             ///< section with the widest opening; -1: the roof is closed everywhere
   double opened_length = 0;           ///< mm along the canal with an opened roof
 

@@ -98,7 +98,7 @@ std::optional<double> area_within(const haptics::Surface& surface,
           inside += is_within(polygon, project(c[0] + s * (c[1] - c[0]) + r * (c[2] - c[0])));
         }
     if (inside == 0) {
-      // A triangle outside the outline is passed only at a point of the line.
+      // The flood passes a triangle outside the outline only at a point of the line.
       for (const haptics::Surface::Point& point : points)
         if (point.triangle == t) return true;
       return false;

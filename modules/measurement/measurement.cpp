@@ -91,7 +91,7 @@ void thin_out(std::vector<dvec3>& line) {
   line = std::move(fewer);
 }
 
-/// A surface, and points on it through which a line along it leads.
+/// A surface, and the points on it that a line along the surface connects.
 struct LineOnSurface {
   haptics::Surface surface;
   std::vector<haptics::Surface::Point> places;
@@ -254,7 +254,8 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
     return Error{.what = "unknown shape",
                  .where = "measure item",
                  .found = std::to_string(request.item),
-                 .expected = "a shape of the anatomy"};
+                 .expected = "a shape of the anatomy",
+                 .remedy = "pass the number of a touchable shape, 0 for the first"};
   return std::nullopt;
 }
 

@@ -22,7 +22,7 @@ struct Measure {
 /// A measurement. Emitted at its first position.
 struct Measured {
   Kind kind = Kind::ruler;
-  bool is_any = false;
+  bool is_any = false;  ///< something was measured
   double length = 0;    ///< mm from end to end; of a tape or an outline: along the surface
   double straight = 0;  ///< mm from end to end of a ruler or a tape, in a straight line
   double taut = 0;      ///< mm, of a tape pulled taut, which bridges grooves

@@ -34,7 +34,7 @@ Breaches find_breaches(const Screw& screw, const VertebraZones& zones, const Bon
     directions[static_cast<std::size_t>(i)] = deterministic_cos(angle) * u + deterministic_sin(angle) * v;
   }
   Breaches result;
-  // A point cannot be farther out than an earlier one by more than the way between them: most are skipped.
+  // A point cannot be farther out than an earlier one by more than their distance: most are skipped.
   dvec3 known(0);
   double known_mm = 1e300;
   const double length = screw.length();

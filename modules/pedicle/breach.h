@@ -28,15 +28,15 @@ struct Breaches {
 };
 
 /// Signed distance of a point (world, mm) to the surface of the bone, mm; negative inside. It changes by at
-/// most the way between two points.
+/// most the distance between two points.
 using BoneDistance = std::function<double(const glm::dvec3&)>;
 
 /// Searches the envelope of a screw, at points 0.2 mm along it and 72 around. Within one diameter from the
 /// entry, where a screw enters an oblique surface, nothing counts. Cost: some thousand distances.
 Breaches find_breaches(const Screw& screw, const VertebraZones& zones, const BoneDistance& distance);
 
-/// Grade of a breach of a pedicle (Gertzbein and Robbins 1990): A none, B below 2 mm, C below 4, D below 6,
-/// E.
+/// Grade of a breach of a pedicle (Gertzbein and Robbins 1990): A without a breach, B below 2 mm, C below 4,
+/// D below 6, E from 6 on.
 enum class Grade : std::uint8_t { a, b, c, d, e };
 inline constexpr std::array<std::string_view, 5> k_grade_names{"A", "B", "C", "D", "E"};
 Grade grade_of(double breach_mm) noexcept;

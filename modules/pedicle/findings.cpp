@@ -38,7 +38,7 @@ void add_breaches(const std::string& name, const ScrewJudged* judged, const std:
   findings.push_back(std::move(front));
 }
 
-/// Adds the distances to the plan, and of the screw's length to its track.
+/// Adds the distances to the plan, and the difference between the screw's length and its track.
 void add_plan(const std::string& name, const JudgedScrew& screw, const ScrewJudged& judged,
               std::vector<Finding>& findings) {
   Finding entry{.name = name + ": entry to plan", .unit = "mm", .full_at = 2, .zero_at = 10, .weight = 2};
@@ -70,9 +70,9 @@ std::optional<std::uint64_t> tick_of(sim::Id body, const sim::Chronicle& chronic
   return std::nullopt;
 }
 
-void add_screw(const PedicleState& world, std::size_t index, const sim::JobInput& input, ScrewJudge& judge,
+void add_screw(const PedicleState& state, std::size_t index, const sim::JobInput& input, ScrewJudge& judge,
                std::map<std::string, int>& used, std::vector<Finding>& findings) {
-  const JudgedScrew screw = judged_screw(world, index);
+  const JudgedScrew screw = judged_screw(state, index);
   auto result = judge.judge(screw);
   std::string name = "screw " + std::to_string(index + 1), reason;
   ScrewJudged judged;
@@ -94,19 +94,19 @@ void add_screw(const PedicleState& world, std::size_t index, const sim::JobInput
 }  // namespace
 
 std::vector<Finding> Pedicle::findings(const sim::JobInput& input) const {
-  const auto* world = input.state.undoable_of<PedicleState>();
-  if (world == nullptr || input.anatomy.items.empty() || input.anatomy.items[0].is_mesh()) return {};
+  const auto* state = input.state.undoable_of<PedicleState>();
+  if (state == nullptr || input.anatomy.items.empty() || input.anatomy.items[0].is_mesh()) return {};
   std::vector<Finding> findings;
   ScrewJudge judge(input, 0, {});
   std::map<std::string, int> used;
-  for (std::size_t i = 0; i < world->screw_bodies.size(); ++i)
-    if (world->screw_bodies[i].value != 0) add_screw(*world, i, input, judge, used, findings);
-  if (world->track_outside.empty()) return findings;
-  const auto worst = std::max_element(world->track_outside.begin(), world->track_outside.end());
+  for (std::size_t i = 0; i < state->screw_bodies.size(); ++i)
+    if (state->screw_bodies[i].value != 0) add_screw(*state, i, input, judge, used, findings);
+  if (state->track_outside.empty()) return findings;
+  const auto worst = std::max_element(state->track_outside.begin(), state->track_outside.end());
   Finding tracks{
       .name = "tracks: beyond bone", .value = *worst, .unit = "mm", .full_at = 0, .zero_at = 4, .weight = 2};
   if (*worst > 0)
-    tracks.position_world = world->track_ends[static_cast<std::size_t>(worst - world->track_outside.begin())];
+    tracks.position_world = state->track_ends[static_cast<std::size_t>(worst - state->track_outside.begin())];
   findings.push_back(std::move(tracks));
   return findings;
 }

@@ -72,14 +72,14 @@ void judge_intensity(const Screw& screw, const volume::Volume& scan, ScrewJudged
 std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
   const auto& request = *static_cast<const JudgeScrew*>(parameters);
   auto result = std::make_shared<JudgementResult>();
-  const auto* world = input.state.undoable_of<PedicleState>();
-  const auto index = world ? world->find_screw(request.body) : std::nullopt;
+  const auto* state = input.state.undoable_of<PedicleState>();
+  const auto index = state ? state->find_screw(request.body) : std::nullopt;
   if (!index) {
-    result->error = LocatedError{"its screw does not exist any more", {}};
+    result->error = LocatedError{"it was removed before its judgement ended", {}};
     return result;
   }
   const auto item = static_cast<std::size_t>(request.item);
-  const JudgedScrew screw = judged_screw(*world, *index);
+  const JudgedScrew screw = judged_screw(*state, *index);
   ScrewJudge judge(input, item, request.marks());
   const auto judge_requested = [&] {
     if (request.vertebra.empty() && request.canal.empty()) return judge.judge(screw);
@@ -103,7 +103,8 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
     return Error{.what = "unknown shape",
                  .where = "judge-screw item",
                  .found = std::to_string(request.item),
-                 .expected = "a shape of the anatomy"};
+                 .expected = "a shape of the anatomy",
+                 .remedy = "pass the number of a touchable shape, 0 for the first"};
   const volume::Volume& scan = anatomy.items[static_cast<std::size_t>(request.item)].field.volume();
   if (request.vertebra.empty() && request.canal.empty() && scan.labels.is_empty())
     return Error{.what = "the scan has no labels",
@@ -115,7 +116,7 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
                  .where = "judge-screw vertebra",
                  .found = request.vertebra,
                  .expected = "a label of the scan",
-                 .remedy = "set a position in its canal"};
+                 .remedy = "choose a label of the scan, or set a position in the canal"};
   return std::nullopt;
 }
 
@@ -235,10 +236,10 @@ void compare_with_plan(const JudgedScrew& screw, const volume::SurgicalPlan& pla
     judged.score += 100 * (1 - share) * points(std::abs(judged.depth_error), marks.depth_zero);
 }
 
-JudgedScrew judged_screw(const PedicleState& world, std::size_t index) {
-  JudgedScrew screw{world.screw_bodies[index], world.screw(index)};
-  const auto track = static_cast<std::size_t>(world.screw_tracks[index]);
-  if (track > 0 && track <= world.track_depths.size()) screw.track_depth = world.track_depths[track - 1];
+JudgedScrew judged_screw(const PedicleState& state, std::size_t index) {
+  JudgedScrew screw{state.screw_bodies[index], state.screw(index)};
+  const auto track = static_cast<std::size_t>(state.screw_tracks[index]);
+  if (track > 0 && track <= state.track_depths.size()) screw.track_depth = state.track_depths[track - 1];
   return screw;
 }
 
@@ -250,8 +251,8 @@ const sim::JobType& judge_job() noexcept {
 Status check_judging(const sim::Command& command, const sim::OperationState& operation) {
   const auto* request = command.request.as<JudgeScrew>();
   if (request == nullptr) return std::nullopt;
-  const auto* world = operation.undoable_of<PedicleState>();
-  if (world == nullptr || !world->find_screw(request->body))
+  const auto* state = operation.undoable_of<PedicleState>();
+  if (state == nullptr || !state->find_screw(request->body))
     return Error{.what = "unknown screw",
                  .where = "judge-screw body",
                  .found = "body " + std::to_string(request->body.value),

@@ -18,8 +18,8 @@ struct ScoreMarks {
 /// Job. It changes no anatomy.
 struct JudgeScrew {
   sim::Id body = {};                   ///< of the screw; 0: the last one
-  std::string vertebra = {};           ///< its label; empty: the bone around `canal`
-  std::vector<glm::dvec3> canal = {};  ///< position in its canal, mm, world; empty: it is searched for
+  std::string vertebra = {};           ///< its label; empty: the bone around `canal`, else that at the screw
+  std::vector<glm::dvec3> canal = {};  ///< position in its canal, mm, world; empty: found by a search
   std::int64_t item = 0;               ///< index of the bone's shape in the anatomy
   double trajectory_zero = ScoreMarks().trajectory_zero, depth_zero = ScoreMarks().depth_zero,
          trajectory_share = ScoreMarks().trajectory_share;
@@ -42,7 +42,7 @@ struct ScrewJudged {
   double front = 0;  ///< mm in front of the vertebra's body; negative: least thickness of bone; 0: not in it
   glm::dvec3 front_at{0.0};  ///< mm, world
   Grade grade = Grade::a;
-  /// Grades if the bone were half a voxel larger or smaller; they show how far the scan decides.
+  /// Grades if the bone were half a voxel larger or smaller: the grades that the scan cannot distinguish.
   Grade grade_of_larger = Grade::a, grade_of_smaller = Grade::a;
   double half_voxel = 0;                     ///< mm, in the direction of the breach
   bool is_uncertain = false;                 ///< these grades differ
@@ -98,10 +98,10 @@ Result<ScrewJudged, LocatedError> judge(const JudgedScrew& screw, const JudgedBo
 void compare_with_plan(const JudgedScrew& screw, const volume::SurgicalPlan& plan, const ScoreMarks& marks,
                        bool has_side, ScrewJudged& judged);
 /// Returns a placed screw with the depth of its track.
-JudgedScrew judged_screw(const PedicleState& world, std::size_t index);
+JudgedScrew judged_screw(const PedicleState& state, std::size_t index);
 
 const sim::JobType& judge_job() noexcept;
-/// Returns an error if the command names an unknown screw or no vertebra.
+/// Returns an error if the command names an unknown screw or several positions in the canal.
 Status check_judging(const sim::Command& command, const sim::OperationState& operation);
 
 }  // namespace trephine::pedicle

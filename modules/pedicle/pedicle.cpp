@@ -13,7 +13,8 @@ using glm::dvec3;
 
 namespace {
 
-/// A track that begins at the end of an earlier one, in about its direction, extends it.
+/// Returns the index of the earlier track that a new one extends: it begins at the end of the earlier track
+/// and has about its direction. Empty if there is no such track.
 std::optional<std::size_t> extended_track(const PedicleState& state, const TrackMade& track) {
   constexpr double k_near = 2, k_straight = 0.94;  // mm; cosine of 20 degrees
   for (std::size_t i = 0; i < state.track_entries.size(); ++i) {

@@ -26,7 +26,7 @@ class Pedicle final : public sim::Module {
                         sim::ModuleReaction& reaction) const override;
   std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;
   std::vector<sim::Finding> findings(const sim::JobInput& input) const override;
-  /// The ruler next to a probe shows its depth.
+  /// True while a probe is in bone: the label next to it shows its depth.
   bool is_moving(const sim::OperationState& operation) const override;
   sim::Overlays overlays(const sim::OperationState& operation) const override;
 };

@@ -46,8 +46,8 @@ double distance_between(const Screw& a, const Screw& b) {
 
 std::string rounded(double mm) { return std::to_string(std::lround(mm)); }
 
-/// Returns why a screw cannot be placed there; empty if it can.
-LocatedStatus check_place(const PlaceScrew& request, const Screw& screw, const PedicleState* world,
+/// Returns the reason why a screw cannot be placed; empty if it can.
+LocatedStatus check_place(const PlaceScrew& request, const Screw& screw, const PedicleState* state,
                           const volume::Field& bone) {
   constexpr double k_step = 0.25;  // mm
   const double length = screw.length();
@@ -60,18 +60,18 @@ LocatedStatus check_place(const PlaceScrew& request, const Screw& screw, const P
     return LocatedError{
         "its tip would be " + rounded(length - last) + " mm in front of the bone: choose a shorter screw",
         screw.tip_world};
-  for (std::size_t i = 0; world && i < world->screw_bodies.size(); ++i)
-    if (distance_between(screw, world->screw(i)) <
-        core_radius(screw.diameter) + core_radius(world->screw(i).diameter))
+  for (std::size_t i = 0; state && i < state->screw_bodies.size(); ++i)
+    if (distance_between(screw, state->screw(i)) <
+        core_radius(screw.diameter) + core_radius(state->screw(i).diameter))
       return LocatedError{
-          "it would cross the screw that is body " + std::to_string(world->screw_bodies[i].value),
+          "it would cross the screw that is body " + std::to_string(state->screw_bodies[i].value),
           screw.entry_world};
   return std::nullopt;
 }
 
 std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
   const auto& request = *static_cast<const PlaceScrew*>(parameters);
-  const auto* world = input.state.undoable_of<PedicleState>();
+  const auto* state = input.state.undoable_of<PedicleState>();
   auto result = std::make_shared<PlacementResult>();
   Screw& screw = result->screw;
   screw.diameter = mm_of(request.diameter);
@@ -79,23 +79,23 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   if (!request.entry.empty()) {
     screw.entry_world = request.entry.front(), toward = request.target.front();
   } else {
-    const std::size_t count = world ? world->track_entries.size() : 0;
+    const std::size_t count = state ? state->track_entries.size() : 0;
     const auto number = request.track == 0 ? count : static_cast<std::size_t>(request.track);
     if (number == 0 || number > count) {
-      result->error = LocatedError{"its track does not exist any more", {}};
+      result->error = LocatedError{"its track no longer exists", {}};
       return result;
     }
     result->track = static_cast<std::int64_t>(number);
-    screw.entry_world = world->track_entries[number - 1], toward = world->track_ends[number - 1];
+    screw.entry_world = state->track_entries[number - 1], toward = state->track_ends[number - 1];
   }
   const double length = mm_of(request.length);
   screw.tip_world = screw.entry_world + length * glm::normalize(toward - screw.entry_world);
   const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
-  if ((result->error = check_place(request, screw, world, bone))) return result;
+  if ((result->error = check_place(request, screw, state, bone))) return result;
   sim::NewBody body;
   body.piece = screw_piece(screw.diameter, length);
   body.place = place_of(screw);
-  // Turned in from the point where its tip meets the bone; the thread sets the number of turns.
+  // The screw is turned in from the point where its tip meets the bone; the thread sets the number of turns.
   body.motion.from = body.place;
   body.motion.from.position_world -= length * screw.ahead();
   body.motion.seconds = request.seconds;
@@ -112,7 +112,8 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
   return Error{.what = "unknown shape",
                .where = "place-screw item",
                .found = std::to_string(item),
-               .expected = "a shape of the anatomy"};
+               .expected = "a shape of the anatomy",
+               .remedy = "pass the number of a touchable shape, 0 for the first"};
 }
 
 void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
@@ -121,12 +122,12 @@ void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
     work.raise_event(ScrewFailed{output.error->reason}, output.error->position_world);
     return;
   }
-  PedicleState& world = work.change_undoable<PedicleState>();
-  world.screw_bodies.push_back({});
-  world.screw_entries.push_back(output.screw.entry_world);
-  world.screw_tips.push_back(output.screw.tip_world);
-  world.screw_diameters.push_back(output.screw.diameter);
-  world.screw_tracks.push_back(static_cast<double>(output.track));
+  PedicleState& state = work.change_undoable<PedicleState>();
+  state.screw_bodies.push_back({});
+  state.screw_entries.push_back(output.screw.entry_world);
+  state.screw_tips.push_back(output.screw.tip_world);
+  state.screw_diameters.push_back(output.screw.diameter);
+  state.screw_tracks.push_back(static_cast<double>(output.track));
 }
 
 }  // namespace
@@ -153,13 +154,14 @@ const sim::JobType& placement_job() noexcept {
 }
 
 Status check_placement(const sim::Command& command, const sim::OperationState& operation) {
-  const auto* world = operation.undoable_of<PedicleState>();
+  const auto* state = operation.undoable_of<PedicleState>();
   if (const auto* remove = command.request.as<RemoveScrew>()) {
-    if (world && world->find_screw(remove->body)) return std::nullopt;
+    if (state && state->find_screw(remove->body)) return std::nullopt;
     return Error{.what = "unknown screw",
                  .where = "remove-screw body",
                  .found = "body " + std::to_string(remove->body.value),
-                 .expected = "a placed screw"};
+                 .expected = "a placed screw",
+                 .remedy = "pass the body of a screw, 0 for the last"};
   }
   const auto* place = command.request.as<PlaceScrew>();
   if (place == nullptr) return std::nullopt;
@@ -176,7 +178,7 @@ Status check_placement(const sim::Command& command, const sim::OperationState& o
                  .where = "place-screw target",
                  .expected = "at least 1 mm between them"};
   }
-  const std::size_t count = world ? world->track_entries.size() : 0;
+  const std::size_t count = state ? state->track_entries.size() : 0;
   if (count == 0)
     return Error{.what = "no track for the screw",
                  .where = "place-screw track",

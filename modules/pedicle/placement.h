@@ -6,7 +6,7 @@
 
 namespace trephine::pedicle {
 
-/// Tracks and screws of an operation. Lists of equal lengths.
+/// Tracks and screws of an operation. The lists of tracks have equal lengths, as have those of screws.
 struct PedicleState {
   std::vector<glm::dvec3> track_entries, track_ends;  ///< mm, world
   std::vector<double> track_depths, track_outside;    ///< mm
@@ -29,7 +29,7 @@ struct PlaceScrew {
   std::vector<glm::dvec3> entry = {}, target = {};  ///< mm, world; one position each, instead of a track
   Diameter diameter = Diameter::d6;
   Length length = Length::l40;
-  double seconds = 3;      ///< duration of the motion to its place; 0: none
+  double seconds = 3;      ///< duration of the motion to its position; 0: no motion
   bool is_forced = false;  ///< even if the tip would be far in front of the bone
   std::int64_t item = 0;   ///< index of the bone's shape in the anatomy
   static const sim::Schema& schema();

@@ -21,7 +21,7 @@ constexpr double k_left = 0.2;         // mm above its start: the probe left its
 constexpr double k_min_track = 1;      // mm: shorter tracks are not reported
 constexpr double k_step = 0.05;        // mm of track per removal
 constexpr double k_shaft = 3;          // diameters of shaft for which a track between walls has room
-constexpr double k_look = 0.1;         // mm of track between looks for bone ahead
+constexpr double k_search_step = 0.1;  // mm of track between searches for bone ahead
 constexpr double k_ahead[] = {0.3, 0.8, 1.3};  // mm ahead of the tip at which there is bone
 constexpr double k_fastest = 500;              // mm/s, growth of a track between walls
 
@@ -80,7 +80,7 @@ class ProbeTick {
   }
 
   /// Returns the depth to which the hand presses a track whose end is a wall: the spring of the contact then
-  /// keeps the resistance. The end is reached before it moves on, since fields follow cuts later.
+  /// keeps the resistance. The tip reaches the end before the end moves on, since fields follow cuts later.
   double depth_between_walls() const {
     if (state_.is_out && !(press_ > p_.resistance)) return std::max(state_.end, state_.depth);
     // Resolution of the contact field, 0.25 mm, and motion of the hand until the field follows a cut; more
@@ -96,7 +96,7 @@ class ProbeTick {
   /// Follows the growth of the track in short steps, since a tip that loses its resistance jumps.
   void grow_to(double depth) {
     const double last = std::min(depth, p_.length);
-    while (state_.end < last) grow_by(std::min(k_look, last - state_.end));
+    while (state_.end < last) grow_by(std::min(k_search_step, last - state_.end));
     // Outside bone, the rim of an oblique exit is removed where it holds the tip.
     const bool is_held = p_.guide == Guide::walls && press_ > p_.resistance;
     if ((state_.is_out && !is_held) || state_.end - state_.carved < k_step) return;
@@ -143,7 +143,8 @@ class ProbeTick {
     work_.remove(volume::Sweep{at(state_.end - radius), at(state_.end), radius, true});
   }
 
-  /// The hand may be off its track, where bone that blocks again would bury it.
+  /// Returns true if the hand of a probe on a line is in bone off its track: bone that blocks again would
+  /// bury the hand.
   bool is_hand_in_bone() const {
     return p_.guide == Guide::line && work_.is_matter(tick_.pose.position_world);
   }
@@ -203,7 +204,8 @@ sim::ToolNeeds needs(const Probe& p, const volume::Volume& anatomy) {
 }
 
 std::string text_of(const haptics::ToolShape& tool) {
-  return std::to_string(tool.balls().size()) + " of " + std::to_string(tool.radius()) + " mm";
+  return "balls: " + std::to_string(tool.balls().size()) + ", radius: " + std::to_string(tool.radius()) +
+         " mm";
 }
 
 Status check(const Probe& p, const haptics::TouchScene& scene) {
@@ -230,7 +232,7 @@ Status check(const Probe& p, const haptics::TouchScene& scene) {
                .where = "probe diameter",
                .found = std::to_string(p.diameter) + " mm",
                .expected = std::to_string(scene.smallest_burr) + " mm or more",
-               .remedy = "set the smallest burr when the session begins"};
+               .remedy = "choose a thicker probe, or start the session with a smaller smallest burr"};
 }
 
 sim::HandForces forces(const Probe& p, const ProbeState& state) {

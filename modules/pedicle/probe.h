@@ -6,7 +6,7 @@
 
 namespace trephine::pedicle {
 
-/// Holds the probe on its track: a force law, or the walls of the carved track.
+/// Guidance of the probe on its track: by a force law, or by the walls of the carved track.
 enum class Guide : std::uint8_t { line, walls };
 
 struct Probe {

@@ -40,9 +40,9 @@ double envelope_radius(double diameter, double length, double along) noexcept;
 
 /// Returns the closed surface of a screw about the z axis: entry at 0, tip at `length`.
 volume::TurnedSolid screw_solid(double diameter, double length);
-/// Returns the same as a body.
+/// Returns this surface as a body.
 std::shared_ptr<const sim::Piece> screw_piece(double diameter, double length);
-/// Returns the pose of the frame of such a body.
+/// Returns the pose of a screw's body.
 haptics::Placement place_of(const Screw& screw) noexcept;
 
 }  // namespace trephine::pedicle

@@ -15,7 +15,7 @@ class ScrewJudge {
   ScrewJudge(const sim::JobInput& input, std::size_t item, const ScoreMarks& marks)
       : input_(input), item_(item), marks_(marks) {}
 
-  /// Judges a screw in the first of its labels that is a vertebra, the most frequent label first.
+  /// Judges a screw in the first label along it that yields a judgement, the most frequent label first.
   Result<ScrewJudged, LocatedError> judge(const JudgedScrew& screw);
   /// Judges a screw in the vertebra with this label; -1: in the bone around `canal_world`, mm.
   Result<ScrewJudged, LocatedError> judge_in(const JudgedScrew& screw, int label,

@@ -67,7 +67,7 @@ double side_of_midline(const volume::Volume& scan, const dvec3& entry, const dve
   return count > 0 && sum / count > entry.x ? 1 : -1;
 }
 
-dvec3 way_out_of_bone(const sim::Work& work, const dvec3& tip, const dvec3& ahead) noexcept {
+dvec3 direction_out_of_bone(const sim::Work& work, const dvec3& tip, const dvec3& ahead) noexcept {
   constexpr double k_radii[] = {1.5, 2.5};  // mm
   constexpr double k_behind = -0.5;         // cosine: the track is farther behind
   dvec3 free(0), all(0);
@@ -92,7 +92,7 @@ dvec3 way_out_of_bone(const sim::Work& work, const dvec3& tip, const dvec3& ahea
 
 Wall wall_at(const sim::Work& work, const dvec3& tip, const dvec3& ahead, double midline) noexcept {
   constexpr double k_beyond = 2;  // mm from the tip into the free space
-  const dvec3 out = way_out_of_bone(work, tip, ahead);
+  const dvec3 out = direction_out_of_bone(work, tip, ahead);
   if (is_surrounded(work, tip + k_beyond * out)) return Wall::medial;
   const std::array<std::pair<double, Wall>, 5> candidates{{{midline * out.x, Wall::medial},
                                                            {-midline * out.x, Wall::lateral},

@@ -22,8 +22,8 @@ double side_of_midline(const volume::Volume& scan, const glm::dvec3& entry_world
 
 /// Returns the unit direction in which the bone around a tip ends, by samples around it. `ahead_world`:
 /// direction of the tool, whose own track does not count.
-glm::dvec3 way_out_of_bone(const sim::Work& work, const glm::dvec3& tip_world,
-                           const glm::dvec3& ahead_world) noexcept;
+glm::dvec3 direction_out_of_bone(const sim::Work& work, const glm::dvec3& tip_world,
+                                 const glm::dvec3& ahead_world) noexcept;
 
 /// Returns the wall through which a tip left the bone. A point that bone surrounds in the patient's axial
 /// plane lies in the canal; other walls follow from the direction along the patient's axes. `midline`:

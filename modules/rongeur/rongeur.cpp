@@ -49,10 +49,10 @@ std::string reason_not_to_close(const Rongeur& r, const ToolPose& at, const sim:
   const bool is_kerrison = r.kind == Kind::kerrison;
   if (is_in_bone(r, at, 0, -r.jaw, work))
     return is_kerrison ? "the foot is in bone. Slide it under the lamina first."
-                       : "a cup is in bone. Take a thinner edge, or open the jaws wider.";
+                       : "a cup is in bone. Move the jaws to a thinner edge, or open them wider.";
   if (is_in_bone(r, at, r.opening, r.jaw, work))
     return is_kerrison ? "the bone is thicker than the jaws open. Thin it with a burr first."
-                       : "a cup is in bone. Take a thinner edge, or open the jaws wider.";
+                       : "a cup is in bone. Move the jaws to a thinner edge, or open them wider.";
   return {};
 }
 
@@ -77,7 +77,7 @@ double bite_size(const Rongeur& r, const ToolPose& at, const sim::Work& work) {
 void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& input, sim::Work& work) {
   const haptics::Pose& pose = input.tick.pose;
   if (input.tick.raised & haptics::fault_not_finite) return;  // the hand's motion is unknown
-  // An undo does not reset the jaws: also after it, they must open before the next bite.
+  // An undo does not reset the jaws: after an undo, they must also open before the next bite.
   const double squeeze = std::clamp(static_cast<double>(pose.axes[0]), 0.0, 1.0);
   state.has_squeeze = state.has_squeeze || squeeze > 0;
   if (state.has_squeeze)
@@ -94,10 +94,11 @@ void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& inp
     return;
   }
   if (const double size = bite_size(r, at, work); size > r.max_bite) {
-    work.raise_event(BiteRefused{"it would take " + std::to_string(std::lround(size)) +
-                                 " mm³, and a hand bites " + std::to_string(std::lround(r.max_bite)) +
-                                 " mm³. Take less of the edge, or thin the bone."},
-                     middle);
+    work.raise_event(
+        BiteRefused{"the bite would remove " + std::to_string(std::lround(size)) + " mm³, more than the " +
+                    std::to_string(std::lround(r.max_bite)) +
+                    " mm³ that a hand can cut. Bite a narrower part of the edge, or thin the bone."},
+        middle);
     return;
   }
   const volume::RemovalReport report = work.remove(volume::ToolSweep{r.bite(), at, at});
@@ -123,7 +124,7 @@ Status check(const Rongeur& r, const haptics::TouchScene& scene) {
                .where = "rongeur width",
                .found = std::to_string(r.width) + " mm",
                .expected = std::to_string(scene.smallest_burr) + " mm or more",
-               .remedy = "set the smallest burr when the session begins"};
+               .remedy = "choose wider jaws, or start the session with a smaller smallest burr"};
 }
 
 sim::ToolNeeds needs(const Rongeur& r, const volume::Volume&) { return {r.width}; }

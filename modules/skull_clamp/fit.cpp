@@ -23,7 +23,7 @@ constexpr double k_radian = 57.295779513082320877;  // degrees
 constexpr double k_pin_reach = 40;                  // mm of a pin outside its tip
 constexpr double k_search = 60;                     // mm beyond the planned tip in which bone is searched
 constexpr double k_band = 20;  // mm above and below the sweatband in which the skull is centred
-constexpr double k_loose = 1;  // mm between pin and bone that is reported
+constexpr double k_loose = 1;  // mm from a planned position to its pin's axis; larger distances are reported
 
 std::string number_text(double value) {
   char text[32];
@@ -107,7 +107,7 @@ std::optional<Site> find_site(const volume::SurgicalPlan* plan, const std::strin
   if (plan == nullptr) return std::nullopt;
   for (const volume::PlannedOutline& one : plan->outlines)
     if (name.empty() || one.name == name) {
-      // Area vector (Newell's method), away from the centre of the scan's head: outlines have any direction.
+      // Area vector (Newell's method). Outlines have any direction: measure_posture() turns it outward.
       dvec3 middle(0), area(0);
       for (const dvec3& p : one.points_world) middle += p / static_cast<double>(one.points_world.size());
       for (std::size_t i = 0; i < one.points_world.size(); ++i)
@@ -167,7 +167,7 @@ std::string trouble_of(const ClampPose& pose, const ClampLimits& limits, const C
   return text;
 }
 
-/// Measures the scalp under the pins, and arms and rocker against the head.
+/// Measures the scalp under the pins, and the depth of arms and rocker in the head.
 void measure_head(const volume::Field& bone, const ClampPose& pose, const dvec3& up, ClampFitted& output) {
   const HeadSolid head(bone);
   const Pins directions = pose.directions_world();
@@ -232,7 +232,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   return output;
 }
 
-/// A fit describes the pins and the posture that it was made of.
+/// Returns true if pins, clamp model and posture are those of the fit.
 bool is_current(const void*, const sim::OperationState& input, const sim::OperationState& current) {
   const ClampPlan &fitted = *input.persistent_of<ClampPlan>(), &now = *current.persistent_of<ClampPlan>();
   return fitted.pins == now.pins && fitted.model == now.model && fitted.up == now.up &&
@@ -258,7 +258,8 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
     return Error{.what = "unknown shape",
                  .where = "fit-clamp item",
                  .found = std::to_string(request.item),
-                 .expected = "a shape of the anatomy"};
+                 .expected = "a shape of the anatomy",
+                 .remedy = "pass the number of a touchable shape, 0 for the first"};
   return std::nullopt;
 }
 
@@ -344,7 +345,8 @@ Status check_fitting(const FitClamp& request, const sim::OperationState& operati
   return Error{.what = "unknown approach",
                .where = "fit-clamp site",
                .found = request.site,
-               .expected = "an outline or a trajectory of the plan"};
+               .expected = "an outline or a trajectory of the plan",
+               .remedy = "choose an approach of the plan, or omit it"};
 }
 
 ClampLimits FitClamp::limits(const ClampPlan& plan) const noexcept {

@@ -44,11 +44,11 @@ struct ClampFitted {
   double opening = 0;                                      ///< mm
   double swing = 0;                                        ///< degrees
   std::vector<double> residuals;    ///< mm from each planned position to the axis of its pin
-  std::vector<double> gaps;         ///< mm along each pin from its place in the clamp to the outer table
+  std::vector<double> gaps;         ///< mm along each pin from its position in the clamp to the outer table
   std::vector<double> thicknesses;  ///< mm of bone along each pin
   std::vector<double> scalps;       ///< mm of tissue over the bone, along each pin; empty without a skin
   double arm_depth = 0;             ///< mm, of the model, see ClampSize
-  double touch_depth = 0;           ///< mm that arms or rocker are in the head; 0: they do not touch it
+  double touch_depth = 0;           ///< mm, greatest depth of arms or rocker in the head; 0: no contact
   double touch_length = 0;          ///< mm of arms and rocker in the head
   glm::dvec3 touch_at{0.0};         ///< mm, world: deepest point; valid if touch_depth > 0
   std::vector<double> angles;       ///< degrees between each pin and the outer table; 90: perpendicular
@@ -90,10 +90,10 @@ NeckAngles neck_angles(const glm::dvec3& up, double turn) noexcept;
 
 /// Returns the pose of a fitted clamp.
 ClampPose pose_of(const ClampFitted& fitted) noexcept;
-/// Fits the clamp onto its three planned pins. The request is one that check_fitting() accepts.
+/// Fits the clamp onto its three planned pins. Requires that check_fitting() accepts the request.
 Result<ClampFitted, LocatedError> fit(const FitClamp& request, const sim::JobInput& input);
 const sim::JobType& fit_job();
-/// Returns an error unless three pins are planned and the approach exists.
+/// Returns an error unless three pins are planned, the limits are in order, and the approach exists.
 Status check_fitting(const FitClamp& request, const sim::OperationState& operation);
 
 }  // namespace trephine::skull_clamp

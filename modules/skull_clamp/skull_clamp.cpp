@@ -57,7 +57,10 @@ sim::Overlay clamp_overlay(const ClampFitted& fitted, const dvec3& up) {
 Status check_point(const dvec3& p, const char* where) {
   constexpr double k_farthest = 1e5;  // mm
   if (glm::dot(p, p) < k_farthest * k_farthest) return std::nullopt;
-  return Error{.what = "a position is not finite", .where = where, .expected = "finite numbers, mm"};
+  return Error{.what = "a position is out of range",
+               .where = where,
+               .expected = "less than 100 m from the origin",
+               .remedy = "choose a position on the head"};
 }
 
 }  // namespace
@@ -94,15 +97,17 @@ Status SkullClamp::allows(const sim::Command& command, const sim::OperationState
       return Error{.what = "unknown pin",
                    .where = "move-pin number",
                    .found = std::to_string(move->number),
-                   .expected = count == 0 ? "a placed pin" : "1 to " + std::to_string(count)};
+                   .expected = count == 0 ? "a placed pin" : "1 to " + std::to_string(count),
+                   .remedy = count == 0 ? "place a pin first (place-pin)" : "choose one of these"};
     return check_point(move->at, "move-pin at");
   }
   if (const auto* posture = command.request.as<SetPosture>()) {
     const double length = glm::length(posture->up);
     if (length > 1e-6 && length < 1e6) return std::nullopt;
-    return Error{.what = "the direction up has no length",
+    return Error{.what = length < 1 ? "the direction up has no length" : "the direction up is too long",
                  .where = "set-posture up",
-                 .expected = "a direction, such as 0,-1,0 for a patient who looks up"};
+                 .expected = "a direction, such as 0,-1,0 for a patient who looks up",
+                 .remedy = "pass a vector of about length 1"};
   }
   if (const auto* fit = command.request.as<FitClamp>()) return check_fitting(*fit, operation);
   return std::nullopt;
@@ -119,6 +124,7 @@ void SkullClamp::apply(const sim::Command& command, sim::ModuleWork& work) const
   } else if (const auto* posture = command.request.as<SetPosture>()) {
     auto& plan = work.change_settings<ClampPlan>();
     plan.up = glm::normalize(posture->up), plan.turn = posture->turn;
+    work.change_result<ClampFitted>() = {};
   } else if (const auto* clamp = command.request.as<SetClamp>()) {
     work.change_settings<ClampPlan>().model = clamp->model;
     work.change_result<ClampFitted>() = {};

@@ -34,7 +34,7 @@ constexpr double k_fine = 0.05;  // mm between positions at which labels are loo
 // Reach of the search behind the tip: the track law lets the tip 0.05 mm into a layer before it resists.
 constexpr double k_behind_tip = 0.2;  // mm
 
-bool has_layer(const Layers& layers) { return layers.ventricle > 0; }
+bool has_ventricle(const Layers& layers) { return layers.ventricle > 0; }
 
 /// Returns the label of matter that no tool has removed; 0 elsewhere.
 int remaining_label(const sim::Work& work, const dvec3& p_world) noexcept {
@@ -76,7 +76,7 @@ std::string reason_not_to_enter(const Catheter& c, const CatheterState& state, c
 void try_to_enter(const Catheter& c, CatheterState& state, const haptics::ServoRecord& tick,
                   sim::Work& work) {
   const volume::Volume& scan = work.remaining().base();
-  if (!has_layer(state)) static_cast<Layers&>(state) = layers_of(scan);
+  if (!has_ventricle(state)) static_cast<Layers&>(state) = layers_of(scan);
   const dvec3 tip = tick.proxy_world, ahead = ahead_of(tick.pose.orientation);
   const auto refuse = [&](std::string reason) {
     if (!state.is_refused) work.raise_event(CatheterRefused{std::move(reason)}, tip);
@@ -158,7 +158,7 @@ sim::HandForces forces(const Catheter& c, const CatheterState& state) {
   add(state.other_ventricle, k_wall_puncture, 0);
   sim::HandForces result;
   // The track holds the tip; bone around the hole, whose edge is blurred, does not.
-  constexpr int k_shapes = 8;  // largest number of touchable shapes; those of the anatomy are the first items
+  constexpr int k_shapes = 8;  // TouchScene::k_max_shapes; the shapes of the anatomy are the first items
   for (int item = 0; item < k_shapes; ++item) result.let_through.set(item, true);
   result.effects[0] = haptics::Effect{track, k_max_force};
   constexpr double k_before_hub = 5;  // mm
@@ -171,7 +171,7 @@ sim::HandForces forces(const Catheter& c, const CatheterState& state) {
 }
 
 Status check(const Catheter&, const haptics::TouchScene& scene) {
-  if (has_layer(layers_of(*scene.base))) return std::nullopt;
+  if (has_ventricle(layers_of(*scene.base))) return std::nullopt;
   return Error{.what = "the scan has no label of a ventricle",
                .where = "catheter",
                .expected = "a label whose name starts with \"ventricle\"",

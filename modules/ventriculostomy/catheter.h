@@ -32,11 +32,11 @@ std::string name_of_label(const volume::Volume& scan, int label);
 /// State of a catheter. Depths are in mm along `ahead` from `start`, where the path first meets a layer.
 struct CatheterState : Layers {
   bool has_entered = false;
-  bool is_refused = false;  ///< until it is lifted
+  bool is_refused = false;  ///< from a refusal until the catheter is lifted
   glm::dvec3 start{0.0}, ahead{0, 0, -1};
   double depth = 0;     ///< of the tip
   double deepest = 0;   ///< of the tip in this passage
-  double searched = 0;  ///< up to where layers were looked up
+  double searched = 0;  ///< depth up to which layers were searched
   bool has_passed_dura = false, has_reached_ventricle = false;
   glm::dvec3 ventricle_wall{0.0};  ///< mm, world: entry into the ventricle; valid if has_reached_ventricle
   glm::dvec3 tip() const noexcept { return start + depth * ahead; }

@@ -54,7 +54,7 @@ std::shared_ptr<const sim::Piece> catheter_piece(const dvec3& tip, const dvec3& 
 }
 
 /// Returns the hand with a catheter that can be left; empty if there is no such hand.
-std::optional<std::size_t> hand_to_leave(const sim::OperationState& operation) {
+std::optional<std::size_t> hand_with_catheter(const sim::OperationState& operation) {
   for (std::size_t hand = 0; hand < operation.settings.hands.size(); ++hand)
     if (const CatheterState* state = inserted(operation, hand); state && state->depth > 0) return hand;
   return std::nullopt;
@@ -62,7 +62,7 @@ std::optional<std::size_t> hand_to_leave(const sim::OperationState& operation) {
 
 std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
   const auto& request = *static_cast<const LeaveCatheter*>(parameters);
-  const auto hand = hand_to_leave(input.state);
+  const auto hand = hand_with_catheter(input.state);
   auto output = std::make_shared<LeaveResult>();
   if (!hand) return output;
   const CatheterState& state = *inserted(input.state, *hand);
@@ -108,7 +108,7 @@ const CatheterState* inserted(const sim::OperationState& operation, std::size_t 
 }
 
 Status check_leaving(const sim::OperationState& operation) {
-  if (hand_to_leave(operation)) return std::nullopt;
+  if (hand_with_catheter(operation)) return std::nullopt;
   return Error{.what = "there is no catheter to leave in place",
                .where = "leave-catheter",
                .expected = "a catheter whose tip is in the head",

@@ -1,4 +1,4 @@
-// Catheters left in place: the job that makes the catheter of a hand a fixed body, with its tip where it is.
+// Catheters left in place: the job that makes the catheter of a hand a fixed body at its current position.
 #pragma once
 
 #include "modules/ventriculostomy/catheter.h"
@@ -33,7 +33,7 @@ struct CathetersInPlace {
 
   /// Returns the index of the catheter that was inserted at a start; empty if it was not left in place.
   std::optional<std::size_t> find_start(const glm::dvec3& start) const noexcept;
-  /// Removes a body of the list.
+  /// Removes the catheter with this body, which must be in the lists.
   void remove(sim::Id body);
 };
 

@@ -10,7 +10,7 @@ namespace trephine::ventriculostomy {
 struct JudgeCatheter {
   std::string trajectory;  ///< of the plan, by name; empty: the nearest one for ventriculostomies
   std::vector<glm::dvec3> at =
-      {};                 ///< mm, world: a point before the bone, and the tip; empty: the newest one
+      {};                 ///< mm, world: a point before the bone, and the tip; empty: the newest catheter
   std::int64_t item = 0;  ///< index of the bone's shape in the anatomy
   static const sim::Schema& schema();
 };
@@ -88,7 +88,7 @@ struct CatheterJudgement {
   std::vector<Crossing> crossings;    ///< in the order of the path
   std::vector<Clearance> clearances;  ///< of all forbidden structures
 };
-/// Judges a path. The request is one that check_judging() accepts, and the scan has labels.
+/// Judges a path. Requires that check_judging() accepts the request, and that the scan has labels.
 CatheterJudgement judge(const JudgeCatheter& request, const sim::JobInput& input);
 
 const sim::JobType& judge_job();

@@ -85,13 +85,16 @@ Status check_shape_of_pieces(const haptics::TouchScene& anatomy, std::int64_t it
     return Error{.what = "unknown shape to detach pieces from",
                  .where = field,
                  .found = std::to_string(item),
-                 .expected = "0 to " + std::to_string(shapes.size() - 1)};
+                 .expected = shapes.empty() ? "a scene with a shape of a scan"
+                                            : "0 to " + std::to_string(shapes.size() - 1),
+                 .remedy = "choose the index of a shape of the anatomy"};
   // A smoothed shape has smooth walls, but its piece would have steps: a resting tool would fall in.
   if (const haptics::TouchItem& shape = shapes[static_cast<std::size_t>(item)]; shape.soft)
     return Error{.what = "pieces of a smoothed shape cannot be detached",
                  .where = field,
                  .found = haptics::name_of(shape),
-                 .expected = "a shape between intensities"};
+                 .expected = "a shape that is not smoothed",
+                 .remedy = "choose a shape of intensities, not a label or a thresholded scan"};
   return std::nullopt;
 }
 

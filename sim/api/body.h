@@ -18,8 +18,8 @@ class SolidParts;
 
 namespace trephine::sim {
 
-/// Surface of a body: of detached bone in the world, where it was detached; of an implant in its own frame.
-/// Touched as a model; cannot be cut.
+/// Surface of a body, in the world frame at its detachment; of an implant, in the implant's own frame. It is
+/// touched as a model, and cannot be cut.
 struct Piece {
   std::shared_ptr<const haptics::MeshTree> tree;
   haptics::Material material;
@@ -39,7 +39,7 @@ struct BodyMotion {
   haptics::Placement from;       ///< pose at the start
   std::uint64_t begin_tick = 0;  ///< at which it starts
   double seconds = 0;            ///< duration; 0: no motion
-  double turns = 0;              ///< additional turns about `axis`, counterclockwise seen against it
+  double turns = 0;              ///< additional turns about `axis`, by the right-hand rule
   glm::dvec3 axis{0, 0, 1};      ///< unit, in the frame of the body
   /// Returns the pose at a time (s) after the start, on the way to `place`.
   haptics::Placement at(double time, const haptics::Placement& place) const noexcept;
@@ -47,10 +47,10 @@ struct BodyMotion {
 
 struct Body {
   Id id;          ///< never reused
-  int mover = 0;  ///< of its item, while the body exists; -1 for a fixed body
+  int mover = 0;  ///< number of its mover, while the body exists; -1 for a fixed body
   std::shared_ptr<const Piece> piece;
-  haptics::Placement place;      ///< pose of the frame of the piece; while held, that of the grasp
-  int holder = -1;               ///< hand that holds it; -1: released. Undo puts no body into a hand
+  haptics::Placement place;      ///< pose of the frame of the piece; while held, the pose before
+  int holder = -1;               ///< hand that holds it; -1: no hand. Undo does not restore grasps
   haptics::Placement grip = {};  ///< pose relative to that hand
   volume::Matter matter = volume::Matter::bone;
   bool is_implant = false;  ///< was never part of the anatomy
@@ -64,7 +64,7 @@ struct NewBody {
   haptics::Placement place;
   volume::Matter matter = volume::Matter::titanium;
   bool is_fixed = true;
-  BodyMotion motion = {};  ///< begin_tick is that of the adoption
+  BodyMotion motion = {};  ///< begin_tick is set at the adoption
 };
 
 /// Fate of a part of a cut shape.

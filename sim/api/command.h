@@ -88,8 +88,8 @@ struct PlaceModel {
   std::vector<double> rotation{1, 0, 0, 0};  ///< a unit quaternion, w first
   static const Schema& schema();
 };
-/// Sets a force of the hand in addition to those of surfaces. The effect keeps its state while one with its
-/// id exists.
+/// Sets a force of the hand in addition to those of surfaces. The state of the effect persists while the hand
+/// has an effect of this kind with this id.
 struct SetEffect {
   Id effect;
   std::string words;  ///< as haptics::parse_effect reads them; empty: ends the force
@@ -108,16 +108,15 @@ struct ToolGeometry {
   /// Error if the balls or the profile form no valid tool. The surface of a body has no points yet.
   Result<haptics::SharedTool> tool() const;
 };
-/// A job: gives the hand an instrument, and the ball or balls that it touches with. Until these are ready,
-/// the hand keeps its current instrument. An instrument that needs no balls uses the hand's initial contact
-/// geometry.
+/// A job: gives the hand an instrument, and the contact geometry that it needs. Until this is ready, the hand
+/// keeps its current instrument. An instrument without such a need uses the hand's initial geometry.
 struct TakeInstrument {
   std::string instrument;  ///< its name
   std::string parameters;  ///< in words: "diameter=4 removal_rate=30"
   static const Schema& schema();
 };
-/// A job: detaches the parts of a cut shape that are no longer connected to the rest: bodies from `smallest`
-/// on, debris below.
+/// A job: detaches the parts of a cut shape that are no longer connected to the rest. Parts of at least
+/// `smallest` become bodies; smaller ones are debris.
 struct FreePieces {
   std::int64_t item = 0;  ///< index of a shape of the base
   double smallest = 10;   ///< mm3, least volume of a body

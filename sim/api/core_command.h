@@ -17,7 +17,7 @@ enum class StepRule : std::uint8_t {
   named        ///< allowed if the step or the procedure lists its name: it bypasses instruments
 };
 
-/// Row of the table of commands: check and effect side by side, as modules have them.
+/// Row of the table of commands: a command with its check and its effect.
 struct CoreCommand {
   const ValueType* type = nullptr;
   /// Returns the reason to refuse the command in the current state. Null: it is never refused.
@@ -33,7 +33,7 @@ struct CoreCommand {
   bool is_guarded = true;            ///< modules may refuse it
   bool is_passed_to_modules = true;  ///< modules receive it
   StepRule step_rule = StepRule::listed;
-  bool causes_transitions = true;  ///< of a procedure, to another step
+  bool causes_transitions = true;  ///< may cause a transition of the procedure
 };
 
 /// Returns the commands of every engine in constant order: history, hands, bodies, derived data, procedure.

@@ -16,7 +16,7 @@ struct Event {
   Value value;  ///< a struct with a table of its fields
 };
 
-/// Faults of the force that a hand's servo latched, or that were reset.
+/// Faults that a hand's servo latched or reset.
 struct FaultEvent {
   std::string names;  ///< "lost device, ..."
   bool is_cleared = false;
@@ -37,8 +37,8 @@ struct StepEntered {
   std::string step;
   static const Schema& schema();
 };
-/// The procedure did not allow a command, or a transition was due while a hand held an instrument that the
-/// next step does not allow.
+/// The procedure did not allow a command or a step. A step is not allowed while a hand holds an instrument
+/// that it does not allow, or if commands on entry form a cycle.
 struct StepRefused {
   std::string step;     ///< current step
   std::string request;  ///< name of the command, instrument or next step

@@ -34,7 +34,7 @@ struct FieldInfo {
   std::span<const std::string_view> choices = {};  ///< names of an enum's values, from 0 on
   std::string_view help = {};                      ///< fragment of a sentence, for users
   std::string_view label = {};                     ///< name shown to users; empty: the field's name
-  std::size_t most_values = 0;                     ///< of a list; 0: any number
+  std::size_t most_values = 0;                     ///< of a list, in a window; not checked; 0: any number
   bool is_expert = false;                          ///< shown in a window only on request
   /// Kind of name that a text field holds: a window then offers the existing ones. Outlines and trajectories
   /// are those of the plan; an approach is one or the other.

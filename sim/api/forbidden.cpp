@@ -173,7 +173,7 @@ Nearness Forbidden::locate(const ToolBall& ball, double expected) const noexcept
   return result;
 }
 
-/// Calls each(position) for positions half a voxel apart between `from` and `to`, without the ends.
+/// Calls each(position) for positions step_mm_ apart between `from` and `to`, without the ends.
 template <class Each>
 void Forbidden::for_positions(const dvec3& from, const dvec3& to, const Each& each) const noexcept {
   constexpr double k_max_parts = 4096;  // faster than any hand: a metre in a tick

@@ -1,4 +1,5 @@
-// Forbidden: a structure that must not be cut, with a tool's distance at every tick and events of contact.
+// Forbidden: a structure that a tool must not enter, with the tool's distance at every tick and events of
+// contact.
 #pragma once
 
 #include <algorithm>
@@ -29,9 +30,9 @@ struct Nearness {
 
 struct ForbiddenWatch;
 
-/// A structure that must not be cut, in its state before any cut. Immutable. Distances are to its displayed
-/// surface. For a shape of a volume, this surface is at most half a voxel from the structure's boundary; the
-/// samples decide on which side a point is.
+/// A structure that a tool must not enter, in its state before any cut. Immutable. Distances are to its
+/// displayed surface. For a shape of a volume, this surface is at most half a voxel from the structure's
+/// boundary; the samples decide on which side a point is.
 class Forbidden {
  public:
   /// Keeps `volume`. Error if the structure is empty.
@@ -69,7 +70,7 @@ class Forbidden {
   /// Starts a path at the ball's position. Returns the clearance, mm.
   double begin_path(const ToolBall& ball, double expected, ForbiddenWatch& watch) const noexcept;
   /// Returns the least clearance, mm, while the ball moves straight from `from` to its centre, at positions
-  /// half of a voxel's shortest side apart.
+  /// half of a voxel's shortest side apart; 0.25 mm for a model.
   double clearance(const glm::dvec3& from, const ToolBall& ball, double expected = k_reach) const noexcept;
 
  private:

@@ -16,8 +16,8 @@ namespace trephine::sim {
 struct InstrumentInput {
   const haptics::ServoRecord& tick;
   double dt;  ///< s
-  /// True in the very first tick, the first tick with these parameters and the first one after an undo: the
-  /// instrument's state then belongs to another stroke.
+  /// True in the hand's first tick, and in its first one after a stroke of any hand, an undoable change, an
+  /// undo, or new parameters: the instrument's state then belongs to another stroke.
   bool is_fresh;
   double contact_radius = 0;  ///< mm, of the ball with which the hand touches; 0: a point or a whole tool
 };
@@ -37,8 +37,8 @@ struct HandForces {
   friend bool operator==(const HandForces&, const HandForces&) = default;
 };
 
-/// Type of an instrument: a function of its module, parameters with a table and a state with a table. Built
-/// by instrument_type().
+/// Type of an instrument: its step function, the types of its parameters and state, and optional functions.
+/// Built by instrument_type().
 struct InstrumentType {
   const ValueType* parameters;  ///< their name is the instrument's; a command of this value sets them
   const ValueType* state;

@@ -5,7 +5,8 @@
 namespace trephine::sim {
 
 namespace {
-/// Most events of a tick or a command; modules that answer each other's events without end are cut off.
+/// Largest number of events of a tick or a command. Further events of reactions are dropped, so that modules
+/// cannot react to each other endlessly.
 constexpr std::size_t k_max_events = 1000;
 }  // namespace
 

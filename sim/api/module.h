@@ -71,7 +71,8 @@ class ModuleReaction : public ModuleState {
  public:
   ModuleReaction(const ModuleState& state, std::vector<Event>& events, std::uint64_t tick, std::uint8_t hand)
       : ModuleState(state), events_(&events), tick_(tick), hand_(hand) {}
-  /// Raises an event, which all modules receive after the current one.
+  /// Emits an event, which all modules receive after the current one. Ignored if the tick or command already
+  /// has 1000 events.
   void raise_event(Value value, const glm::dvec3& position_world);
 
  private:
@@ -87,7 +88,7 @@ class ModuleWork : public Work, public ModuleState {
   /// Restores all matter that was removed since the start.
   void restore_all() noexcept { is_restored_ = true; }
   bool is_restored() const noexcept { return is_restored_; }
-  /// Removes a body, such as an implant of the module. Unknown ones are ignored.
+  /// Removes a body, such as an implant of the module. Unknown ids are ignored.
   void remove_body(Id body) { removed_bodies_.push_back(body); }
   std::span<const Id> removed_bodies() const noexcept { return removed_bodies_; }
 
@@ -116,7 +117,7 @@ struct JobInput {
   /// The uncut anatomy as the job's hand touches it.
   const haptics::TouchScene& anatomy;
   std::vector<volume::Field> solids;                                 ///< fields of all matter that can be cut
-  std::span<const std::shared_ptr<const Forbidden>> forbidden = {};  ///< structures that must not be cut
+  std::span<const std::shared_ptr<const Forbidden>> forbidden = {};  ///< structures not to be entered
 };
 
 /// Work that takes longer than a command may (2 ms): a pure function of immutable data, with the same bits
@@ -152,14 +153,15 @@ class Module {
   /// it, but makes it stale. Empty: the module has no results.
   virtual Value result() const { return {}; }
 
-  /// Guard: called for every command of any module before it is carried out. An Error refuses the command.
+  /// Guard: called before a command of any module or of the engine is carried out, except Resume and the
+  /// adoptions of results. An Error refuses the command.
   virtual Status allows(const Command& command, const OperationState& state) const;
   /// Carries out a command of this module, in at most 2 ms. Cannot fail: allows() has refused invalid ones.
   virtual void apply(const Command& command, ModuleWork& work) const;
   /// Handles an event of any module. `state`: of the operation when the event was raised.
   virtual void react(const Event& event, const OperationState& state, ModuleReaction& reaction) const;
-  /// Handles a command of any module or of the engine, such as undo, after it was carried out. Commands that
-  /// only adopt derived data are left out.
+  /// Handles a command of any module or of the engine, such as undo, after it was carried out. Adoptions of
+  /// derived data and of the results of jobs are left out.
   virtual void react_to_command(const Command& command, const OperationState& state,
                                 ModuleReaction& reaction) const;
   virtual std::vector<Measure> measures(const OperationState& state) const;

@@ -27,7 +27,7 @@ struct ProcedurePosition {
 struct UndoableState {
   std::shared_ptr<const volume::Version> version;     ///< of the anatomy, which never moves
   std::vector<std::shared_ptr<const Value>> modules;  ///< one per module, in the session's order; may be null
-  std::vector<Body> bodies;                           ///< detached from the anatomy, by ascending id
+  std::vector<Body> bodies;                           ///< detached parts and implants, by ascending id
   ProcedurePosition procedure;
 };
 

@@ -1,4 +1,4 @@
-// Work: the edits and events that instruments and modules may make, and no others.
+// Work: the only edits and events that instruments and modules may make.
 #pragma once
 
 #include "sim/api/event.h"

@@ -38,7 +38,7 @@ class Background {
   void submit(Priority priority, Work work);
   /// Results since the last call, in the order in which the work ended.
   std::vector<Result> take();
-  /// True if no work of this priority is queued or running, and none of its results is to be taken.
+  /// True if no work of this priority is queued or running, and none of its results waits for take().
   bool is_idle(Priority priority) const;
   /// Waits for running work; discards queued work, and results that were not taken.
   void stop();

@@ -76,7 +76,7 @@ void LiveSession::stop() {
   is_stopping_ = true;
   if (thread_.joinable()) thread_.join();
   background_.stop();
-  // Requests during the last round.
+  // Handles the requests that arrived during the last round.
   std::vector<Command> commands;
   std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots;
   std::vector<std::pair<std::size_t, std::promise<std::vector<HistoryState>>>> history_states;
@@ -137,7 +137,7 @@ void LiveSession::submit_picture(haptics::depth::DepthPicture picture, std::int6
   picture_ = std::move(job);
 }
 
-/// Returns the job of the pending picture, which is pending no longer; empty if there is no picture.
+/// Removes the pending picture and returns its job; empty if there is no picture.
 std::optional<DerivedJob> LiveSession::take_picture() {
   std::function<DerivedJob()> picture;
   {
@@ -315,9 +315,14 @@ void LiveSession::end_search(bool has_found) {
 
 /// Detaches free pieces by an internal command, whose refusal is not reported.
 void LiveSession::free_pieces() {
+  std::optional<Error> unread;  // refusal of a user's command
+  {
+    const std::lock_guard guard(lock_);
+    unread = state_.refused;
+  }
   if (!carry_out(pieces_->command()).refused) return;
   const std::lock_guard guard(lock_);
-  state_.refused.reset();
+  state_.refused = std::move(unread);
 }
 
 Outcome LiveSession::carry_out(const Command& command, bool may_begin) {

@@ -42,15 +42,15 @@ struct LiveState {
   std::int32_t step = -1;                  ///< index of the current step of the procedure; -1: no procedure
   std::uint64_t step_tick = 0;             ///< when it began
   std::vector<std::uint32_t> step_visits;  ///< per step, number of times that it began
-  /// Overlays of the anatomy, at least as recent as the previous fetch; null before that.
+  /// Overlays in addition to the anatomy, at least as recent as the previous fetch; null before that.
   std::shared_ptr<const Overlays> overlays;
-  std::vector<Id> bodies;  ///< bodies of the first overlays, in their order
+  std::vector<Id> bodies;  ///< bodies that the first overlays show, in their order
   /// Depth images of the first hand, as recent as the overlays.
   std::vector<DisplayedDepths> depths;
   /// Persistent states of modules, as recent as the overlays.
   std::vector<std::shared_ptr<const Value>> settings;
   std::size_t pending_jobs = 0;
-  std::string job;                   ///< name of the oldest pending job, such as "cut-flap"; empty: none
+  std::string job;                   ///< name of the oldest pending job, such as "cut-flap"; empty: no job
   bool is_searching_pieces = false;  ///< a search for disconnected pieces is not complete
   Value tool;                        ///< parameters of the first hand's instrument; empty: no instrument
   double tool_radius = 0;            ///< mm, of the ball that the first hand touches with; 0: a point
@@ -93,7 +93,7 @@ class LiveSession {
   /// Resets latched faults after their cause is removed: the force starts from zero, and the proxy from the
   /// last free position. Any thread.
   void reset_faults() noexcept { wants_reset_ = true; }
-  /// Returns the current state, and clears what is new in it. Any thread.
+  /// Returns the current state, and clears the members described as "new". Any thread.
   LiveState fetch_state();
   haptics::ServoReport servo_report() const { return servo_.report(); }
   /// Detaches disconnected pieces of at least `smallest` mm3 at the ends of strokes. Call before start().

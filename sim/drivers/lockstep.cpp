@@ -93,7 +93,7 @@ Outcome Lockstep::apply(const Command& command) {
   return outcome;
 }
 
-/// Applies the commands that steps issue, which are whole: their jobs are finished.
+/// Applies the commands that steps issue, and finishes their jobs.
 void Lockstep::issue_next(Outcome& outcome) {
   issue(std::exchange(outcome.next_commands, {}), [&](const Command& command) {
     Outcome issued = apply_alone(command);

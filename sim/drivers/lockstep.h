@@ -1,4 +1,4 @@
-// Lockstep: headless operation without threads, by turns of a servo step and its edit. The same input gives
+// Lockstep: headless operation without threads, which alternates servo steps and edits. The same input gives
 // the same bits.
 #pragma once
 
@@ -23,10 +23,10 @@ class Lockstep {
   std::span<const haptics::ServoRecord> step(std::span<const haptics::Pose> poses);
   /// Resets faults, contact and force of all hands in the next tick.
   void reset() noexcept { is_reset_ = true; }
-  /// Undoes a stroke. A tool over which bone grows is led out along its own path.
+  /// Undoes a stroke. A tool that restored bone encloses escapes along its own past path.
   Outcome undo() { return apply(Undo{}); }
   Outcome redo() { return apply(Redo{}); }
-  /// Applies a command, and then those that a step issues which it begins.
+  /// Applies a command, and then the commands of a step that it begins.
   Outcome apply(const Command& command);
   /// Applies a command, and finishes the job that it starts.
   Outcome apply_whole(const Command& command);

@@ -79,7 +79,8 @@ Result<std::unique_ptr<Replay>> Replay::open(SessionReader& session, OperationSt
   // The state of a module of another version may have another meaning.
   for (const NamedVersion& named : header.modules)
     for (const Module* module : modules.value().modules())
-      if (module->name() == named.name && module->version() != named.version) replay->are_usable_ = false;
+      if (module->name() == named.name && module->version() != named.version)
+        replay->are_checkpoints_usable_ = false;
   return replay;
 }
 
@@ -105,7 +106,7 @@ Status Replay::restore(State state) {
   changed_ = {glm::ivec3(0), state.engine.scene().base->size - 1};
   const SessionReader::Position position = state.position;
   state_ = std::make_unique<State>(std::move(state));
-  comparing_.reset();
+  compared_checkpoint_.reset();
   return session_->go_to(position);
 }
 
@@ -121,7 +122,7 @@ Status Replay::open_at(std::size_t checkpoint) {
   opened.events = stored.image.now.chronicle.size();
   opened.next_tick = stored.image.now.next_tick;
   opened.opened_at = stored.image.serial;
-  opened.hashable = {{stored.image.serial, opened.engine.current()}};  // hash not read yet
+  opened.versions_to_check = {{stored.image.serial, opened.engine.current()}};  // hash not read yet
   opened.position = {stored.block, 0};
   opened.fields = stored.fields;
   if (Status error = restore(std::move(opened))) return error;
@@ -203,7 +204,7 @@ Status Replay::take(const LogItem& item) {
   if (const auto* command = std::get_if<CommandItem>(&item)) {
     if (command->command.hand >= state_->engine.hand_count())
       return Error{.what = "the session's record is damaged",
-                   .found = "a command for a hand that it does not have"};
+                   .found = "a command of a hand that the session does not have"};
     run_command(command->command);
   } else if (const auto* version = std::get_if<VersionItem>(&item)) {
     check(*version);
@@ -213,7 +214,7 @@ Status Replay::take(const LogItem& item) {
     check(*event);
   } else if (const auto* unknown = std::get_if<UnknownItem>(&item)) {
     const NamedVersion& type = session_->header().types[unknown->type];
-    return Error{.what = "this program does not know a command of the session",
+    return Error{.what = "this program does not know a command or event of the session",
                  .found = type.name,
                  .expected = "version " + std::to_string(type.version),
                  .remedy = "open it with the version that recorded it"};
@@ -237,7 +238,7 @@ void Replay::compare_checkpoint() {
   const Checkpoint& stored = read.value();
   const EngineImage image = state_->engine.image();
   if (bytes_without_state(stored.image) != bytes_without_state(image))
-    record_mismatch(tick, "checkpoint", "another history, trail or setting", "");
+    record_mismatch(tick, "checkpoint", "its history, trails and settings", "others");
   // After many cuts the hash takes longer than the replay that it checks: only some are compared.
   constexpr int k_many_bricks = 1 << 13;
   constexpr std::size_t k_some = 16;
@@ -245,7 +246,7 @@ void Replay::compare_checkpoint() {
     const volume::RemovalLedger &recorded = stored.image.now.undoable.version->ledger(),
                                 &here = image.now.undoable.version->ledger();
     if (recorded.total() != here.total() || recorded.freed_units != here.freed_units)
-      record_mismatch(tick, "checkpoint", "another removed volume", "");
+      record_mismatch(tick, "checkpoint", "its removed volume", "another");
   } else if (const std::uint64_t recorded = stored.image.now.hash(), replayed = image.now.hash();
              recorded != replayed) {
     record_mismatch(tick, "checkpoint", hexadecimal(recorded), hexadecimal(replayed));
@@ -253,7 +254,7 @@ void Replay::compare_checkpoint() {
   Engine opened = kept_states_.front().engine;
   if (const Status error = opened.restore(stored.image))
     record_mismatch(tick, "checkpoint", error->message(), "");
-  comparing_ = std::move(read).value();
+  compared_checkpoint_ = std::move(read).value();
   compared_ticks_ = 0;
 }
 
@@ -264,20 +265,20 @@ void Replay::compare_tick() {
     haptics::put_record(bytes, record);
     return bytes;
   };
-  const Checkpoint& stored = *comparing_;
+  const Checkpoint& stored = *compared_checkpoint_;
   if (compared_ticks_ < stored.records.size() &&
       bytes_of(stored.records[compared_ticks_]) != bytes_of(record_))
-    record_mismatch(record_.tick, "checkpoint", "another tick", "");
+    record_mismatch(record_.tick, "checkpoint", "its tick", "another");
   if (++compared_ticks_ < stored.records.size()) return;
   for (std::size_t h = 0; h < stored.cores.size(); ++h) {
     const haptics::ServoHand& hand = state_->servo.current_scene()->hands[h];
     haptics::ServoCore loaded = state_->servo.cores()[h];
     if (haptics::ServoMemory::save(loaded, hand) != stored.cores[h])
-      record_mismatch(record_.tick, "checkpoint", "another servo", "");
+      record_mismatch(record_.tick, "checkpoint", "its servo memory", "another");
     else if (!haptics::ServoMemory::load(stored.cores[h], hand, loaded))
       record_mismatch(record_.tick, "checkpoint", "a servo that cannot be loaded", "");
   }
-  comparing_.reset();
+  compared_checkpoint_.reset();
 }
 
 Status Replay::run_tick(const TickItem& item) {
@@ -301,7 +302,7 @@ Status Replay::run_tick(const TickItem& item) {
   if (recorded.has_contact != record_.has_contact)
     record_mismatch(recorded.tick, "contact", recorded.has_contact ? "yes" : "no",
                     record_.has_contact ? "yes" : "no");
-  if (comparing_) compare_tick();
+  if (compared_checkpoint_) compare_tick();
   finish_tick();
   return std::nullopt;
 }
@@ -314,12 +315,12 @@ void Replay::finish_tick(bool may_keep) {
   const bool was_in_stroke = state_->engine.is_in_stroke();
   add_change(state_->engine.apply(record_));
   if (was_in_stroke && !state_->engine.is_in_stroke())
-    state_->hashable[state_->engine.serial()] = state_->engine.current();
+    state_->versions_to_check[state_->engine.serial()] = state_->engine.current();
   if (++state_->replayed < kept_states_.back().replayed + k_keep_every || !may_keep ||
       state_->next_tick <= kept_states_.back().next_tick)
     return;
   // No state is kept near a checkpoint, from which seek() can also start.
-  const auto near = are_usable_ ? checkpoints_.before(state_->next_tick) : std::nullopt;
+  const auto near = are_checkpoints_usable_ ? checkpoints_.before(state_->next_tick) : std::nullopt;
   if (!near || checkpoints_.index(*near).next_tick + k_keep_every < state_->next_tick) keep();
 }
 
@@ -358,7 +359,8 @@ void Replay::run_command(const Command& command) {
     state_->servo.restart(state_->next_tick);
   }
   add_change(outcome);
-  if (!state_->engine.is_in_stroke()) state_->hashable[state_->engine.serial()] = state_->engine.current();
+  if (!state_->engine.is_in_stroke())
+    state_->versions_to_check[state_->engine.serial()] = state_->engine.current();
 }
 
 void Replay::check(const EventItem& item) {
@@ -389,14 +391,14 @@ void Replay::check(const VersionItem& item) {
 void Replay::check(const HashItem& item) {
   if (item.serial < state_->opened_at) return;  // of a version before that of the opened checkpoint
   ++counts_.hashes;
-  const auto found = state_->hashable.find(item.serial);
+  const auto found = state_->versions_to_check.find(item.serial);
   const std::string recorded = hexadecimal(item.hash);
-  if (found == state_->hashable.end())
+  if (found == state_->versions_to_check.end())
     return record_mismatch(state_->next_tick, "voxels", recorded,
                            "no version " + std::to_string(item.serial));
   if (const std::uint64_t hash = found->second->content_hash(); hash != item.hash)
     record_mismatch(state_->next_tick, "voxels", recorded, hexadecimal(hash));
-  state_->hashable.erase(state_->hashable.begin(), std::next(found));
+  state_->versions_to_check.erase(state_->versions_to_check.begin(), std::next(found));
 }
 
 /// Compares the final state with the end of the session.
@@ -449,7 +451,7 @@ Status Replay::seek(std::uint64_t tick) {
   bool is_current_usable = state_->next_tick <= tick && state_->next_tick >= kept_states_[start].next_tick;
   const std::uint64_t known = is_current_usable ? state_->next_tick : kept_states_[start].next_tick;
   bool is_opened = false;
-  if (const auto newest = are_usable_ ? checkpoints_.before(tick) : std::nullopt)
+  if (const auto newest = are_checkpoints_usable_ ? checkpoints_.before(tick) : std::nullopt)
     for (std::size_t i = *newest + 1; !is_opened && i-- > 0 && checkpoints_.index(i).next_tick > known;) {
       is_opened = !open_at(i);
       ++(is_opened ? counts_.opened : counts_.unopened);

@@ -81,7 +81,7 @@ class Replay {
   struct State {
     Engine engine;
     ServoFollower servo;
-    std::map<std::uint64_t, std::shared_ptr<const volume::Version>> hashable;  ///< hash not read yet
+    std::map<std::uint64_t, std::shared_ptr<const volume::Version>> versions_to_check;  ///< by their serials
     std::size_t events = 0;                     ///< number of checked events of the chronicle
     std::uint64_t next_tick = 0, replayed = 0;  ///< number of played ticks
     std::uint64_t opened_at = 0;                ///< serial at which the session was opened
@@ -114,9 +114,9 @@ class Replay {
   std::unique_ptr<State> state_;
   std::vector<State> kept_states_;
   CheckpointStore checkpoints_;
-  bool are_usable_ = true, is_verifying_ = false;
-  std::size_t next_checkpoint_ = 0;      ///< to be compared
-  std::optional<Checkpoint> comparing_;  ///< whose ticks are being compared
+  bool are_checkpoints_usable_ = true, is_verifying_ = false;
+  std::size_t next_checkpoint_ = 0;                ///< index of the next one to compare
+  std::optional<Checkpoint> compared_checkpoint_;  ///< checkpoint whose ticks are being compared
   std::size_t compared_ticks_ = 0;
   haptics::ServoRecord record_;
   glm::dvec3 recorded_force_{0.0};

@@ -1,4 +1,4 @@
-// Core commands: the five groups, and rows for functions that take the request itself.
+// Core commands: the five groups, and a function that makes their rows.
 #pragma once
 
 #include <type_traits>

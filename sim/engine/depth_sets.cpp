@@ -85,7 +85,7 @@ DerivedData data_of(DepthSet set) {
 DerivedJob images_job(const DerivedKey& key, std::uint64_t serial, const DepthImages& input,
                       const std::shared_ptr<const haptics::TouchScene>& scene, const DepthView& view) {
   DerivedJob job{key, serial, Value(input).bytes(), scene, view.interval};
-  // Takes milliseconds, by what is visible.
+  // Takes milliseconds, depending on the visible part.
   job.make = [source = haptics::item_of(*scene, static_cast<int>(key.item)).depth, view](int threads) {
     auto drawn = source->draw(view, threads);
     DepthSet set = drawn ? std::move(drawn).value() : DepthSet();
@@ -235,7 +235,7 @@ std::optional<DerivedJob> DepthSets::job(const haptics::ServoHand& hand, std::ui
     if (!(low.x <= high.x) || (is_far(local_hip) && is_far(local_proxy))) continue;
     // The next set is requested when a third of the distance to the border is left.
     const double reach = edge / 3 + hand.scene->tool->radius();
-    // Never before the next set is due, however little the last one shows.
+    // No set is requested before it is due, even if the last one shows little.
     const bool is_due = !set || time >= set->view.time + set->view.interval;
     const bool is_old = !set || set->has_successor || !set->knows(hip, reach) || !set->knows(proxy, reach);
     if (!is_due || !is_old) continue;
@@ -246,7 +246,7 @@ std::optional<DerivedJob> DepthSets::job(const haptics::ServoHand& hand, std::ui
         k_border * item.depth_pixel;
     const DepthImages input{0.5 * (local_hip + local_proxy), local_proxy,
                             std::min(requested, k_max_pixels * item.depth_pixel), time};
-    // A hand at rest whose surroundings no set can cover gets no further one.
+    // A hand at rest whose surroundings no set can cover gets no further set.
     if (set && !set->has_successor && input.middle == set->view.middle && input.edge == set->view.edge)
       continue;
     return images_job({DerivedKind::depth_images, items_[d], number}, next_serial(d), input, scene,

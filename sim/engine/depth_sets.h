@@ -12,7 +12,8 @@
 
 namespace trephine::sim {
 
-/// Input of depth images: the view of haptics::depth::DepthView; its pixel and interval are the item's.
+/// Input of depth images: members of haptics::depth::DepthView. The item determines the others, which are
+/// pixel and interval.
 struct DepthImages {
   glm::dvec3 middle{0.0}, touch{0.0};  ///< mm, item's frame
   double edge = 0, time = 0;           ///< mm; s
@@ -26,8 +27,8 @@ struct DepthPixels {
   double fx = 0, fy = 0, cx = 0, cy = 0;     ///< pixels
   glm::dvec3 position{0.0};                  ///< mm, of the camera, item's frame
   std::vector<double> rotation{1, 0, 0, 0};  ///< a unit quaternion, w first
-  double nearest = 1, step = 0.1;            ///< mm: depth of value 1, and of one value more
-  std::string values;
+  double nearest = 1, step = 0.1;            ///< mm: depth of the value 1; depth per value
+  std::string values;                        ///< as in haptics::depth::DepthPicture
   static const Schema& schema();
 
   static DepthPixels of(const haptics::depth::DepthPicture& picture, const glm::dvec3& touch, double edge,
@@ -72,8 +73,8 @@ class DepthSets {
   const Sets& newest() const noexcept { return newest_; }
   /// Records the positions of the hand and of its proxy; world.
   void see(const glm::dvec3& hip, const glm::dvec3& proxy) noexcept;
-  /// Returns the first set that is due at `time` (s), of an object within reach; empty if all sets are up to
-  /// date. `number`: of the hand; `scene`: its scene without detached bodies.
+  /// Returns the job of the first set that is due at `time` (s), of an object within reach; empty if no set
+  /// is due. `number`: of the hand; `scene`: its scene without detached bodies.
   std::optional<DerivedJob> job(const haptics::ServoHand& hand, std::uint8_t number,
                                 const std::shared_ptr<const haptics::TouchScene>& scene, double time) const;
   /// Replaces the set of an item.

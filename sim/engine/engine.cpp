@@ -139,7 +139,7 @@ Status Engine::reason_to_refuse(const Command& command) const {
 /// Checks everything that can be wrong with a command, except the procedure, before any change. `core`: its
 /// row, or null.
 Status Engine::check(const Command& command, const CoreCommand* core) const {
-  if (command.request.is_empty()) return Error{.what = "an empty command", .expected = "a command"};
+  if (command.request.is_empty()) return Error{.what = "the command is empty", .expected = "a command"};
   const ValueType& type = command.request.type();
   if (Status error = command.request.check()) return error;
   if (command.hand >= hand_count())
@@ -159,7 +159,8 @@ Status Engine::check(const Command& command, const CoreCommand* core) const {
   } else if (!contains(catalogue_.all(), type) || catalogue_.is_event(type)) {
     return Error{.what = "no module of this session knows the command",
                  .found = std::string(command.request.name()),
-                 .expected = "a command of its modules"};
+                 .expected = "a command of its modules",
+                 .remedy = "load the module of the command, or choose another command"};
   } else if (find_job(type, job, module)) {
     if (Status error = check_job(*job, command)) return error;
   }
@@ -223,7 +224,7 @@ void Engine::finish(const ModuleWork& work, Outcome& outcome) {
     now_.undoable.version = published_version_ = editor_.publish();
     if (!now_.undoable.bodies.empty()) {
       now_.undoable.bodies.clear();
-      use_bodies(Bodies::others);
+      use_bodies(Bodies::changed);
     }
     for (TouchFields& fields : fields_) fields.go_back({}, current(), serial() + 1);
     publish(Change::addition);
@@ -258,8 +259,8 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
   const haptics::ServoRecord& tick = input.tick;
   const Instrument& instrument = now_.settings.hands[tick.hand];
   std::optional<ToolBall>& last_body = work_[tick.hand].body;
-  // Its position is unknown, or the hand did not bring it there: a larger tool that was taken at the surface
-  // begins within bone, and is led out.
+  // The tool's position is unknown, or not due to the hand: for example, a larger tool that replaced one at a
+  // surface begins within bone and escapes.
   if ((tick.raised & haptics::fault_not_finite) || tick.is_escaping) {
     last_body.reset();
     return;
@@ -341,7 +342,7 @@ void Engine::publish(Change change) {
   if (change == Change::addition) {
     ++addition_count_;
     for (std::size_t h = 0; h < hands_.size(); ++h) {
-      // Trails have no rotations: a tool of several balls is set free without a path.
+      // Trails have no rotations: a tool with six degrees of freedom is released without a path.
       const bool has_trail = !tools_[h].scene->tool->is_six_dof();
       haptics::EscapePath path = has_trail ? trails_[h].escape_path(hands_[h]).value_or(haptics::EscapePath{})
                                            : haptics::EscapePath{};

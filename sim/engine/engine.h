@@ -97,7 +97,7 @@ class Engine {
   double removed_mm3() const noexcept;
   /// Returns the box of all voxels that were cut since the start, also of undone cuts.
   const volume::VoxelBox& ever_cut() const noexcept { return ever_cut_; }
-  /// By label; one entry for volumes without labels.
+  /// Returns the removed volume of each label, mm3; one entry for scans without labels.
   std::vector<double> removed_mm3_by_label() const;
   std::vector<Measure> measures() const;
   /// Overlays for a view: bodies in their order, models, and overlays of modules.
@@ -209,7 +209,7 @@ class Engine {
   std::shared_ptr<haptics::ServoScene> make_scene(std::uint64_t serial);
   bool adopt_geometry(const PendingJob& job, const JobResult& result, Outcome& outcome);
   void use_fields();
-  enum class Bodies { same, others };
+  enum class Bodies { same, changed };
   std::vector<int> free_movers() const;
   Status check_room_for_bodies() const;
   Status check_room_for_pieces(std::string_view command) const;

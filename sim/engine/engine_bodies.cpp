@@ -1,4 +1,4 @@
-// Engine: detached bodies, which hands grasp and release.
+// Engine: detached bodies and implants, which hands grasp and release.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,7 +21,8 @@ Error no_body(const char* command, Id id) {
   return Error{.what = "unknown body",
                .where = command,
                .found = "body " + std::to_string(id.value),
-               .expected = "a detached body"};
+               .expected = "a detached body or an implant",
+               .remedy = "choose a body that exists"};
 }
 
 /// Checks that a body can be grasped or placed.
@@ -41,7 +42,8 @@ Status check_free(const Body& body, const char* command) {
   return std::nullopt;
 }
 
-/// Returns the layout since which a hand has the body at its current pose.
+/// Returns the number of the first layout (ServoHand::layout) in which the scene of a hand contains the body
+/// at its current pose.
 std::uint64_t since_of(const haptics::ServoHand& hand, const Body& body) {
   for (const haptics::TouchItem& item : hand.scene->items)
     if (item.tree == body.piece->tree && item.mover == body.mover &&
@@ -94,10 +96,11 @@ Status Engine::check_room_for_bodies() const {
                    .expected = "a method that touches the smooth solid",
                    .remedy = "use method subvoxel or scene"};
     if (haptics::item_count(*tool.scene) + haptics::TouchScene::k_max_movers > haptics::ShapeSet::k_max)
-      return Error{.what = "too many objects to touch together with the detached bodies",
-                   .found = std::to_string(haptics::item_count(*tool.scene)),
+      return Error{.what = "a hand touches too many objects to touch detached bodies as well",
+                   .found = std::to_string(haptics::item_count(*tool.scene)) + " objects",
                    .expected = "at most " +
-                               std::to_string(haptics::ShapeSet::k_max - haptics::TouchScene::k_max_movers)};
+                               std::to_string(haptics::ShapeSet::k_max - haptics::TouchScene::k_max_movers),
+                   .remedy = "start the session with fewer shapes or models that are touched"};
   }
   return std::nullopt;
 }
@@ -106,12 +109,11 @@ Status Engine::check_room_for_bodies() const {
 Status Engine::check_room_for_pieces(std::string_view command) const {
   if (Status error = check_room_for_bodies()) return error;
   if (!free_movers().empty()) return std::nullopt;
-  return Error{
-      .what = "too many detached bodies",
-      .where = std::string(command),
-      .found = std::to_string(now_.undoable.bodies.size()) + " bodies",
-      .expected = "at most " + std::to_string(haptics::TouchScene::k_max_movers) + " with models that move",
-      .remedy = "discard a body"};
+  return Error{.what = "too many objects that move",
+               .where = std::string(command),
+               .found = std::to_string(haptics::TouchScene::k_max_movers) + " bodies and models that move",
+               .expected = "fewer than " + std::to_string(haptics::TouchScene::k_max_movers),
+               .remedy = "discard a body"};
 }
 
 struct BodyCommands {
@@ -138,7 +140,8 @@ struct BodyCommands {
     if (!engine.work_[hand].place)
       return Error{.what = "the hand's position is unknown",
                    .where = "hold-body",
-                   .expected = "a hand whose device has sent a position"};
+                   .expected = "a hand whose device has sent a position",
+                   .remedy = "move the device first"};
     return std::nullopt;
   }
   static void hold(Engine& engine, const HoldBody& request, std::uint8_t hand, Outcome& outcome) {
@@ -151,7 +154,10 @@ struct BodyCommands {
   static Status check_release(const Engine& engine, const ReleaseBody&, std::uint8_t hand) {
     const std::vector<Body>& bodies = engine.now_.undoable.bodies;
     if (find_held_body(bodies, hand) != bodies.end()) return std::nullopt;
-    return Error{.what = "the hand holds no body", .where = "release-body", .expected = "a held body"};
+    return Error{.what = "the hand holds no body",
+                 .where = "release-body",
+                 .expected = "a held body",
+                 .remedy = "grasp a body first, with hold-body"};
   }
   static void release(Engine& engine, const ReleaseBody&, std::uint8_t hand, Outcome& outcome) {
     engine.release_body(*find_held_body(engine.now_.undoable.bodies, hand));
@@ -170,7 +176,7 @@ struct BodyCommands {
     find_body(engine.now_.undoable.bodies, request.body)->place = {request.position,
                                                                    {q[0], q[1], q[2], q[3]}};
     // The body counts as a new item at its new pose, so that it pushes no hand.
-    publish_edit(engine, Engine::Bodies::others, outcome);
+    publish_edit(engine, Engine::Bodies::changed, outcome);
   }
 
   static Status check_discard(const Engine& engine, const DiscardBody& request, std::uint8_t) {
@@ -180,7 +186,7 @@ struct BodyCommands {
   static void discard(Engine& engine, const DiscardBody& request, std::uint8_t, Outcome& outcome) {
     std::vector<Body>& bodies = engine.now_.undoable.bodies;
     bodies.erase(find_body(bodies, request.body));
-    publish_edit(engine, Engine::Bodies::others, outcome);
+    publish_edit(engine, Engine::Bodies::changed, outcome);
   }
 
  private:
@@ -212,7 +218,7 @@ bool Engine::remove_bodies(std::span<const Id> ids) {
   const std::size_t removed = std::erase_if(now_.undoable.bodies, [&](const Body& body) {
     return std::find(ids.begin(), ids.end(), body.id) != ids.end();
   });
-  if (removed > 0) use_bodies(Bodies::others);
+  if (removed > 0) use_bodies(Bodies::changed);
   return removed > 0;
 }
 
@@ -305,7 +311,7 @@ std::string Engine::reason_not_to_adopt(const Detachment& detachment) const {
   if (detachment.piece_count == 0 && detachment.debris == 0) return "no part is disconnected";
   if (const std::size_t room = free_movers().size(); detachment.piece_count > room)
     return std::to_string(detachment.piece_count) + " pieces are disconnected, and there is room for " +
-           std::to_string(room);
+           std::to_string(room) + ": discard bodies first";
   const Status no_room = check_room_for_bodies();
   return no_room ? no_room->message() : std::string();
 }
@@ -324,7 +330,7 @@ void Engine::adopt(const Detachment& detachment, std::uint8_t hand, Outcome& out
   if (detachment.debris > 0)
     pending_events_.push_back(
         {now_.next_tick, hand, glm::dvec3(0), DebrisFreed{detachment.debris, detachment.debris_mm3}});
-  use_bodies(Bodies::others);
+  use_bodies(Bodies::changed);
   publish(Change::removal);
   volume::RemovalReport report;
   report.box = detachment.box;
@@ -339,12 +345,13 @@ std::string Engine::reason_not_to_add(std::span<const NewBody> bodies) const {
       std::count_if(bodies.begin(), bodies.end(), [](const NewBody& body) { return !body.is_fixed; }));
   if (const std::size_t room = free_movers().size(); moving > room)
     return std::to_string(moving) + " movable implants were added, and there is room for " +
-           std::to_string(room);
+           std::to_string(room) + ": discard bodies first";
   for (const HandTool& tool : tools_)
     if (haptics::item_count(*tool.scene) + static_cast<int>(now_.undoable.bodies.size() + bodies.size()) +
             haptics::TouchScene::k_max_movers >
         haptics::ShapeSet::k_max)
-      return "a hand can touch at most " + std::to_string(haptics::ShapeSet::k_max) + " objects";
+      return "a hand can touch at most " + std::to_string(haptics::ShapeSet::k_max) +
+             " objects: discard bodies first";
   const Status no_room = check_room_for_bodies();
   return no_room ? no_room->message() : std::string();
 }
@@ -363,7 +370,7 @@ void Engine::add(std::span<const NewBody> bodies, std::uint8_t hand, Outcome& ou
                                BodyAdded{body.id, one.piece->mm3}});
     now_.undoable.bodies.push_back(std::move(body));
   }
-  use_bodies(Bodies::others);
+  use_bodies(Bodies::changed);
   publish(Change::removal);
   is_stroke_changed_ = outcome.is_changed = outcome.is_edit = true;
 }
@@ -376,13 +383,13 @@ void Engine::end_motions(std::uint64_t previous_tick, Outcome& outcome) {
     return body.motion.seconds > 0 && previous_tick < end && end <= now_.next_tick;
   };
   if (std::none_of(bodies.begin(), bodies.end(), is_ending)) return;
-  use_bodies(Bodies::others);
+  use_bodies(Bodies::changed);
   publish(Change::removal);
   outcome.is_changed = true;
 }
 
-/// Updates the scenes of the hands with the current bodies. `others`: the set of bodies or their poses have
-/// changed at once, which must not push a hand.
+/// Updates the scenes of the hands with the current bodies. `changed`: bodies were added or removed, or
+/// jumped to other poses. A jump does not push a hand.
 void Engine::use_bodies(Bodies update) {
   for (std::size_t h = 0; h < hands_.size(); ++h) use_bodies(h, update);
 }
@@ -392,9 +399,9 @@ void Engine::use_bodies(std::size_t h, Bodies update) {
   haptics::ServoHand& hand = hands_[h];
   const HandTool& tool = tools_[h];
   const int first = haptics::item_count(*tool.scene);
-  if (update == Bodies::others && bodies.empty()) {
+  if (update == Bodies::changed && bodies.empty()) {
     hand.set_scene(tool.scene, tool.method);
-  } else if (update == Bodies::others) {
+  } else if (update == Bodies::changed) {
     auto scene = std::make_shared<haptics::TouchScene>(*tool.scene);
     for (const Body& body : bodies) {
       haptics::TouchItem item =
@@ -411,7 +418,7 @@ void Engine::use_bodies(std::size_t h, Bodies update) {
     TREPHINE_ASSERT(!error);  // check_room_for_bodies() has checked this
     hand.set_scene(std::move(scene), std::move(method));
   }
-  hand.let_go();
+  hand.release_held();
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Body& body = bodies[b];
     if (body.mover >= 0) hand.set_placement(body.mover, body.place);

@@ -81,7 +81,7 @@ struct DerivedCommands {
     if (fields == nullptr || !fields->take(static_cast<std::uint64_t>(request.serial), data->fields)) return;
     engine.publish(Engine::Change::removal);
     outcome.is_changed = true;
-    if (data->hash != 0) outcome.job_hash = data->hash;  // a checkpoint has its own
+    if (data->hash != 0) outcome.job_hash = data->hash;  // fields of a checkpoint have no hash
     // The entry of the state between strokes gets the new fields, for a later return to it.
     std::shared_ptr<const HistoryEntry>& entry = engine.branch_.history[engine.branch_.position];
     if (!engine.is_stroke_changed_) entry = engine.make_entry(entry->box);
@@ -134,7 +134,7 @@ struct DerivedCommands {
       return std::nullopt;
     return Error{.what = "unknown job",
                  .found = "job " + std::to_string(request.job.value),
-                 .expected = "one that began and has not ended"};
+                 .expected = "a job that began and has not ended"};
   }
   static void adopt_job(Engine& engine, const AdoptJob& request, std::uint8_t, Outcome& outcome) {
     engine.adopt_or_discard(request, outcome);

@@ -73,12 +73,14 @@ struct HistoryCommands {
       return Error{.what = "the branch already exists",
                    .where = "begin-branch name",
                    .found = name,
-                   .expected = "another name"};
+                   .expected = "a name that no branch has",
+                   .remedy = "choose another name"};
     if (others.size() + 1 >= Engine::k_max_branches)
       return Error{.what = "too many branches",
                    .where = "begin-branch",
                    .found = std::to_string(others.size() + 1),
-                   .expected = "at most " + std::to_string(Engine::k_max_branches)};
+                   .expected = "fewer than " + std::to_string(Engine::k_max_branches),
+                   .remedy = "continue on an existing branch"};
     return std::nullopt;
   }
   static void begin_branch(Engine& engine, const BeginBranch& request, std::uint8_t, Outcome&) {
@@ -99,7 +101,7 @@ struct HistoryCommands {
         .what = request.name == engine.branch_.name ? "this branch is already active" : "unknown branch",
         .where = "switch-branch name",
         .found = request.name,
-        .expected = known.empty() ? "there are no others" : "one of " + known};
+        .expected = known.empty() ? "no other branch exists" : "one of " + known};
   }
   static void switch_branch(Engine& engine, const SwitchBranch& request, std::uint8_t, Outcome& outcome) {
     engine.end_stroke();
@@ -179,7 +181,7 @@ void Engine::go_to(std::size_t position, Outcome& outcome) {
   go_to(*branch_.history[position], branch_.history[std::max(position, from)]->box, outcome);
 }
 
-/// `box`: voxels that look different there.
+/// Restores an entry of the history. `box`: voxels that look different after that.
 void Engine::go_to(const HistoryEntry& entry, const volume::VoxelBox& box, Outcome& outcome) {
   const EntryState state = entry.state().value();  // read by HistoryCommands::check_entry()
   outcome.is_changed = outcome.is_edit = true;
@@ -195,7 +197,7 @@ void Engine::go_to(const HistoryEntry& entry, const volume::VoxelBox& box, Outco
       if (previous.id == body.id) body.holder = previous.holder, body.grip = previous.grip;
   }
   ++now_.edits;
-  if (has_bodies) use_bodies(Bodies::others);
+  if (has_bodies) use_bodies(Bodies::changed);
   now_.undoable.version = published_version_ = editor_.publish();
   for (TouchFields& fields : fields_) {
     const auto kept = std::find_if(state.fields.begin(), state.fields.end(),

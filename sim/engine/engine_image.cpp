@@ -66,7 +66,7 @@ Status Engine::restore(const EngineImage& image) {
   }
   if (!now_.undoable.bodies.empty()) {
     if (Status error = check_room_for_bodies()) return error;
-    use_bodies(Bodies::others);
+    use_bodies(Bodies::changed);
   }
   for (std::size_t h = 0; h < hands_.size(); ++h) hands_[h].escape_path = image.hands[h].escape_path;
   for (PendingJob& job : jobs_) make_runnable(job);

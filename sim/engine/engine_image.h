@@ -56,7 +56,7 @@ struct PendingJob {
   const JobType* type = nullptr;  ///< null: a job of the engine
   std::size_t module = 0;
   std::uint64_t addition_count = 0;    ///< the engine's count when the job began
-  volume::VoxelBox cut = k_no_voxels;  ///< of all cuts before the job began
+  volume::VoxelBox cut = k_no_voxels;  ///< box of all cuts before the job began
 };
 
 /// Scene of a hand, without the detached bodies, which are added to it.

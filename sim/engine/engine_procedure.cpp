@@ -166,7 +166,7 @@ std::size_t Engine::steps_begun_in(std::uint64_t tick) const noexcept {
 
 /// Takes the first transition of the current step whose cause and conditions hold, unless a hand holds an
 /// instrument that the next step does not allow: that transition is passed over, and refused if it has a
-/// cause and no other one is taken. `first_event`: of the events that are causes.
+/// cause and no other one is taken. `first_event`: index of the first event that may be a cause.
 void Engine::take_transition(const StepCause& cause, std::size_t first_event, Outcome& outcome) {
   const auto is_caused = [&](const StepTransition& transition) {
     if (transition.on.empty() || transition.on == cause.command) return true;

@@ -26,7 +26,7 @@ bool has_mover(const haptics::TouchScene& scene, std::int64_t mover) noexcept {
   });
 }
 
-/// Returns the laws with this one in place of that with its id; without a law that one is removed.
+/// Returns the laws with `law` in place of the law with this id, or without the latter if `law` is empty.
 Result<std::shared_ptr<const haptics::LawSet>> replace_law(const haptics::LawSet* current, std::uint32_t id,
                                                            std::optional<haptics::ServoLaw> law) {
   std::vector<haptics::ServoLaw> list;
@@ -125,8 +125,8 @@ Result<Instrument> Engine::named_instrument(const TakeInstrument& request) const
   return instrument;
 }
 
-/// Returns what the hand touches with while it has this instrument: what the instrument needs, else what it
-/// touched with at the start.
+/// Returns the contact geometry of the hand with this instrument: that which the instrument needs, otherwise
+/// the initial one.
 ToolGeometry Engine::geometry_of(const Instrument& instrument, std::size_t hand) const {
   const ToolNeeds needs = instrument.type && instrument.type->needs
                               ? instrument.type->needs(instrument.parameters.data(), *scene().base)
@@ -159,8 +159,8 @@ bool Engine::use_forces_of_instrument(std::size_t hand, Change& change) {
   return true;
 }
 
-/// Replaces the hand's tool, which is an addition: matter may reach where the old tool was free, and its
-/// instrument if the job brings one. Returns false, and keeps the old tool, if it does not fit the
+/// Replaces the hand's tool, and its instrument if the job has one. This is an addition: matter may reach
+/// where the old tool was free. Returns false, and keeps the old tool, if the new one does not fit the
 /// instrument.
 bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result, Outcome& outcome) {
   const auto& geometry = static_cast<const PreparedTool&>(result);
@@ -182,7 +182,7 @@ bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result, Outc
   if (take) give(std::move(instrument), job.hand, outcome);
   HandTool& tool = tools_[job.hand];
   tool = {geometry.scene, geometry.method, tool.change_count + 1, tool.initial_method};
-  use_bodies(job.hand, Bodies::others);
+  use_bodies(job.hand, Bodies::changed);
   use_fields();
   if (TouchFields* fields = fields_of(job.hand)) {
     // Its fields are valid if no cut was undone since.
@@ -251,8 +251,8 @@ struct HandCommands {
     if (request.effect.value >= k_instruments_effect)
       return Error{.what = "this effect belongs to the instrument",
                    .where = "set-effect",
-                   .found = std::to_string(k_instruments_effect),
-                   .expected = "a smaller number"};
+                   .found = "effect " + std::to_string(request.effect.value),
+                   .expected = "an effect below " + std::to_string(k_instruments_effect)};
     const auto laws = laws_with_effect(engine.hands_[hand], request);
     return laws ? Status() : laws.error();
   }
@@ -276,7 +276,7 @@ struct HandCommands {
     if (Status error = sim::check_geometry(*engine.tools_[hand].scene, instrument.value(), geometry))
       return error;
     if (Status error = engine.check_effect_of(instrument.value(), hand)) return error;
-    // The guards of an instrument's own command hold however it is taken.
+    // Guards of the instrument's own command also apply to take-instrument.
     return engine.check_guards({instrument.value().parameters, hand});
   }
   template <class T>
@@ -286,7 +286,7 @@ struct HandCommands {
 
   template <class T, auto k_set>
   static void apply_setting(Engine& engine, const T& request, std::uint8_t hand, Outcome& outcome) {
-    // Settings of all hands are kept under the first.
+    // A setting of all hands is stored under the first hand.
     const std::uint8_t owner = std::is_same_v<T, PlaceModel> ? std::uint8_t{0} : hand;
     engine.record_setting({request, owner}, k_set(engine, request, hand), outcome);
   }

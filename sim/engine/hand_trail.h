@@ -1,4 +1,4 @@
-// HandTrail: past positions of a hand's proxy, which give the escape path out of matter that grows over it.
+// HandTrail: past positions of a hand's proxy, which give the escape path out of restored matter.
 #pragma once
 
 #include <optional>

@@ -24,7 +24,7 @@ Error unknown(const std::string& name, const std::vector<std::string>& known) {
   return {.what = "unknown measurement",
           .found = name,
           .expected = std::move(expected),
-          .remedy = nearest.empty() ? "choose one of these" : "did you mean " + nearest + "?"};
+          .remedy = nearest.empty() ? "choose one of these" : "correct the spelling: " + nearest};
 }
 
 }  // namespace

@@ -34,8 +34,10 @@ Status check_instruments(const std::vector<std::string>& entries, const Catalogu
     HandSpec hand;
     hand.instrument = name, hand.parameters = words;
     if (hand.instrument.empty())
-      return Error{
-          .what = "an instrument has no name", .found = entry, .expected = "the name of an instrument"};
+      return Error{.what = "an instrument has no name",
+                   .found = entry,
+                   .expected = "the name of an instrument",
+                   .remedy = "write the name before the parameters"};
     if (const auto instrument = instrument_of(hand, catalogue); !instrument) return instrument.error();
   }
   return std::nullopt;
@@ -77,7 +79,8 @@ Status check_on_entry(const SurgicalProcedure& procedure, const ProcedureStep& s
   if (!causes_transitions(request.type()))
     return Error{.what = "a step cannot issue this command",
                  .found = words,
-                 .expected = "a command other than undo, redo, branches and go-to-step"};
+                 .expected = "a command other than undo, redo, branches and go-to-step",
+                 .remedy = "remove it from on_entry"};
   HandSpec hand;
   if (const auto* take = request.as<TakeInstrument>())
     hand.instrument = take->instrument, hand.parameters = take->parameters;

@@ -14,7 +14,7 @@ Status check_procedure(const volume::SurgicalProcedure& procedure, const Catalog
 /// Returns an error if the first step does not allow an instrument with which a hand (from 0 on) begins.
 Status check_first_instrument(const volume::SurgicalProcedure& procedure, const Instrument& instrument,
                               std::size_t hand);
-/// Returns an error if a condition has the distance to a structure that operations of this engine lack.
+/// Returns an error if a condition depends on the distance to a structure that this engine lacks.
 /// Measures of modules are not checked, since a module may add them later.
 Status check_step_measurements(const volume::SurgicalProcedure& procedure, const Engine& engine,
                                const Catalogue& catalogue);

@@ -33,7 +33,8 @@ Status check_data(const SceneDescription& spec, const SceneData& data) {
   constexpr const char* k_other_scan = "the scan is not the one of the session";
   if (data.volumes.size() != spec.volumes.size() || data.models.size() != spec.models.size())
     return no_match("the session needs other volumes or models",
-                    std::to_string(data.volumes.size()) + " and " + std::to_string(data.models.size()),
+                    std::to_string(data.volumes.size()) + " volumes and " +
+                        std::to_string(data.models.size()) + " models",
                     std::to_string(spec.volumes.size()) + " volumes and " +
                         std::to_string(spec.models.size()) + " models");
   for (std::size_t v = 0; v < spec.volumes.size(); ++v) {
@@ -99,7 +100,7 @@ Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogu
                  .where = "instrument",
                  .found = hand.instrument,
                  .expected = known,
-                 .remedy = "choose one of these, or load the module of the instrument (option module)"};
+                 .remedy = "choose one of these, or load the module of the instrument"};
   }
   Instrument result(*type, Value::of(*type->parameters));
   if (Status error = result.parameters.set(hand.parameters)) return *error;
@@ -142,7 +143,7 @@ Status apply_tool_needs(SceneDescription& spec, const volume::Volume& anatomy, c
                  .where = "smallest burr",
                  .found = found,
                  .expected = "above 0, at most the burr's " + text_of(finest) + " mm"};
-  // The error names the one of both that was too small.
+  // The error names the diameter that is too small.
   if (spec.smallest_burr > 0)
     if (auto lattice = volume::CutLattice::for_burr(anatomy, spec.smallest_burr); !lattice) {
       Error error = lattice.error();
@@ -205,7 +206,7 @@ Result<TouchScene> build_items(const SceneDescription& spec, const SceneData& da
                      .where = s.shape.name,
                      .found = volume::describe(s.shape, source_volume.is_hounsfield) + ": no voxel",
                      .expected = "at least one solid voxel",
-                     .remedy = "check the range of the scan's values"};
+                     .remedy = "choose values or a label that the scan contains"};
       scene.items.push_back({volume::Field(source_volume, s.shape), std::move(bits), s.material, s.sides});
       if (s.volume > 0) scene.items.back().tree = haptics::surface_tree(scene.items.back());
     }
@@ -228,7 +229,7 @@ Result<TouchScene> build_items(const SceneDescription& spec, const SceneData& da
 Result<OperationStart> build_scene(const SceneDescription& spec, const SceneData& data,
                                    const Catalogue& catalogue) {
   if (spec.hands.empty() || spec.hands.size() > haptics::ServoScene::k_max_hands)
-    return Error{.what = "too many hands",
+    return Error{.what = "the number of hands is out of range",
                  .where = "hands",
                  .found = std::to_string(spec.hands.size()),
                  .expected = "1 to " + std::to_string(haptics::ServoScene::k_max_hands)};
@@ -381,7 +382,7 @@ SceneData data_of(const TouchScene& scene) {
   };
   for (const TouchItem& item : scene.items)
     if (const auto* depth_model = dynamic_cast<const haptics::depth::DepthModel*>(item.depth.get())) {
-      // The keys of a model are consecutive, even those that others share.
+      // The keys of a model are consecutive, even if several models share them.
       data.models.insert(data.models.end(), depth_model->trees().begin(), depth_model->trees().end());
     } else if (item.is_mesh()) {
       add(item.tree);

@@ -29,8 +29,8 @@ struct StreamSpec {
   std::uint64_t pictures = 0, hash = 0;
 };
 
-/// A shape of a volume, or a model. Touchable structures of the anatomy come first, and those of one volume
-/// together.
+/// A shape of a volume, or a model. Touchable structures of the anatomy come first; structures of
+/// one volume are adjacent.
 struct StructureSpec {
   bool is_touchable = true;
   bool is_forbidden = false;  ///< a shape, or a closed model at rest, that must not be entered
@@ -79,9 +79,9 @@ struct SceneDescription {
   volume::SurgicalPlan plan;
   double rate_hz = 1000;
   haptics::ForceOptions force;
-  double smallest_burr = 0;  ///< mm, diameter for which cuts are sampled; 0: on the voxels
-  /// Request to smooth all shapes of two values, whatever StructureSpec::is_soft. Not stored in sessions,
-  /// where is_soft of each structure is the outcome.
+  double smallest_burr = 0;  ///< mm, diameter for which cuts are sampled; 0: as coarse as the voxels
+  /// Requests smoothing of all shapes with two values, instead of those with StructureSpec::is_soft. Not
+  /// stored in sessions, whose structures have the resulting is_soft.
   bool is_softening = false;
 };
 
@@ -108,8 +108,8 @@ Result<OperationStart> build_scene(const SceneDescription& spec, const SceneData
 /// Returns the hand's instrument with its parameters; without a type if the hand only touches. Error if the
 /// instrument is unknown, or its parameters are out of range.
 Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogue);
-/// Sets what the hands' instruments need: the ball that they touch with, and the fineness of cuts.
-/// `smallest_burr`: requested diameter, mm. Errors name "smallest burr" and "burr diameter".
+/// Sets the tools, methods and smallest burr that the hands' instruments need. `smallest_burr`: requested
+/// diameter, mm. Errors refer to "smallest burr" or "burr diameter".
 Status apply_tool_needs(SceneDescription& spec, const volume::Volume& anatomy, const Catalogue& catalogue,
                         std::optional<double> smallest_burr);
 /// True if the method of some hand touches smooth solids only, with a point or a ball.
@@ -122,11 +122,11 @@ std::shared_ptr<const haptics::LawSet> laws_of(const std::vector<std::string>& e
 /// Builds the forbidden structures of a spec.
 Result<std::vector<std::shared_ptr<const Forbidden>>> build_forbidden(const SceneDescription& spec,
                                                                       const SceneData& data);
-/// Describes a running scene. Hands share its items, but not the tool. `hands`: instruments and effects;
+/// Describes a running scene whose hands have one tool and one method. `hands`: instruments and effects;
 /// method and tool are filled in.
 SceneDescription describe_scene(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
                                 const haptics::ServoOptions& options, std::vector<HandSpec> hands);
-/// Describes a scene with hands of several tools.
+/// Describes a scene whose hands may have different tools and methods.
 SceneDescription describe_scene(std::span<const HandStart> hands, const haptics::ServoOptions& options);
 /// Describes the scene that was built from a spec, with its forbidden structures.
 SceneDescription describe_built_scene(const SceneDescription& request, const OperationStart& start);

@@ -18,11 +18,12 @@ struct NamedWords {
 NamedWords split_name(std::string_view text) noexcept;
 
 /// Returns an error unless the step or its procedure allows the instrument. Entries of their lists are "*",
-/// or a name with required values of parameters: "burr kinematic=no removal_rate=0". No instrument is allowed
-/// always.
+/// or a name with required values of parameters: "burr kinematic=no removal_rate=0". An empty hand is always
+/// allowed.
 Status check_instrument(const volume::SurgicalProcedure& procedure, const volume::ProcedureStep& step,
                         const Instrument& instrument);
-/// Returns an error unless the step or its procedure allows commands of this type, which give no instrument.
+/// Returns an error unless the step or its procedure allows commands of this type. Not for parameters of an
+/// instrument.
 Status check_command(const volume::SurgicalProcedure& procedure, const volume::ProcedureStep& step,
                      const ValueType& type);
 /// Returns an error unless a transition on request leads from the step to one of this name.

@@ -31,7 +31,7 @@ std::shared_ptr<const PreparedTool> make_geometry(const HandTool& tool, const To
   }
   const double radius = shape.value()->radius();
   if ((result->failed = haptics::set_tool(*scene, std::move(shape).value()))) return result;
-  // The hand's initial method, unless the tool moves with other degrees of freedom.
+  // Uses the hand's initial method, unless that does not support the new tool.
   const haptics::MethodInfo* initial = haptics::find_method(tool.initial_method);
   const bool is_same = !initial || (initial->freedom == scene->tool->freedom() &&
                                     initial->takes_shells == (scene->tool->shell() != nullptr));

@@ -1,4 +1,4 @@
-// PreparedTool: a new tool of a hand (a point, a ball or a chain of balls), prepared in the background.
+// PreparedTool: a new tool of a hand (a point, a ball, a chain or a shell), prepared in the background.
 #pragma once
 
 #include "haptics/servo/servo_scene.h"
@@ -14,7 +14,7 @@ class PreparedTool final : public JobResult {
   std::shared_ptr<const haptics::ProxyMethod> method;
   OffsetFields offsets;           ///< of the remaining matter when the job began; empty for a point
   Status failed;                  ///< reason why the tool is impossible
-  std::uint64_t fingerprint = 0;  ///< of fields and radius
+  std::uint64_t fingerprint = 0;  ///< of tool and fields
   std::uint64_t hash() const override { return fingerprint; }
 };
 

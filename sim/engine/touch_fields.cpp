@@ -37,7 +37,7 @@ std::optional<DerivedJob> TouchFields::job_of(std::uint64_t serial, std::uint8_t
     for (const haptics::TouchItem& shape : haptics::base_shapes(*scene_)) before.push_back(shape.offset);
   DerivedJob job{{DerivedKind::offset_fields, 0, hand}, serial};
   job.scene = scene_;
-  // Takes milliseconds to tens of them, by the size of box and tool.
+  // Takes milliseconds to tens of milliseconds, depending on the sizes of box and tool.
   job.make = [scene = scene_, version = std::move(version), box, before = std::move(before)](int threads) {
     constexpr int k_samples = 1 << 12;
     DerivedData data;

@@ -1,4 +1,5 @@
-// TouchFields: offset fields of round tools, updated some time after each cut, and which of them are stale.
+// TouchFields: offset fields of round tools, updated some time after each cut, and the cuts that they do not
+// include yet.
 #pragma once
 
 #include <optional>
@@ -26,10 +27,11 @@ class TouchFields {
                   const volume::VoxelBox& box);
   /// Returns the job for all cuts so far; empty if the fields are up to date. `hand`: one that uses them.
   std::optional<DerivedJob> job(std::uint8_t hand) const;
-  /// Returns the job for the cuts up to a serial; empty if that did not lead to the current state.
+  /// Returns the job for the cuts up to a serial; empty if the cuts have no such serial, for example after an
+  /// undo.
   std::optional<DerivedJob> job_of(std::uint64_t serial, std::uint8_t hand) const;
-  /// Adopts the result of that job. Returns false, without changes, if it did not lead to the current state,
-  /// for example after an undo.
+  /// Adopts the result of that job. Returns false, without changes, if the cuts have no such serial, for
+  /// example after an undo.
   bool take(std::uint64_t serial, OffsetFields result);
 
   /// Fields of a history entry, in addition to its version.
@@ -46,7 +48,8 @@ class TouchFields {
   const volume::VoxelBox& stale_box() const noexcept { return stale_box_; }
   /// Returns the cuts that the fields do not include, with their serials.
   std::vector<std::pair<std::uint64_t, volume::VoxelBox>> cuts() const;
-  /// Restores saved fields. The last cut was published as `version`; the others get results without a job.
+  /// Restores saved fields. The last cut was published as `version`. The other cuts have no job: results for
+  /// them must be submitted.
   static TouchFields of(std::shared_ptr<const haptics::TouchScene> scene, Kept kept,
                         std::span<const std::pair<std::uint64_t, volume::VoxelBox>> cuts,
                         std::shared_ptr<const volume::Version> version);
@@ -59,9 +62,9 @@ class TouchFields {
   };
   std::shared_ptr<const haptics::TouchScene> scene_;
   OffsetFields newest_;
-  /// Cut before the oldest of `cuts_`, and not included in the fields.
+  /// Voxels of cuts that are older than `cuts_` and not included in the fields.
   volume::VoxelBox stale_box_ = k_no_voxels;
-  std::vector<Cut> cuts_;  ///< later ones, oldest first
+  std::vector<Cut> cuts_;  ///< later cuts that the fields do not include, oldest first
 };
 
 }  // namespace trephine::sim

@@ -26,7 +26,7 @@ CheckpointMaker::CheckpointMaker(const Engine& engine, const haptics::ForceOptio
                                  std::uint64_t first_tick, int work)
     : servo_(force, dt, engine.hand_count(), engine.servo_scene(), first_tick),
       work_between_(work),
-      has_seen_(engine.hand_count()) {}
+      has_adopted_(engine.hand_count()) {}
 
 void CheckpointMaker::add(const haptics::ServoRecord& record, const Engine& engine, const Outcome& outcome) {
   if (!is_faithful_) return;
@@ -37,8 +37,8 @@ void CheckpointMaker::add(const haptics::ServoRecord& record, const Engine& engi
   if (!pending_) return;
   if (!is_servo_done_) {
     pending_->records.push_back(record);
-    has_seen_[record.hand] = record.version >= pending_->image.serial;
-    if (std::find(has_seen_.begin(), has_seen_.end(), false) == has_seen_.end())
+    has_adopted_[record.hand] = record.version >= pending_->image.serial;
+    if (std::find(has_adopted_.begin(), has_adopted_.end(), false) == has_adopted_.end())
       finish_servo();
     else if (pending_->records.size() >= k_max_records)
       return pending_.reset();
@@ -73,7 +73,7 @@ void CheckpointMaker::begin(Engine& engine, std::uint64_t block) {
   pending_ = std::make_unique<Checkpoint>();
   pending_->block = block;
   pending_->image = engine.image();
-  std::fill(has_seen_.begin(), has_seen_.end(), false);
+  std::fill(has_adopted_.begin(), has_adopted_.end(), false);
   is_servo_done_ = are_fields_done_ = false;
 }
 

@@ -1,5 +1,5 @@
-// Checkpoint: the state of an operation at one moment of its session, which can be opened there without a
-// replay of the part before.
+// Checkpoint: the state of an operation at one moment of its session, from which the session can be opened
+// without a replay of the part before.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,7 @@
 namespace trephine::sim {
 
 /// State of the engine at a position of the log, and of the servo some ticks later, when every hand has
-/// adopted that state: older states, which a servo may still see before, need not be stored.
+/// adopted that state: older states, which a servo may use until then, need not be stored.
 struct Checkpoint {
   std::uint64_t block = 0;  ///< block of the log that begins there
   EngineImage image;
@@ -61,7 +61,7 @@ class CheckpointMaker {
   bool is_faithful_ = true;
   int work_between_, work_ = 0;
   std::unique_ptr<Checkpoint> pending_;
-  std::vector<bool> has_seen_;  ///< per hand: the stored state, or a newer one
+  std::vector<bool> has_adopted_;  ///< per hand: its servo uses the stored state or a newer one
   bool is_servo_done_ = false, are_fields_done_ = false;
 };
 

@@ -56,8 +56,8 @@ class CheckpointEncoder {
 
   CheckpointTail tail_;
   std::shared_ptr<const volume::Version> untouched_;
-  std::size_t chain_bytes_ = 0,
-              first_bytes_ = 0;  ///< of the anatomy's chain from its first link on; of that link
+  std::size_t chain_bytes_ = 0,  ///< of the anatomy's chain, from its newest first link on
+      first_bytes_ = 0;          ///< of that link
   std::map<std::pair<std::shared_ptr<const haptics::TouchScene>, std::size_t>, Chain> chains_;
   std::map<std::uint32_t, std::uint64_t> pieces_;  ///< chains of stored pieces, by body
   std::string links_;                              ///< of this checkpoint

@@ -425,7 +425,8 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
         if (*loaded) return **loaded;
         if (shared->life.expired())
           return Error{.what = "the earlier history can no longer be read",
-                       .expected = "its session to stay open while it is continued"};
+                       .expected = "its session to stay open while it is continued",
+                       .remedy = "open the session again"};
         ByteReader place(bytes);
         return *(*loaded = shared->read_entry_state(place, hands));
       } catch (const Broken& broken) {

@@ -52,7 +52,8 @@ Result<std::uint64_t> fork_session(const std::string& path, std::uint64_t tick,
     return Error{.what = "the session is damaged and cannot be forked",
                  .where = where,
                  .found = "blocks after the damage",
-                 .expected = "an undamaged file"};
+                 .expected = "an undamaged file",
+                 .remedy = "use an undamaged copy of the session"};
   std::ifstream in(path, std::ios::binary);
   std::vector<Block> all;
   std::vector<std::size_t> logs;

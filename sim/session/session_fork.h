@@ -1,4 +1,4 @@
-// fork_session(): a new session that begins with a part of a recorded one, for another hand to continue.
+// fork_session(): a new session that begins with a part of a recorded one and can be continued.
 #pragma once
 
 #include <cstdint>

@@ -17,7 +17,7 @@ namespace trephine::sim {
 inline constexpr std::uint32_t k_session_layout = 14;  // 14: profiles of whole tools
 /// Revision of the arithmetic of servo and edits: raised with every change that gives other bits for the same
 /// input. A session of another revision can be viewed, but not verified. Modules have their own versions.
-inline constexpr std::uint32_t k_replay_revision = 20;
+inline constexpr std::uint32_t k_replay_revision = 21;
 
 /// Name and version of a module, or of a struct with a table of its fields.
 struct NamedVersion {
@@ -26,8 +26,8 @@ struct NamedVersion {
   std::string fields;  ///< of a struct: its table as text (describe()), for programs without its module
 };
 
-/// All that a replay needs in addition to the scan itself. Contains no patient data: a scan is named only if
-/// its name was chosen for it (a case, a phantom).
+/// All that a replay needs in addition to volumes, models and streams. Contains no patient data: a scan is
+/// named only if its name was chosen for it (a case, a phantom).
 struct SessionHeader : SceneDescription {
   SessionHeader() = default;
   SessionHeader(SceneDescription scene) : SceneDescription(std::move(scene)) {}
@@ -59,7 +59,7 @@ struct CommandItem {
 struct EventItem {
   Event event;
 };
-/// A command or event of a module that this program does not have.
+/// A command or event whose type this program does not have, or has in another version.
 struct UnknownItem {
   std::size_t type = 0;  ///< index in SessionHeader::types
   bool is_command = false;
@@ -121,9 +121,9 @@ class ItemEncoder {
  public:
   explicit ItemEncoder(TypeList types) : types_(std::move(types)) {}
   void add(const haptics::ServoRecord& record);
-  /// Requires that the list of types has that of the command.
+  /// Requires that the list of types contains the type of the command.
   void add(const CommandItem& item);
-  /// Requires that the list of types has that of the event.
+  /// Requires that the list of types contains the type of the event.
   void add(const EventItem& item);
   void add(const VersionItem& item);
   void add(const HashItem& item);
@@ -162,7 +162,7 @@ class ItemDecoder {
   VersionItem last_version_;
 };
 
-/// Blocks: kind, length, number, first tick, payload, checksum.
+/// Blocks: head (BlockHead), payload, checksum.
 enum class BlockKind : std::uint32_t {
   header = 'H',
   scan_hash = 'C',

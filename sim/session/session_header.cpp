@@ -547,10 +547,10 @@ Status check_whole(const SceneDescription& h, const ErrorWords& words) {
     if (s.stream >= static_cast<int>(h.streams.size()))
       return fail("of_stream", "a stream that the header names");
     if (s.stream >= 0 && (s.model < 0 || s.depth_keys > 0))
-      return fail("of_stream", "of a model, without keys");
-    if (s.depth_keys > 0 && s.model < 0) return fail("depth_keys", "of a model");
+      return fail("of_stream", "of_stream of a model without depth_keys");
+    if (s.depth_keys > 0 && s.model < 0) return fail("depth_keys", "depth_keys of a model");
     if (s.is_streamed && (s.model < 0 || s.depth_keys > 0 || s.stream >= 0))
-      return fail("streamed", "of a model, without keys or a stream");
+      return fail("streamed", "streamed of a model without depth_keys and of_stream");
     if (s.model >= 0 && (s.is_soft || s.ramp || !s.is_touchable))
       return fail("a model", "a touchable model without soft and ramp");
     if (s.model >= 0 && s.is_forbidden &&
@@ -558,7 +558,7 @@ Status check_whole(const SceneDescription& h, const ErrorWords& words) {
       return fail("a forbidden model", "a model at rest that is touched by its triangles");
   }
   if (anatomy_shapes == 0 || anatomy_shapes > haptics::TouchScene::k_max_shapes)
-    return fail("structures of the anatomy that can be touched", "1 to 8");
+    return fail("no touchable shape of the anatomy, or more than 8", "1 to 8 of them");
   if (const Status error = volume::check(h.plan)) {
     const std::string found = error->where + ": " + error->found;
     return fail(found.c_str(), "a valid plan");

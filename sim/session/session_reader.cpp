@@ -12,10 +12,11 @@ Result<SessionReader> SessionReader::open(const std::string& path, const Catalog
   r.where_ = path.substr(path.find_last_of('/') + 1);
   r.file_.open(path, std::ios::binary | std::ios::ate);
   const auto no_session = [&r](const char* found) {
-    return Error{.what = "not a session of trephine",
+    return Error{.what = "the file is not a session of trephine",
                  .where = r.where_,
                  .found = found,
-                 .expected = "a recorded session"};
+                 .expected = "a recorded session",
+                 .remedy = "choose a recorded session"};
   };
   const std::streamoff end = r.file_ ? static_cast<std::streamoff>(r.file_.tellg()) : -1;
   if (end < 0 || end == std::numeric_limits<std::streamoff>::max())

@@ -183,7 +183,7 @@ void SessionWriter::add(const haptics::ServoRecord& record, Engine& engine, cons
     if (next && record.tick > *next) dropped_ += record.tick - *next;
     next = record.tick + 1;
     record_outcome(engine, outcome);
-    if (was_in_stroke_ && !engine.is_in_stroke()) ask_sync(engine);
+    if (was_in_stroke_ && !engine.is_in_stroke()) request_sync(engine);
     was_in_stroke_ = engine.is_in_stroke();
   }
   if (!maker_) return;
@@ -198,7 +198,7 @@ void SessionWriter::add(const Command& command, Engine& engine, const Outcome& o
     items_.add(CommandItem{command});
     record_outcome(engine, outcome);
     if (!command.request.as<Adopt>()) {
-      ask_sync(engine);
+      request_sync(engine);
       was_in_stroke_ = engine.is_in_stroke();
     }
   }
@@ -219,7 +219,7 @@ void SessionWriter::record_outcome(const Engine& engine, const Outcome& outcome)
   items_.add(VersionItem{engine.serial(), last_tick_, engine.current()->ledger().total()});
 }
 
-void SessionWriter::ask_sync(const Engine& engine) {
+void SessionWriter::request_sync(const Engine& engine) {
   wants_sync_ = true;
   if (engine.is_in_stroke() || engine.serial() == hashed_serial_) return;
   hashed_serial_ = engine.serial();
@@ -248,7 +248,7 @@ void SessionWriter::record_checkpoint(Engine& engine) {
   std::unique_ptr<Checkpoint> done = maker_->take();
   if (!done) return;
   const std::lock_guard guard(lock_);
-  seal();  // the file must contain its block before it
+  seal();  // its block of the log must precede it in the file
   pending_checkpoints_.push_back(std::move(done));
   background_wake_.notify_one();
 }

@@ -63,7 +63,7 @@ class SessionWriter {
                                                        const SceneData& data, const Catalogue& catalogue,
                                                        const WriterOptions& options = {});
   /// Continues a file after its last whole block. `tail`: from Replay::tail(), read under the lock; its types
-  /// must include all of the catalogue's.
+  /// must include all of the catalogue's, except those of procedures.
   static Result<std::unique_ptr<SessionWriter>> append(SessionLock lock, SessionTail tail,
                                                        const Catalogue& catalogue,
                                                        const WriterOptions& options = {});
@@ -81,7 +81,7 @@ class SessionWriter {
   /// Records a tick and its outcome.
   void add(const haptics::ServoRecord& record, Engine& engine, const Outcome& outcome);
   /// Records a command that the engine has applied, or that the procedure refused; ignores other refused
-  /// ones.
+  /// commands.
   void add(const Command& command, Engine& engine, const Outcome& outcome);
   /// True if the operation was changed, or an event other than a fault was emitted.
   bool has_edits() const noexcept { return has_edits_.load(); }
@@ -101,7 +101,7 @@ class SessionWriter {
   void record_checkpoint(Engine& engine);
   std::optional<std::uint64_t> block_for_checkpoint();
   void encode_checkpoints(std::unique_lock<std::mutex>& guard);
-  void ask_sync(const Engine& engine);
+  void request_sync(const Engine& engine);
   void write_loop();
   void background_loop();
   void write_items(std::unique_lock<std::mutex>& guard);

@@ -36,7 +36,7 @@ TEST_F(Command, AFlapIsSawnLiftedRecordedAndReplayed) {
   EXPECT_EQ(read(file("again.mha")), read(file("open.mha")));
   const std::string timeline = run("timeline f.session").out;
   EXPECT_NE(timeline.find("Bone flap of"), std::string::npos);
-  EXPECT_NE(timeline.find("The tool pushed the dura aside"), std::string::npos) << timeline;
+  EXPECT_NE(timeline.find("The dura was pushed aside"), std::string::npos) << timeline;
   EXPECT_EQ(timeline.find("The tool tore"), std::string::npos) << timeline;
   EXPECT_NE(timeline.find("place-body"), std::string::npos);
   // The flap was cut before the first tick: the first state is the one before it.

@@ -149,7 +149,7 @@ TEST_F(Command, ATimelineListsStrokesCommandsAndEvents) {
   EXPECT_NEAR(timeline["rows"][0]["seconds"].get<double>(), 0.6, 0.11);
   EXPECT_NE(timeline["rows"][4]["text"].get<std::string>().find("well done"), std::string::npos);
   const std::string text = run("timeline a.session").out;
-  EXPECT_NE(text.find("put back"), std::string::npos) << text;
+  EXPECT_NE(text.find("restored"), std::string::npos) << text;
   // A file that is not a session, and a session without strokes.
   EXPECT_EQ(run("timeline s.mha").exit_code, 2);
   EXPECT_EQ(run("timeline nowhere.session").exit_code, 2);

@@ -261,20 +261,24 @@ TEST_F(TranslucentPicture, FollowsCuts) {
   expect_mix(at(middle_), brain, brain, 1);
 }
 
-/// Half of the shell is clipped: the brain in it is whole, and in front of the far half; bone covers the
-/// rest.
-TEST_F(TranslucentPicture, StructuresAreWholeInClippedBone) {
+/// Half of the shell is clipped: the picture shows the cut faces of bone and brain, and between them the
+/// inner side of the far half.
+TEST_F(TranslucentPicture, ClippedBoneAndStructuresHaveCutFaces) {
   const Rgb bone = at(middle_), bone_beside = at(beside_);
-  picture_->set_opacity(0, 0);
-  const Rgb brain = at(middle_);
-  picture_->set_opacity(0, 1);
   picture_->set_clip({.axis = ClipChoice::Axis::view, .share = 0.5});
-  expect_mix(at(middle_), brain, brain, 1);
-  const Rgb inside = at(beside_);
-  EXPECT_GT(std::abs(inside.r - brain.r) + std::abs(inside.b - brain.b), 30) << "the inner side of bone";
+  const auto difference = [](const Rgb& a, const Rgb& b) {
+    return std::abs(a.r - b.r) + std::abs(a.g - b.g) + std::abs(a.b - b.b);
+  };
+  const Rgb face = at(middle_), inside = at(beside_), ring = at(k_middle + dvec3(-17, 0, 0));
+  EXPECT_GT(face.r, face.b + 20) << "the brain's own colour";
+  EXPECT_LT(difference(at(k_middle + dvec3(-6.5, 0, 0)), face), 6) << "the face is plane";
+  EXPECT_GT(difference(inside, face), 30) << "the inner side of bone";
+  EXPECT_GT(difference(ring, face), 30) << "the cut face of bone";
+  EXPECT_GT(difference(ring, inside), 30) << "the cut face of bone";
+  EXPECT_NEAR(ring.r, ring.b, 70) << "bone";
   picture_->set_opacity(1, 0);
-  const Rgb hidden = at(middle_);
-  EXPECT_GT(std::abs(hidden.r - brain.r) + std::abs(hidden.b - brain.b), 30) << "a hidden brain";
+  EXPECT_GT(difference(at(middle_), face), 30) << "a hidden brain";
+  EXPECT_LT(difference(at(k_middle + dvec3(-17, 0, 0)), ring), 6) << "bone stays";
   picture_->set_opacity(1, 1);
   picture_->set_clip({});
   expect_mix(at(middle_), bone, bone, 1);

@@ -222,7 +222,7 @@ TEST_F(ToolWindow, ABurrRemovesBoneWhereTheLineOfSightGrazesIt) {
       point_at(edge);
       const double before = hand().state().removed_mm3;
       QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(edge));
-      const bool is_cut = reaches([&] { return hand().state().removed_mm3 > before + 0.5; });
+      const bool is_cut = reaches([&] { return hand().state().removed_mm3 > before + 0.2; });
       QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(edge));
       EXPECT_TRUE(is_cut) << hand().state().removed_mm3 - before;
       ++count;

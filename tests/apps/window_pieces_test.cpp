@@ -59,7 +59,7 @@ TEST_F(Window, PiecesAreDetachedShownGraspedReleasedAndRestored) {
   ASSERT_TRUE(QTest::qWaitFor(held, k_patience));
   ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.t > 7.3; }, k_patience));
   keep(window, "piece-lifted");
-  // Put back while it is held, and then again only released.
+  // Shift+T puts the held piece back. The first undo then leaves it released in the air.
   QTest::keyClick(&window, Qt::Key_T, Qt::ShiftModifier);
   ASSERT_TRUE(QTest::qWaitFor([&] { return !held() && height() < 1; }, k_patience)) << height();
   keep(window, "piece-put-back");
@@ -159,7 +159,8 @@ TEST_F(Window, APressedToolStaysAtTheStructureInAnOpening) {
   window.close();
 }
 
-/// A tool that slides behind bone while it is pressed is reported once, and not in sight.
+/// A tool that slides behind bone while it is pressed is reported once; while it is in sight it is not
+/// reported.
 TEST_F(Window, AToolThatWorksBehindBoneIsReported) {
   const Opened opened(false, -9);
   opened.start(options_);
@@ -186,7 +187,7 @@ TEST_F(Window, AToolThatWorksBehindBoneIsReported) {
   operation.press(true);
   point_at({3, 0, -9}, 2);
   EXPECT_EQ(count(), 0) << "in sight";
-  operation.set_depth(8);  // from the upper side of the plate, under the plate
+  operation.set_depth(8);  // deep enough to go from the upper side of the plate to below it
   for (double x = 5.6; x < 8; x += 0.4) point_at({x, 0, 0}, 0.2);
   point_at({8, 0, 0}, 2.5);
   keep(window, "tool-behind-bone");

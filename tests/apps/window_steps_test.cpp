@@ -223,8 +223,8 @@ TEST_F(WindowSteps, ButtonsGoThroughTheStepsAndUndoGoesBack) {
   EXPECT_EQ(window.operation()->state().step, 1);
 
   drill(window);
-  // The next step does not allow the burr, which is put down.
-  ASSERT_TRUE(has_reason(window, "reason_judge", "Removes the tool first."));
+  // The next step does not allow the burr, which is removed.
+  ASSERT_TRUE(has_reason(window, "reason_judge", "The tool is removed first."));
   ASSERT_TRUE(
       QTest::qWaitFor([&] { return child<QPushButton>(window, "next_judge")->isEnabled(); }, k_patience));
   child<QAction>(window, "next_step")->trigger();
@@ -284,6 +284,10 @@ TEST_F(WindowSteps, AStepEnablesItsToolsAndCommands) {
   ASSERT_TRUE(QTest::qWaitFor([&] { return !anchor->isEnabled(); }, k_patience));
   EXPECT_TRUE(anchor->toolTip().startsWith("The step \"Examine the bone\" does not allow this command."))
       << anchor->toolTip().toStdString();
+  QTest::keyClick(window.canvas(), Qt::Key_1, Qt::ControlModifier);
+  const auto& notices = window.operation()->notices();
+  ASSERT_FALSE(notices.log().empty());
+  EXPECT_EQ(notices.log().back().text, anchor->toolTip().toStdString()) << "the key gives the reason";
   EXPECT_TRUE(tool_item(window, "Burr")->isEnabled());
   EXPECT_FALSE(tool_item(window, "Perforator")->isEnabled());
   EXPECT_EQ(tool_item(window, "Perforator")->toolTip(),
@@ -300,6 +304,29 @@ TEST_F(WindowSteps, AStepEnablesItsToolsAndCommands) {
       window.operation()->steps()->allowed_parameters(*flap_catalogue().find_instrument("perforator"));
   ASSERT_TRUE(perforator.is_ok());
   EXPECT_NE(perforator.value().words().find("diameter=12"), std::string::npos);
+
+  // An instrument that is chosen again in the same step has the last parameters.
+  auto* box = child<QComboBox>(window, "instrument");
+  const auto choose = [&](const char* name) {
+    const int item = box->findText(name);
+    box->setCurrentIndex(item);
+    emit box->activated(item);
+    return QTest::qWaitFor(
+        [&] {
+          const sim::Value& tool = window.operation()->tool();
+          return !window.operation()->is_changing_instrument() && !tool.is_empty() &&
+                 QString::fromStdString(std::string(tool.name())) == QString(name).toLower();
+        },
+        k_patience);
+  };
+  ASSERT_TRUE(choose("Burr"));
+  sim::Value thin = window.operation()->tool();
+  ASSERT_FALSE(thin.set("diameter=3"));
+  window.operation()->take_instrument(thin);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->tool() == thin; }, k_patience));
+  ASSERT_TRUE(choose("Perforator"));
+  ASSERT_TRUE(choose("Burr"));
+  EXPECT_TRUE(window.operation()->tool() == thin) << window.operation()->tool().words();
 
   // Another scene without a procedure allows everything.
   window.open_source("another");

@@ -197,7 +197,7 @@ TEST_F(Plans, ErrorsOfCasesNameLineValueAndRemedy) {
       {"label = 2", "label = 2\nvolume = \"mr\"", 11, "unknown volume"},
       {"target = [4, 5, 6]", "target = [1, 2, 3]", 17, "another point as target"},
       {"target = [4, 5, 6]", "target = [4, 5]", 20, "found:    [4, 5]\n"},
-      {"side = \"left\"", "side = \"upper\"", 17, "side left, right or none"},
+      {"side = \"left\"", "side = \"upper\"", 17, "side left or right, or no side"},
       {"vertebra = \"L4\"", "vertebra = \"L9\"", 22, "L9"},
       {", [0, 10, 0]]", "]", 23, "3 to 256 points"},
       {", [0, 10, 0]]", ", [5, 0, 0]]", 23, "not on one line"},

@@ -73,7 +73,7 @@ std::vector<Grid> all_grids() {
 
 void expect_same(const Volume& back, const Volume& v, double place_mm, const std::string& what) {
   ASSERT_EQ(back.size, v.size) << what;
-  EXPECT_LT(farthest_corner(back.frame, v.frame, v.size), place_mm) << what;
+  EXPECT_LT(max_corner_distance(back.frame, v.frame, v.size), place_mm) << what;
   EXPECT_EQ(back.is_hounsfield, v.is_hounsfield) << what;
   EXPECT_EQ(std::memcmp(back.voxels.data(), v.voxels.data(), v.voxels.bytes()), 0) << what;
 }

@@ -51,9 +51,9 @@ TEST(ScanQuality, BlurAndNoiseAreRightWithinATenth) {
         std::to_string(spacing.z) + " " + std::to_string(blur) + " " + std::to_string(noise);
     ASSERT_TRUE(q.noise) << what;
     EXPECT_NEAR(*q.noise / noise, 1, 0.1) << what;
-    ASSERT_TRUE(q.blur_in_plane) << what << " " << q.edges;
+    ASSERT_TRUE(q.blur_in_plane) << what << " " << q.edge_count;
     EXPECT_NEAR(*q.blur_in_plane / with_voxel(blur, spacing.x), 1, 0.1) << what;
-    ASSERT_TRUE(q.blur_across) << what << " " << q.edges;
+    ASSERT_TRUE(q.blur_across) << what << " " << q.edge_count;
     EXPECT_NEAR(*q.blur_across / with_voxel(blur, spacing.z), 1, 0.1) << what;
     EXPECT_DOUBLE_EQ(q.slice_step, spacing.z);
   }
@@ -158,7 +158,7 @@ TEST(ScanQuality, ReportsNothingThatIsMissing) {
   const ScanQuality even = scan_quality(v, volume::Shape{});
   EXPECT_FALSE(even.blur_in_plane || even.thinnest || even.min_wall);
   const Volume tiny = volume::make_volume(glm::ivec3(2), volume::Frame()).value();
-  EXPECT_EQ(scan_quality(tiny, volume::Shape{}).edges, 0);
+  EXPECT_EQ(scan_quality(tiny, volume::Shape{}).edge_count, 0);
 }
 
 }  // namespace

@@ -96,7 +96,7 @@ TEST(Rongeur, ABiteHasALargestSize) {
     const auto refused = events<BiteRefused>(run);
     ASSERT_EQ(refused.size(), share > 1 ? 0u : 1u);
     if (refused.empty()) continue;
-    EXPECT_NE(refused[0].reason.find("a hand bites " + std::to_string(std::lround(share * exact))),
+    EXPECT_NE(refused[0].reason.find("more than the " + std::to_string(std::lround(share * exact))),
               std::string::npos)
         << refused[0].reason;
     EXPECT_EQ(run.engine().removed_mm3(), 0);

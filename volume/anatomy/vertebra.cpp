@@ -58,8 +58,8 @@ class Line {
     }
     return 0.5 * (a + b);
   }
-  /// Returns the parameter where the intensity is half way between the matter in front of the surface at t
-  /// and the bone behind it: the surface for any window. `step`: mm. Returns t if the scan does not show it.
+  /// Returns the parameter at which the intensity is half way between the matter in front of the surface at t
+  /// and the bone behind it: the surface for any window. `step`: mm. Returns t if there is no such parameter.
   double half_way(double t, double step) const {
     if (bone_.shape().is_label()) return t;
     constexpr double k_before = 2, k_behind = 3.5;  // voxels, by the blur of scans
@@ -96,7 +96,7 @@ bool is_of_label(const Volume& scan, int label, const dvec3& world) {
   return scan.contains(v) && scan.labels[scan.index(v.x, v.y, v.z)] == label;
 }
 
-/// Returns evenly spaced points in a label's voxels, at most as far apart as thin slices.
+/// Returns evenly spaced points in a label's voxels, at most k_apart from each other along each axis.
 std::vector<dvec3> points_of(const Volume& scan, int label) {
   constexpr double k_apart = 0.6;  // mm
   std::vector<dvec3> points;
@@ -131,7 +131,8 @@ bool is_too_large(const std::vector<dvec3>& points) {
   return false;
 }
 
-/// Finds the point from which most directions across meet the label: the hole in its ring. False: no hole.
+/// Finds a point from which at least k_enough axial directions meet the label: the hole in its ring. Returns
+/// false if there is no such hole.
 bool find_hole(const Volume& scan, int label, const std::vector<dvec3>& points, dvec3& hole) {
   constexpr double k_grid = 2, k_step = 1, k_far = 25;  // mm
   constexpr int k_directions = 16, k_enough = 14;
@@ -155,7 +156,7 @@ bool find_hole(const Volume& scan, int label, const std::vector<dvec3>& points, 
         }
         if (count >= k_enough) by_count[static_cast<std::size_t>(count)].push_back(p);
       }
-  // Prefer points inside a complete ring; take their median.
+  // Prefers points inside a complete ring, and takes their median.
   for (int count = k_directions; count >= k_enough; --count) {
     std::vector<dvec3>& candidates = by_count[static_cast<std::size_t>(count)];
     if (candidates.size() < 4) continue;
@@ -172,7 +173,7 @@ bool find_hole(const Volume& scan, int label, const std::vector<dvec3>& points, 
 
 /// Sets the centroid of a section, in its plane. Returns false if too little of it is closed, or if its area
 /// is not that of a canal.
-bool middle_of(const CanalSection& section, dvec2& middle) {
+bool find_centroid(const CanalSection& section, dvec2& middle) {
   double twice = 0;
   dvec2 sum(0);
   int closed = 0, last = -1;
@@ -209,7 +210,7 @@ std::vector<CanalSection> sections_at(const VertebraFrame& frame, std::span<cons
   return sections;
 }
 
-/// Returns the median distance from the centre of the canal to its wall, mm, in rays around `middle`, at
+/// Returns the median distance from the centre of the canal to its wall, mm, in rays around `middle_ray`, at
 /// mid-height.
 double median_wall(const VertebraFrame& frame, const CanalWalls& walls, int middle_ray) {
   constexpr int k_spread = 20 * k_canal_rays / 360;
@@ -227,7 +228,7 @@ double median_wall(const VertebraFrame& frame, const CanalWalls& walls, int midd
 /// Returns the inclination of the body: shift of the centres of its cross-sections to the left and to the
 /// back, mm per mm up; 0 if the body is too small. Its ends are left out: oblique ends would bias the result.
 dvec2 lean_of(const VertebraFrame& frame, const std::vector<dvec3>& points, double front) {
-  constexpr double k_spared = 0.2;  // share of its height that is left out at each end
+  constexpr double k_spared = 0.2;  // share of its points that is left out at each end
   constexpr double k_behind = 4;    // mm from the canal to the end of the pedicles
   std::vector<dvec3> body;
   for (const dvec3& p : points)
@@ -256,7 +257,8 @@ dvec2 lean_of(const VertebraFrame& frame, const std::vector<dvec3>& points, doub
   return square > 0 ? sum / square : dvec2(0);
 }
 
-/// Moves the frame to the centre of the canal's sections, and aligns it with the vertebra's body.
+/// Moves the frame to the centre of the canal's sections, and aligns it with the vertebra's body. Returns
+/// false if no section is that of a canal.
 bool align(const CanalWalls& walls, const std::vector<dvec3>& points, VertebraFrame& frame) {
   constexpr std::array k_heights{-10.0, -8.0, -6.0, -4.0, -2.0, 0.0, 2.0, 4.0, 6.0, 8.0, 10.0};  // mm
   constexpr double k_steepest = 0.82;  // about the cosine of 35 degrees
@@ -266,7 +268,7 @@ bool align(const CanalWalls& walls, const std::vector<dvec3>& points, VertebraFr
     dvec2 sum(0);
     int count = 0;
     for (const CanalSection& section : sections_at(frame, k_heights, walls))
-      if (dvec2 middle; middle_of(section, middle)) sum += middle, ++count;
+      if (dvec2 middle; find_centroid(section, middle)) sum += middle, ++count;
     if (count == 0) return false;
     const dvec2 middle = sum / static_cast<double>(count);
     frame.middle = frame.world({middle.x, middle.y, 0});
@@ -362,9 +364,9 @@ double CanalSection::opening() const noexcept {
 
 CanalSection canal_section(const VertebraFrame& frame, double z, const CanalWalls& walls,
                            const Version* version) {
-  constexpr double k_pores = 4;   // mm without bone: beyond it is another wall
-  constexpr double k_before = 3;  // mm: bone this far in front of the vertebra is not its edge
-  constexpr double k_wall = 10;   // mm: bone farther behind the wall is not part of it
+  constexpr double k_pores = 4;   // mm; bone behind a longer gap belongs to another wall
+  constexpr double k_before = 3;  // mm; bone at least this far in front of the label is not its edge
+  constexpr double k_wall = 10;   // mm; bone farther behind the inner surface is not part of the wall
   const std::vector<double> no_wall(k_canal_rays, -1);
   CanalSection section{z, no_wall, no_wall, no_wall, std::vector<char>(k_canal_rays, walls.label < 0)};
   const dvec3 from = frame.world({0, 0, z});
@@ -451,7 +453,7 @@ Result<VertebraFrame, LocatedError> find_vertebra(const CanalWalls& walls, const
   VertebraFrame frame;
   const std::vector<dvec3> points = label >= 0 ? points_of(scan, label) : std::vector<dvec3>();
   if (label >= 0 && points.empty()) {
-    return LocatedError{"the vertebra has no voxels", {}};
+    return LocatedError{"the label of the vertebra has no voxels: choose another label", {}};
   }
   if (canal_world) {
     frame.middle = *canal_world;
@@ -461,11 +463,12 @@ Result<VertebraFrame, LocatedError> find_vertebra(const CanalWalls& walls, const
     return LocatedError{"the label is larger than a vertebra: set a position in its canal",
                         points[points.size() / 2]};
   } else if (!find_hole(scan, label, points, frame.middle)) {
-    return LocatedError{"the vertebra's label encloses no canal: set a position in it",
+    return LocatedError{"the vertebra's label encloses no canal: set a position in the canal",
                         points[points.size() / 2]};
   }
   if (!align(walls, points, frame)) {
-    return LocatedError{"the position is not in a canal with bone around it", frame.middle};
+    return LocatedError{"the position is not in a canal with bone around it: set a position in the canal",
+                        frame.middle};
   }
   if (points.empty()) return frame;
   std::vector<double> heights;

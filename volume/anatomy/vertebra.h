@@ -24,31 +24,32 @@ struct VertebraFrame {
 
 /// Number of rays in a plane across the canal, counted from `back` toward `left`.
 inline constexpr int k_canal_rays = 720;
-/// Bone farther from the canal's centre does not belong to its wall, mm.
+/// Largest distance of the canal's wall from its centre, mm; bone farther away does not belong to the wall.
 inline constexpr double k_canal_reach = 20;
 
 /// Wall of the canal in the plane at `z` mm along `up`, before and after the operation.
 struct CanalSection {
   double z = 0;
   std::vector<double> before, after;  ///< mm from the centre to the wall, per ray; negative: no wall
-  std::vector<double> wall_end;       ///< mm from the centre to the far end of that bone, before
+  std::vector<double> wall_end;       ///< mm to the far end of that bone, before the operation
   std::vector<char> is_own;           ///< the wall is of the labelled vertebra; without a label always true
 
-  /// Returns true if a ray meets the wall, before or after the operation. Ray numbers wrap around.
+  /// Returns true if a ray meets the wall; `is_after`: after the operation, else before. Ray numbers wrap
+  /// around.
   bool is_closed(int ray, bool is_after) const noexcept;
   /// Returns true if the vertebra itself closes all rays within 35 degrees of straight back.
   bool has_roof(bool is_after) const noexcept;
-  /// Returns the area within the wall, mm2; where it is open, within the straight line between the ends of
-  /// the bone at the opening, and never less than before. Negative if less than half of the rays are closed.
+  /// Returns the area within the wall, mm2. A straight line between the ends of the bone closes each opening;
+  /// no ray is shorter than before the operation. Negative if less than half of the rays are closed.
   double area(bool is_after) const noexcept;
-  /// Returns the distance between the ends of the bone at the opening in the roof, mm; 0: not open.
+  /// Returns the distance between the ends of the bone at the widest opening in the roof, mm; 0: not open.
   double opening() const noexcept;
 };
 /// Returns the unit direction of a ray: x to the left, y to the back.
 glm::dvec2 canal_ray_direction(int ray) noexcept;
 
-/// CanalWalls of a canal: bone, and the label of its vertebra, which has more exact borders than blurred
-/// bone; -1: no label.
+/// Data from which the walls of a canal are found: bone, and the label of its vertebra, whose borders are
+/// more exact than those of blurred bone; -1: no label.
 struct CanalWalls {
   Field bone;
   int label = -1;
@@ -62,17 +63,19 @@ CanalSection canal_section(const VertebraFrame& frame, double z, const CanalWall
 double canal_front(const VertebraFrame& frame, const CanalWalls& walls);
 double canal_back(const VertebraFrame& frame, const CanalWalls& walls);
 
-/// Stretch where pedicles close the canal on both sides.
+/// Range of heights in which pedicles close the canal on both sides.
 struct Pedicles {
   double low = 0, high = 0;  ///< mm along `up` of the frame
   double half_width = 0;     ///< mm, half of the canal's width between them
 };
-/// Finds the pedicles. `sections`: of the untouched vertebra, evenly spaced upward. Empty: a side has none.
+/// Finds the pedicles. `sections`: of the untouched vertebra, evenly spaced upward. Returns nullopt if no
+/// section has pedicles on both sides.
 std::optional<Pedicles> find_pedicles(const VertebraFrame& frame, const CanalWalls& walls,
                                       std::span<const CanalSection> sections);
 
-/// Finds the labelled vertebra; without a label, the bone around `canal_world` of an upright patient.
-/// `canal_world`: a position in its canal at the height of the lamina; null: it is searched for.
+/// Finds the labelled vertebra. Without a label, returns a frame in the canal around `canal_world` with the
+/// patient's axes. `canal_world`: a position in the canal at the height of the lamina; null: searched for,
+/// which requires a label.
 Result<VertebraFrame, LocatedError> find_vertebra(const CanalWalls& walls, const glm::dvec3* canal_world);
 
 }  // namespace trephine::volume

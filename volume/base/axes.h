@@ -1,4 +1,4 @@
-// axes_across(): two directions at right angles to another one.
+// axes_across(): two directions at right angles to a given direction.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace trephine::volume {
 
-/// Returns the x or the y axis, whose angle to a unit vector is at least 37 degrees.
+/// Returns the x or the y axis: one whose angle to a unit vector is at least 36 degrees.
 inline glm::dvec3 axis_aside(const glm::dvec3& direction) noexcept {
   return std::abs(direction.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
 }

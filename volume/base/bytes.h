@@ -50,8 +50,8 @@ inline bool get_number(std::string_view& in, std::int64_t& value) {
   return true;
 }
 
-/// Run-length encodes values: each run of equal values as length and value, values without an equal
-/// neighbour as length and literals (high bit of the length set).
+/// Run-length encodes values: each run of equal values as length and value; each sequence of values without
+/// an equal neighbour as length and literals (high bit of the length set).
 template <class T>
 void put_runs(std::string& out, const T* values, std::size_t count) {
   constexpr std::size_t k_longest_run = 0x7fff;

@@ -12,7 +12,7 @@
 namespace trephine {
 
 /// One writer; up to k_readers readers. A value stays alive until every reader that could have adopted it has
-/// adopted a later one.
+/// adopted a later value or closed.
 template <class T>
 class Channel {
  public:
@@ -44,8 +44,8 @@ class Channel {
     readers_[static_cast<std::size_t>(reader)].epoch.store(0);
     readers_[static_cast<std::size_t>(reader)].is_open.store(false);
   }
-  /// Returns the newest value, valid until this reader adopts again or closes. Wait-free: one store, one
-  /// load.
+  /// Returns the newest value, valid until this reader adopts again or closes. Wait-free: two loads, one
+  /// store.
   const T* adopt(int reader) noexcept {
     readers_[static_cast<std::size_t>(reader)].epoch.store(epoch_.load());
     return newest_.load();

@@ -72,7 +72,7 @@ inline double hash_normal(unsigned long long seed, unsigned long long counter) n
 /// Arc tangent of x >= 0, absolute error below 1e-15.
 inline double deterministic_atan(double x) noexcept {
   if (x > 1) return 1.5707963267948966 - deterministic_atan(1 / x);
-  // Half the angle twice, then the series of an angle of at most pi / 16.
+  // Halves the angle twice, then sums the series for an angle of at most pi / 16.
   const double half = x / (1 + std::sqrt(1 + x * x)), quarter = half / (1 + std::sqrt(1 + half * half));
   const double square = quarter * quarter;
   double sum = 0;

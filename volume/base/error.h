@@ -1,4 +1,4 @@
-// Error and Result: library errors are returned as values; nothing is printed, thrown or aborted.
+// Error and Result: errors are returned as values, not printed or thrown. Only a failed assertion aborts.
 #pragma once
 
 #include <cassert>

@@ -32,7 +32,7 @@ struct Parts {
   int top() const noexcept { return exponent + static_cast<int>(std::bit_width(mantissa)); }
 };
 
-/// Fixed-size integer in units of 2^-1074, two's complement; wide enough for every product formed here.
+/// Fixed-size integer in two's complement: coordinates in units of 2^-1074, products in units of 2^-2148.
 template <int Words>
 struct Wide {
   std::array<std::uint64_t, Words> word{};

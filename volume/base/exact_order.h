@@ -1,4 +1,4 @@
-// Exact comparison of the parameters at which a line crosses two lattice planes, for all finite doubles.
+// Exact comparison of the parameters at which a line crosses two lattice planes, for magnitudes below 2^31.
 #pragma once
 
 namespace trephine {

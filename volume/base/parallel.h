@@ -41,7 +41,7 @@ void parallel_for(int count, int threads, const Body& body) {
     try {
       for (int t = 1; t < threads; ++t) helpers.emplace_back(work);
     } catch (const std::system_error&) {
-      // The threads that did start do all the work.
+      // The threads that have started do all the work.
     }
     work();
   }

@@ -76,7 +76,7 @@ Result<CutLattice> CutLattice::for_burr(const Volume& volume, double diameter_mm
                  .where = "smallest burr",
                  .found = found.str(),
                  .expected = expected.str(),
-                 .remedy = "use a larger burr, or resample the scan to thinner slices"};
+                 .remedy = "use a larger burr, crop the scan, or resample it to thinner slices"};
   }
   return CutLattice(volume, per_voxel);
 }

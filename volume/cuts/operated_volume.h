@@ -5,7 +5,7 @@
 
 namespace trephine::volume {
 
-/// Returns a copy of the base with every voxel moved toward air_of() in proportion to its removed share.
+/// Returns a copy of the base in which each voxel's intensity approaches air_of() by its removed share.
 /// Labels of completely removed voxels become 0. Requires a frozen `version`, or that no edit runs meanwhile.
 Result<Volume> operated_volume(const Version& version);
 /// Value of completely removed voxels: -1000 HU; in a volume without HU its lowest value (reads all voxels).

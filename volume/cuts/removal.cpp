@@ -132,7 +132,7 @@ Brick& RemovalEditor::swept_brick(const glm::ivec3& s, const BrickSweep& sweep) 
   if (!slot) ++next_->brick_count_;
   Brick& brick =
       editable(slot, next_->serial_, [](const Brick& old, Brick& fresh) { fresh.mask = old.mask; });
-  // Already the smaller of old and new distances.
+  // The distances of the sweep are already the smaller of old and new ones.
   std::memcpy(brick.distance.data(), sweep.distance, sizeof sweep.distance);
   std::copy_n(sweep.kept, k_brick, brick.kept.begin());
   return brick;
@@ -281,7 +281,7 @@ RemovalReport RemovalEditor::remove(const ToolSweep& sweep) {
   const double lever = std::max(std::abs(body.low()), std::abs(body.high())) + body.radius;
   const double path_mm = glm::length(sweep.end.at_world - sweep.start.at_world) +
                          1.58 * lever * glm::length(sweep.end.axis_world - sweep.start.axis_world);
-  constexpr double k_max_poses = 1e6;  // bound beyond any motion of a hand
+  constexpr double k_max_poses = 1e6;  // far beyond any motion of a hand
   const int count = static_cast<int>(std::ceil(std::min(path_mm / step, k_max_poses)));
   RemovalReport total;
   for (int first = sweep.continues && count > 0 ? 1 : 0; first <= count; first += SweptShape::k_max_stamps) {
@@ -323,7 +323,7 @@ RemovalReport RemovalEditor::remove(const SweptShape& shape, std::span<const glm
     high[i] = static_cast<int>(std::clamp(std::floor(b[i] + extent), -1.0, limit));
     if (low[i] > high[i]) return report;
   }
-  // A sample affects its voxel and the neighbours of that voxel.
+  // Box of the voxels that contain these samples.
   const glm::ivec3 last = next_->base().size - 1;
   report.box = {glm::clamp(lattice.voxel_of(low), glm::ivec3(0), last),
                 glm::clamp(lattice.voxel_of(high), glm::ivec3(0), last)};

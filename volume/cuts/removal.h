@@ -56,7 +56,7 @@ class RemovalField {
   enum class Reach : std::uint8_t {
     none,  ///< no sample of the brick is within the band of the shape
     some,  ///< `mm` has the distances
-    all    ///< the whole brick and everything near it is removed
+    all    ///< `mm` has the distances; the whole brick and everything near it is removed
   };
   virtual ~RemovalField() = default;
   /// Computes the distances for the brick whose first sample is `low`. `band`: mm.
@@ -95,8 +95,8 @@ class RemovalEditor {
   /// Removes whole parts of the working state. `parts`: all its parts; `is_removed`: one byte per part;
   /// `voxels`: box around the removed parts. Removes each point that is within the band of a sample of a
   /// removed part and nearer to it than to any sample of a kept part. The surface of kept parts does not
-  /// change if a sample of air separates them from removed parts and no kept matter is within a step of
-  /// these. The matter counts as freed, not as removed.
+  /// change if a sample of air separates them from removed parts and no kept matter is within a step of the
+  /// removed parts. The matter counts as freed, not as removed.
   RemovalReport remove_parts(const SolidParts& parts, const std::vector<std::uint8_t>& is_removed,
                              const VoxelBox& voxels);
   /// Returns the working state as a version. Its masks change until end_stroke(); freeze() returns a version
@@ -157,7 +157,8 @@ class RemovalEditor {
 
   std::int64_t count_solid(const RemovalMask& mask, const glm::ivec3& sample, std::size_t in_brick,
                            const std::uint64_t* fresh) const;
-  /// Adds the solid ones among the newly removed points of a cell to the report and to the ledger.
+  /// Adds the solid ones among the newly removed points of a cell to the report and, if a tool removed them,
+  /// to the ledger.
   void count(const RemovalMask& mask, const glm::ivec3& sample, std::size_t in_brick,
              const std::uint64_t* fresh, Ledger ledger, RemovalReport& report);
 

@@ -13,10 +13,10 @@ struct SweepShape {
   float along[3];             ///< unit direction; 0 if the sweep has no length
   float ax[3], ay[3], az[3];  ///< one step of the cut lattice along x, y, z, mm
   float cell_reach;           ///< half a cell's diagonal, with a margin for rounding, mm
-  float allowance;            ///< subtracted from distances to the ball, since splines overestimate it, mm
+  float allowance;            ///< mm; subtracted from distances to the ball, which splines overestimate
 };
 
-/// Body of revolution (ToolBody) in single precision, mm, to be placed at stamps. Also plain data.
+/// Body of revolution (ToolBody) in single precision, mm; a stamp is one of its poses. Also plain data.
 struct BodyShape {
   struct Stamp {
     float at[3], axis[3];  ///< origin relative to the start of the sweep, and unit axis
@@ -44,11 +44,11 @@ struct CellPoints {
 /// Result of a sweep for one brick: distances, and bits of its cells laid out as Brick::kept.
 struct BrickSweep {
   alignas(32) float distance[512];  ///< smaller of old and new, mm, within +-band
-  std::uint64_t kept[8];            ///< that distance is > 0
+  std::uint64_t kept[8];            ///< the distance is > 0
   std::uint64_t touched[8];         ///< the cell may meet the swept shape
   std::uint64_t inside[8];          ///< the cell is completely in the swept shape
   std::uint64_t ahead[8];           ///< the cell is not completely behind the sweep's start
-  std::uint64_t past_end[8];        ///< the cell is completely past its end, where the sweep is a ball
+  std::uint64_t past_end[8];        ///< the cell is completely past the sweep's end, which is a ball
   bool is_in_band;                  ///< a sample is nearer to the sweep than the band
   bool is_nearer;                   ///< a distance decreased, or there were no old ones
   bool is_hollow;                   ///< all samples are deeper than the band

@@ -198,7 +198,7 @@ class BodyLanes {
     y = Lanes::sub(y, Lanes::all(stamp.at[1]));
     z = Lanes::sub(z, Lanes::all(stamp.at[2]));
     const V along = Lanes::add(Lanes::add(Lanes::mul(x, ux), Lanes::mul(y, uy)), Lanes::mul(z, uz));
-    // Not |w|^2 - along^2, which cancels near the axis.
+    // Avoids |w|^2 - along^2, which cancels near the axis.
     const V ox = Lanes::sub(x, Lanes::mul(along, ux)), oy = Lanes::sub(y, Lanes::mul(along, uy)),
             oz = Lanes::sub(z, Lanes::mul(along, uz));
     return distance(along,
@@ -240,7 +240,7 @@ class BodyLanes {
   V drum(V along, V off) const {
     const V one = Lanes::all(1), edge = Lanes::all(body_.edge), k = Lanes::all(body_.bulge);
     V side = twice_side(along, off);
-    // Divided by 1 + sqrt(1 + k side): distance to the circle without its large radius.
+    // Division by 1 + sqrt(1 + k side) gives the distance to the circle without subtracting its large radius.
     side = body_.bulge == 0
                ? Lanes::sub(off, Lanes::all(body_.radius))
                : Lanes::divide(side, Lanes::add(Lanes::root(Lanes::add(Lanes::mul(k, side), one)), one));

@@ -11,9 +11,9 @@
 
 namespace trephine::volume {
 
-/// Data of one call to RemovalEditor::remove().
+/// The whole sweep of a ball, or up to k_max_stamps poses of a sweep of a body.
 struct SweptShape : SweepShape {
-  /// Most poses of a body in one shape.
+  /// Largest number of poses of a body in one shape.
   static constexpr int k_max_stamps = 32;
 
   glm::dvec3 start_world;  ///< mm; origin of all single-precision positions
@@ -41,8 +41,8 @@ struct SweptShape : SweepShape {
            (std::abs(dot(direction, ax)) + std::abs(dot(direction, ay)) + std::abs(dot(direction, az)));
   }
   float brick_extent_along() const { return brick_extent({along[0], along[1], along[2]}); }
-  /// Returns true if the brick with centre w (mm from the start) needs no work: it is beyond the band, by the
-  /// plane through the nearest point of the sweep's axis, or completely behind a continued sweep.
+  /// Returns true if the brick with centre w (mm from the start) needs no work: it is beyond the band (along
+  /// the line from the nearest point of the sweep's axis), or completely behind a continued sweep.
   bool misses_brick(const glm::vec3& w) const {
     if (stamp_count_ > 0) {
       for (int i = 0; i < stamp_count_; ++i)

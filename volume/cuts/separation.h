@@ -16,7 +16,7 @@ struct Separation {
     pending     ///< undecided (brick limit, or a result that needs more voxels): use SolidParts
   };
   Kind kind = Kind::connected;
-  std::int64_t bricks = 0;  ///< cost: number of bricks read, from half a microsecond to a few each
+  std::int64_t bricks = 0;  ///< cost: bricks read, counted as in SeparationLimits; 0.5 to a few us each
 };
 
 struct SeparationLimits {
@@ -25,8 +25,8 @@ struct SeparationLimits {
 };
 
 /// Compares `after` with `before`, which must have no detached part. Floods the solid samples next to the
-/// cut. If they form several parts, floods these outward in turns until all have met (connected), one cannot
-/// grow and was connected to another by removed matter (detached), or the brick limit is reached.
+/// cut. If they form several parts, floods these outward in turns until all have met (connected), a part
+/// cannot grow and was connected to another part by removed matter (detached), or the brick limit is reached.
 /// Connectivity of samples is that of SolidParts. Allocates. Any thread; neither version may be written
 /// meanwhile.
 Separation detect_detachment(const Field& field, const Occupancy& bits, const Version& before,

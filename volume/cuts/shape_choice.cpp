@@ -209,7 +209,7 @@ constexpr int k_lines = 13;
 glm::ivec3 line_step(int n) { return {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1}; }
 
 /// Returns true if one of 13 lines through the voxel meets solid on both sides within reach. That is false
-/// for voxels on an outer surface, for any staircase of its voxels.
+/// for voxels on an outer surface, even where its voxels form a staircase.
 bool is_between_solids(const BitGrid& solid, const Frame& frame, const glm::ivec3& voxel, double reach_mm) {
   const glm::ivec3& size = solid.size();
   const auto meets_solid = [&](const glm::ivec3& step) {

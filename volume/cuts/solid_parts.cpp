@@ -61,7 +61,7 @@ SolidParts::SolidParts(const Field& field, const Occupancy& bits, const Version&
 
 void SolidParts::find_parts(const Field& field, const Occupancy& bits) {
   coarse_runs_.clear(), fine_runs_.clear(), parts_.clear();
-  coarse_first_.clear(), fine_first_.clear(), block_.clear();
+  coarse_first_.clear(), fine_first_.clear(), fine_row_index_.clear();
   for (int z = 0; z < size_.z; ++z)
     for (int y = 0; y < size_.y; ++y) {
       coarse_first_.push_back(coarse_runs_.size());
@@ -85,7 +85,7 @@ void SolidParts::find_parts(const Field& field, const Occupancy& bits) {
 }
 
 /// Marks as fine the voxels in and around the boxes of detached parts that differ from a neighbour. Returns
-/// false if no voxel was added.
+/// false if no voxel was marked.
 bool SolidParts::refine_surfaces(const Occupancy& bits) {
   const auto is_solid = [&](const glm::ivec3& v) {
     return glm::all(glm::greaterThanEqual(v, glm::ivec3(0))) && glm::all(glm::lessThan(v, size_)) &&
@@ -149,11 +149,11 @@ void SolidParts::add_coarse_runs(const Occupancy& bits, int y, int z) {
 void SolidParts::add_fine_runs(const Field& field, int y, int z) {
   const std::uint64_t* fine = is_fine_.data() + words_ * row_index(y, z);
   if (std::all_of(fine, fine + words_, [](std::uint64_t word) { return word == 0; })) {
-    block_.push_back(-1);
+    fine_row_index_.push_back(-1);
     return;
   }
   const glm::ivec3& k = lattice_.per_voxel();
-  block_.push_back(static_cast<int>(fine_first_.size()));
+  fine_row_index_.push_back(static_cast<int>(fine_first_.size()));
   const glm::ivec3 low = lattice_.low_of({0, y, z});
   for (int j = 0; j < k.z; ++j)
     for (int i = 0; i < k.y; ++i) {
@@ -184,9 +184,9 @@ SolidParts::Runs SolidParts::coarse_row(int y, int z) const noexcept {
 
 SolidParts::Runs SolidParts::fine_row(int y, int z) const noexcept {
   const glm::ivec3 v = lattice_.voxel_of({0, y, z});
-  if (!is_in_grid(v.y, v.z) || block_[row_index(v.y, v.z)] < 0) return {nullptr, nullptr};
+  if (!is_in_grid(v.y, v.z) || fine_row_index_[row_index(v.y, v.z)] < 0) return {nullptr, nullptr};
   const glm::ivec3 low = lattice_.low_of(v);
-  const auto at = static_cast<std::size_t>(block_[row_index(v.y, v.z)] + (y - low.y) +
+  const auto at = static_cast<std::size_t>(fine_row_index_[row_index(v.y, v.z)] + (y - low.y) +
                                            lattice_.per_voxel().y * (z - low.z));
   return {fine_runs_.data() + fine_first_[at], fine_runs_.data() + fine_first_[at + 1]};
 }
@@ -199,7 +199,7 @@ void SolidParts::for_neighbours(Join&& join) const {
   for (int z = 0; z < size_.z; ++z)
     for (int y = 0; y < size_.y; ++y) {
       for (const glm::ivec2& d : k_before) for_meeting(coarse_row(y, z), coarse_row(y + d.x, z + d.y), join);
-      if (block_[row_index(y, z)] < 0) continue;
+      if (fine_row_index_[row_index(y, z)] < 0) continue;
       const glm::ivec3 low = lattice_.low_of({0, y, z});
       for (int fz = low.z; fz < low.z + k.z; ++fz)
         for (int fy = low.y; fy < low.y + k.y; ++fy) {
@@ -225,8 +225,8 @@ void SolidParts::for_neighbours(Join&& join) const {
     }
 }
 
-/// `part_of_run`: root of each run without removed runs. `whole_of_run`: root with them, equal for all parts
-/// that were one before the cuts.
+/// `part_of_run`: root of each run, joined without removed runs. `whole_of_run`: root of each run, joined
+/// with removed runs; equal for all parts that were one before the cuts.
 void SolidParts::number_parts(std::vector<int>& part_of_run, std::vector<int>& whole_of_run) {
   const glm::ivec3& k = lattice_.per_voxel();
   // Collects the parts, then sorts them by their first samples.
@@ -259,7 +259,7 @@ void SolidParts::number_parts(std::vector<int>& part_of_run, std::vector<int>& w
       for (const Run* run = voxels.begin; run != voxels.end; ++run)
         add(*run, lattice_.low_of({run->low, y, z}), std::int64_t{run->high - run->low + 1} * k.x * k.y * k.z,
             {{run->low, y, z}, {run->high, y, z}});
-      if (block_[row_index(y, z)] < 0) continue;
+      if (fine_row_index_[row_index(y, z)] < 0) continue;
       const glm::ivec3 low = lattice_.low_of({0, y, z});
       for (int fz = low.z; fz < low.z + k.z; ++fz)
         for (int fy = low.y; fy < low.y + k.y; ++fy) {

@@ -46,7 +46,7 @@ class SolidParts {
   /// Run of solid samples (or voxels) along x.
   struct Run {
     int low, high;
-    int part;  ///< during the search the number of the run
+    int part;  ///< during the search: number of the run
     bool is_removed = false;
   };
   struct Runs {
@@ -76,8 +76,8 @@ class SolidParts {
   std::vector<std::uint64_t> is_fine_;        ///< one bit per voxel: its samples are evaluated
   std::vector<Run> coarse_runs_, fine_runs_;  ///< in ascending rows
   std::vector<std::size_t> coarse_first_;     ///< first run of each row of voxels, and the end
-  std::vector<int> block_;                    ///< first lattice row per row of voxels; -1: no fine voxel
-  std::vector<std::size_t> fine_first_;       ///< first run of each lattice row of each block, and the end
+  std::vector<int> fine_row_index_;           ///< per row of voxels: index in fine_first_; -1: no fine voxel
+  std::vector<std::size_t> fine_first_;       ///< first run of each lattice row with fine voxels, and the end
   std::vector<Part> parts_;
 };
 

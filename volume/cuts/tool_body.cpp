@@ -68,17 +68,19 @@ Status check(const ToolBody& body) {
     return Error{.what = "invalid tool body", .where = what, .found = found, .expected = expected};
   };
   if (!(body.radius > 0) || !(body.radius < 1e3))
-    return bad("radius", std::to_string(body.radius), "above 0");
+    return bad("radius", std::to_string(body.radius), "above 0, below 1000 mm");
   if (!(body.length >= 0) || !(body.length < 1e3))
-    return bad("length", std::to_string(body.length), "0 or more");
+    return bad("length", std::to_string(body.length), "0 or more, below 1000 mm");
   if (body.form == ToolBody::Form::cone) {
-    if (!(body.end_radius > 0)) return bad("end radius", std::to_string(body.end_radius), "above 0");
+    if (!(body.end_radius > 0) || !(body.end_radius < 1e3))
+      return bad("end radius", std::to_string(body.end_radius), "above 0, below 1000 mm");
     if (body.length > 0 && !(std::abs(body.radius - body.end_radius) < body.length))
       return bad("length", std::to_string(body.length), "more than the difference of the radii");
     return std::nullopt;
   }
   if (!(body.edge >= 0) || !(2 * body.edge < body.length) || !(body.edge < body.end_radius))
-    return bad("edge", std::to_string(body.edge), "less than half the length and the radius");
+    return bad("edge", std::to_string(body.edge),
+               "0 or more, less than half the length and less than the end radius");
   if (!(body.end_radius > 0) || !(body.end_radius <= body.radius) ||
       !(body.radius - body.end_radius <= 0.5 * body.length))
     return bad("end radius", std::to_string(body.end_radius),

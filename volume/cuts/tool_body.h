@@ -7,7 +7,7 @@
 
 namespace trephine::volume {
 
-/// Tool frame: `along` is the position on the axis in mm, from the tip end of the body toward the shaft;
+/// Tool frame: `along` is the position on the axis in mm, which increases from the tip toward the shaft;
 /// `off` is the distance from the axis in mm.
 ///
 /// A cone is the convex hull of a ball of `radius` around 0 and one of `end_radius` around `length`: a ball,
@@ -60,8 +60,8 @@ struct ToolBody {
   double bulge() const noexcept;
 };
 
-/// Returns an error if a dimension is out of range: no size, a drum whose edges do not fit, a cone with one
-/// end ball inside the other.
+/// Returns an error if a dimension is out of range: a radius not above 0, a drum whose edges do not fit, a
+/// cone with one end ball inside the other.
 Status check(const ToolBody& body);
 
 /// Pose of a body, world frame.

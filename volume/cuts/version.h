@@ -249,8 +249,8 @@ class Version {
   /// Returns true if mask_row() with these arguments may clear a bit.
   bool has_brick(int y, int z, int first_word, int count) const noexcept;
 
-  /// Hash (FNV-1a, 64 bit) of the removed matter: distances, kept bits and masks with their base bits. Equal
-  /// states have equal hashes.
+  /// Hash (FNV-1a over 64-bit words) of the removed matter: distances, kept bits and masks with their base
+  /// bits. Equal states have equal hashes.
   std::uint64_t content_hash() const noexcept;
 
  private:

@@ -64,7 +64,7 @@ struct BrickParts {
   }
 };
 
-/// Buffer for the most words of a brick: distances, three sets of bits, and 8^3 points per cell.
+/// Buffer for all words of the largest brick: distances, three sets of bits, and 8^3 points per cell.
 using BrickWords = std::array<Word, 512 + 3 * 16 + 512 * 16>;
 
 std::size_t copy_words(const Brick& brick, BrickWords& words) {
@@ -98,7 +98,8 @@ void put_brick(std::string& out, const Brick* before, const Brick* brick) {
 Error broken(const char* found) {
   return Error{.what = "recorded bricks are invalid",
                .found = found,
-               .expected = "unchanged data written by trephine"};
+               .expected = "unchanged data written by trephine",
+               .remedy = "use an intact copy of the recording"};
 }
 
 /// Reads the output of put_runs() for all words of the brick and XORs them into it. Returns false if the

@@ -71,7 +71,7 @@ class PointBins {
   std::vector<std::uint32_t> first_, order_;
 };
 
-/// Borrows its arguments. Thread-safe for separate tiles.
+/// Borrows its arguments. For one call of build(); builders of separate tiles may run in parallel.
 class CreaseBuilder {
  public:
   static constexpr std::size_t k_cones = 42;
@@ -148,9 +148,9 @@ class CreaseBuilder {
   struct Sample {
     std::array<std::uint32_t, k_cones> nearest;  ///< k_none: no point, or inside the solid
     std::array<float, k_cones> u;                ///< mm
-    CreaseSheets::Mask refined = 0;              ///< the sheets whose u is exact
+    CreaseSheets::Mask refined = 0;              ///< the sheets whose u is final
   };
-  static constexpr double k_slack = 0.03;  ///< steps; sampled distances are too long by as much
+  static constexpr double k_slack = 0.03;  ///< steps; sampled distances are too long by at most this
   /// Whether a ball that touches a surface point is free there.
   enum class Contact : std::uint8_t { unknown, possible, impossible };
   struct Creased {
@@ -166,8 +166,8 @@ class CreaseBuilder {
                 static_cast<std::size_t>(size_.y) * static_cast<std::size_t>(c.z));
   }
 
-  /// Returns the cubes near the offset surface in which a spline of u is less steep than a distance: 0.9
-  /// between flanks whose normals are 50 degrees apart. Brick by brick, in the order of their indices.
+  /// Returns the cubes near the offset surface in which a spline of u is less steep than a distance: below
+  /// 0.9, as between flanks whose normals are more than 50 degrees apart. Order: that of the tile, x fastest.
   template <class U, class IsNear>
   std::vector<glm::ivec3> creased_cubes(const VoxelBox& tile, const U& u_at, const IsNear& is_near) const {
     constexpr double k_slope = 0.9;  // mm per mm
@@ -183,8 +183,8 @@ class CreaseBuilder {
               const auto value = [&](int i) { return u_at(v + glm::ivec3(i, j, k)); };
               patch.set_row(j + 1, k + 1, value(-1), value(0), value(1));
             }
-          // At the corners too, where no clamped sample counts: neighbours agree there, so that creased cubes
-          // end where the spline is right again.
+          // Tests the corners too, where only eight samples have weight and neighbouring cubes agree, so that
+          // creased cubes end where the spline is accurate again.
           const auto is_flat_at = [&](const glm::dvec3& at) {
             const ValueAndGradient field = patch.value_and_gradient(at);
             const glm::dvec3 slope = offset_.lattice.gradient_world_from_volume(field.gradient);
@@ -197,12 +197,12 @@ class CreaseBuilder {
         }
     return cubes;
   }
-  /// Returns true if a ball that touches point i has its centre within `far` of a lattice point, and meets
-  /// other points there: the bottom of a groove. The answer is the same for every lattice point.
+  /// Returns true if a ball that touches point i has its centre within `far` of `from`, and meets other
+  /// points there: the bottom of a groove. The result of the second test is stored for all `from`.
   bool is_out_of_reach(std::uint32_t i, const glm::vec3& from, const PointBins& bins) {
     constexpr double k_depth = 0.1;  // steps
     const glm::vec3 centre = points_[i].at_world + static_cast<float>(offset_.radius) * normals_[i];
-    // All points near a centre within this distance are known.
+    // All surface points near the centre are known if it is within this distance.
     if (normals_[i] == glm::vec3(0) || glm::distance(centre, from) > static_cast<float>(offset_.far))
       return false;
     if (contacts_[i] == Contact::unknown) {
@@ -220,7 +220,7 @@ class CreaseBuilder {
   /// Returns the distances of lattice point v to the sampled points of each cone. Points that a ball cannot
   /// touch do not count, such as those of the rounded bottom of a groove, whose normals are between those of
   /// its flanks; where they are the nearest, the tangent plane of the nearest other point replaces them.
-  /// Inside the solid all sheets have the field's value.
+  /// Inside the solid u is `far` in all sheets, so that the field's value applies.
   Sample sample(const glm::ivec3& v, bool is_matter, const std::vector<CreaseSheets::Mask>& cones,
                 const PointBins& bins) {
     Sample result;
@@ -259,7 +259,7 @@ class CreaseBuilder {
   float clamped(double distance) const {
     return static_cast<float>(std::clamp(offset_.radius - distance, -offset_.far, offset_.far));
   }
-  /// Returns the sheets of a cube that may be solid in it, and that no other contains up to k_slack.
+  /// Returns the sheets of a cube that may be solid in it, and that no other sheet contains up to k_slack.
   CreaseSheets::Mask sheets_of(const std::array<Sample*, 27>& around) const {
     const auto slack = static_cast<float>(k_slack * offset_.step);
     const auto contains = [&](std::size_t outer, std::size_t inner) {

@@ -1,4 +1,4 @@
-// CreaseSheets: fields of the flanks of an offset surface's concave creases, one by one.
+// CreaseSheets: a separate field for each flank of the concave creases of an offset surface.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ namespace trephine::volume {
 /// build.
 class CreaseSheets {
  public:
-  /// The sheets of a cube or of a lattice point, a bit each.
+  /// The sheets of a cube or of a lattice point, one bit each.
   using Mask = std::uint64_t;
   /// Samples of a sheet around a lattice point, x fastest, mm.
   using Samples = std::array<float, 27>;
@@ -71,15 +71,15 @@ class CreaseSheets {
     std::array<std::uint16_t, k_words> before_{};
     std::vector<Mask> masks_;
   };
-  /// The creased cubes of a brick, and the samples of the points that they read, one beyond the brick on each
-  /// side.
+  /// The creased cubes of a brick, and the samples at the points that they read, which extend one point
+  /// beyond the brick on each side.
   struct Brick {
     static constexpr int k_reach = SampleBrick::k_edge + 2;
     MaskTable<SampleBrick::k_edge * SampleBrick::k_edge * SampleBrick::k_edge> cubes;
     MaskTable<k_reach * k_reach * k_reach> points;
-    std::vector<std::uint32_t> first;  ///< by point: of its samples
-    std::vector<float> samples;        ///< of each point in the order of its sheets
-    /// Returns the sample of a sheet at the point with an index.
+    std::vector<std::uint32_t> first;  ///< by point: index of its first sample
+    std::vector<float> samples;        ///< by point, in the order of its sheets
+    /// Returns the sample of a sheet at the point with index `point`.
     float sample(int sheet, std::size_t point) const noexcept {
       const auto below = static_cast<std::size_t>(std::popcount(points.at(point) & ((Mask{1} << sheet) - 1)));
       return samples[first[points.rank(point)] + below];
@@ -90,7 +90,7 @@ class CreaseSheets {
       return static_cast<std::size_t>((p.z * k_reach + p.y) * k_reach + p.x);
     }
   };
-  /// A build writes the bricks of a tile from one thread.
+  /// Returns the slot of a brick for a build, which writes the bricks of a tile from one thread.
   std::unique_ptr<Brick>& slot(const glm::ivec3& brick) noexcept { return table_[index_of(brick)]; }
 
  private:

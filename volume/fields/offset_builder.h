@@ -74,7 +74,7 @@ class OffsetField::Builder {
   }
 
  private:
-  static constexpr double k_refined = 2.2;  ///< steps within which distances are exact
+  static constexpr double k_refined = 2.2;  ///< steps from the offset surface with exact distances
   static constexpr int k_tile = 96;         ///< lattice points along the edge of a tile
 
   /// Returns true if the distance at v may have changed: the change is not farther than the previous surface,
@@ -102,7 +102,7 @@ class OffsetField::Builder {
       const double u_next = previous_->at(next.x, next.y, next.z),
                    u_last = previous_->at(last.x, last.y, last.z);
       central[a] = u_next - u_last;
-      // One-sided toward the higher value, since the lower one may be beyond the band.
+      // Differentiates toward the higher value, since the lower one may be beyond the band.
       uphill[a] = u_next > u_last ? u_next - centre : centre - u_last;
     }
     const Frame& frame = field_.volume().frame;
@@ -142,7 +142,7 @@ class OffsetField::Builder {
   /// Kinds of the voxels of a box, by their bits and those of their neighbours.
   class VoxelKinds {
    public:
-    /// mixed: the voxel and its 26 neighbours are solid and free, or a cut finer than the voxels crosses it.
+    /// mixed: the voxel and its 26 neighbours are not all equal, or a cut finer than the voxels crosses it.
     enum Kind : std::uint8_t { free, mixed, solid };
     VoxelKinds(const Builder& builder, const glm::ivec3& low, const glm::ivec3& high)
         : low_(low), high_(high), size_(glm::max(high - low + 1, glm::ivec3(0))) {
@@ -182,7 +182,7 @@ class OffsetField::Builder {
     }
     const glm::ivec3& low() const { return low_; }
     const glm::ivec3& high() const { return high_; }
-    /// free beyond the box, which ends with the grid or beyond all queries.
+    /// Returns `free` beyond the box, which ends with the grid or beyond all queries.
     Kind at(const glm::ivec3& v) const {
       const bool is_inside = v.x >= low_.x && v.y >= low_.y && v.z >= low_.z && v.x <= high_.x &&
                              v.y <= high_.y && v.z <= high_.z;
@@ -249,12 +249,12 @@ class OffsetField::Builder {
             }
             if (SurfacePoint rim; surface_.project_to_rim(from, cells, rim)) points.push_back(rim);
           }
-          if (is_solid_voxel(v)) sample_sheet(v, is_found, points);
+          if (is_solid_voxel(v)) sample_thin_wall(v, is_found, points);
         }
     return points;
   }
-  /// Samples both sides of a sheet of one voxel, in whose middle the gradient vanishes.
-  void sample_sheet(const glm::ivec3& v, bool is_found, std::vector<SurfacePoint>& points) const {
+  /// Samples both sides of a wall of one voxel, in whose middle the gradient vanishes.
+  void sample_thin_wall(const glm::ivec3& v, bool is_found, std::vector<SurfacePoint>& points) const {
     for (int axis = 0; axis < 3; ++axis) {
       glm::ivec3 previous = v, next = v;
       --previous[axis], ++next[axis];
@@ -345,7 +345,7 @@ class OffsetField::Builder {
     const auto& [low, high] = is_selected.box;
     if (glm::any(glm::greaterThan(low, high))) return;
     const double reach = out_.radius_ + (k_band + 1) * out_.step_;
-    const int margin = has_sheets() ? CreaseBuilder::k_margin : 0;
+    const int margin = builds_sheets() ? CreaseBuilder::k_margin : 0;
     const glm::ivec3 halo = out_.steps_within(reach) + 1 + margin;
     // The lattice is parallel to the volume's axes, so a box of it is a box of voxels.
     const glm::ivec3 voxel_low =
@@ -363,12 +363,12 @@ class OffsetField::Builder {
       wavefront->spread(out_.step_, reach, inner_reach(), is_matter);
     }
     std::optional<TileSamples> samples;
-    if (has_sheets() && wavefront) samples.emplace(VoxelBox{low - margin, high + margin});
+    if (builds_sheets() && wavefront) samples.emplace(VoxelBox{low - margin, high + margin});
     fill_bricks(is_selected, wavefront, points, is_matter, samples, work);
     if (samples) build_sheets({low, high}, wavefront, points, is_matter, *samples, work);
   }
-  /// True for the build of the untouched solid; updates keep its sheets.
-  bool has_sheets() const { return out_.sheets_ != nullptr && previous_ == nullptr; }
+  /// True for a complete build; updates keep its sheets.
+  bool builds_sheets() const { return out_.sheets_ != nullptr && previous_ == nullptr; }
 
   void fill_bricks(const Selection& is_selected, const std::optional<Wavefront>& wavefront,
                    const std::vector<SurfacePoint>& points, const Matter& is_matter,

@@ -17,7 +17,8 @@ bool is_same(const SampleSlot& a, const SampleSlot& b) noexcept {
 Error broken(const char* found) {
   return Error{.what = "a recorded offset field is invalid",
                .found = found,
-               .expected = "unchanged data written by trephine"};
+               .expected = "unchanged data written by trephine",
+               .remedy = "use an intact copy of the recording"};
 }
 }  // namespace
 

@@ -31,7 +31,7 @@ double OffsetField::step_for(double radius, const Volume& volume) noexcept {
   // The error of a quadratic spline of samples with spacing h is h^2 / 8 times the sum of second derivatives,
   // which is 2 / r for the distance to a point.
   const double max_step = 0.9 * std::sqrt(4 * radius * (0.1 + 0.02 * radius));
-  // Limits the build to seconds, and the tables for the air of scans that are metres wide.
+  // Limits the duration of a build to seconds, and the size of the tables of scans that are metres wide.
   constexpr double k_max_points = 1 << 28;
   const dvec3 extent = spacing * dvec3(volume.size);
   const double least =
@@ -57,7 +57,7 @@ Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field
                  .where = "radius",
                  .found = std::to_string(radius) + " mm",
                  .expected = "above 0, at most 20 mm and no larger than the volume",
-                 .remedy = "use a smaller ball"};
+                 .remedy = "use a ball with a radius in this range"};
   const dvec3& spacing = base.spacing();
   const double step = step_for(radius, field.volume());
   std::shared_ptr<OffsetField> result(new OffsetField);

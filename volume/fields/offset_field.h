@@ -60,7 +60,7 @@ class OffsetField {
   }
   /// u (mm) at a lattice point; -far_mm() (free) beyond the lattice.
   double at(int x, int y, int z) const noexcept;
-  /// Returns the sheets (a bit each) of a creased cube; 0 for other cubes, in which the field alone
+  /// Returns the sheets (one bit each) of a creased cube; 0 for other cubes, in which the field alone
   /// determines the solid.
   CreaseSheets::Mask sheets_at(const glm::ivec3& v) const noexcept {
     return sheets_ ? sheets_->sheets_at(v) : 0;
@@ -109,7 +109,7 @@ class OffsetField {
   glm::ivec3 size_{0}, slots_size_{0}, pages_size_{0};
   double radius_ = 0, step_ = 0, far_ = 0;
   std::vector<std::shared_ptr<Page>> pages_;  ///< never written after the build
-  std::shared_ptr<CreaseSheets> sheets_;      ///< of the solid without cuts; null: no creased cubes
+  std::shared_ptr<CreaseSheets> sheets_;      ///< of the complete build; null: no creased cubes
 };
 
 }  // namespace trephine::volume

@@ -45,7 +45,7 @@ void value_and_gradient_of_patch_wide(const double* rows, const double p[3], dou
 void jet_of_patch_wide(const double* rows, const double p[3], double out[10]) noexcept;
 void hessian_bound_of_patch_wide(const double* rows, double out[6]) noexcept;
 
-/// Polynomial of one voxel's cube. Plain data of 320 bytes. Queries take points relative to the voxel's
+/// Polynomial of one voxel's cube. Plain data of 288 bytes. Queries take points relative to the voxel's
 /// centre, each coordinate in [-0.5, 0.5] up to rounding, allocate nothing and cost 10 - 25 ns.
 class QuadraticPatch {
  public:

@@ -12,8 +12,8 @@
 namespace trephine::volume {
 
 /// Occupancies of neighbouring shapes, on a grid of the same size. A shape is extended by
-/// SoftField::k_overlap voxels into those of `whole` wherever they touch, which keeps cuts between them
-/// closed; into those of `at_surface` only near its own voxels that are next to air, so that it is not
+/// SoftField::k_overlap voxels into those of `whole` wherever they touch, so that no gap opens between them
+/// in a cut; into those of `at_surface` only near its own voxels that are next to air, so that it is not
 /// touched where a covering shape lets a tool through.
 struct SoftNeighbours {
   std::span<const Occupancy*const> whole = {}, at_surface = {};
@@ -30,7 +30,7 @@ class SoftField {
   static constexpr double k_sigma = 1.5;     ///< voxels
   static constexpr int k_reach = 4;          ///< radius of the kernel, voxels
   static constexpr double k_min = 0.01;      ///< least |g| at a voxel
-  static constexpr double k_conflict = 0.1;  ///< |g| of wrong sign after the blur above which it is undone
+  static constexpr double k_conflict = 0.1;  ///< |g| of wrong sign above which the blur is undone
 
   static constexpr int k_overlap = 4;  ///< extension of a shape into its neighbours, voxels
 

@@ -105,7 +105,7 @@ class Wavefront {
       }
   }
 
-  /// Index of the surface point nearest to lattice point v; k_none if none was propagated to v.
+  /// Index of the surface point nearest to lattice point v; k_none if no point was propagated to v.
   std::uint32_t nearest(const glm::ivec3& v) const { return nearest_[index(v - low_)]; }
   /// Distance (mm) of lattice point v to that surface point.
   double distance(const glm::ivec3& v) const {
@@ -140,7 +140,7 @@ class Wavefront {
     if (s >= square_[i] || s > max_square_) return;
     square_[i] = s;
     nearest_[i] = point;
-    // Not into a processed bucket: a point may be nearer to a neighbour than to the cell that propagates it.
+    // Avoids processed buckets: a point may be nearer to a neighbour than to the cell that propagates it.
     const std::size_t bucket = std::max(bucket_, static_cast<std::size_t>(std::sqrt(s) / half_step_));
     buckets_[std::min(bucket, buckets_.size() - 1)].push_back(static_cast<std::uint32_t>(i));
   }

@@ -23,15 +23,15 @@ struct TransferPoint {
   double opacity = 0;      ///< of a layer of 1 mm, 0 to 1
 };
 using TransferFunction = std::vector<TransferPoint>;
-/// Returns an error if there are no points, or if one is not finite, not ascending or out of range.
+/// Returns an error if there are no points, or if a point is not finite, not ascending or out of range.
 Status check(const TransferFunction& function);
 
 /// Range of intensities; a missing end is unbounded.
 struct ValueWindow {
   std::optional<double> low, high;
 };
-/// Returns the longest range of intensities with an opacity of at least `least` per mm, a window for touching
-/// the visible matter; nullopt if there is no such range.
+/// Returns the longest range of intensities with an opacity of at least `min_opacity` per mm, a window for
+/// touching the visible matter; nullopt if there is no such range.
 std::optional<ValueWindow> window_of_opacity(const TransferFunction& function, double min_opacity);
 
 /// Camera, world frame. Pixel (i, j) is counted from the upper left.
@@ -100,8 +100,8 @@ class DirectImage {
   /// Makes a pass over blocks of voxels, and over the voxels of blocks with visible values.
   void set_transfer_function(const TransferFunction& function, int threads = 0);
   /// Sets the appearance by label value; labels beyond the end keep the transfer function. A label also
-  /// applies to unlabelled voxels within `k_blur` voxels, whose intensity it affects by blur. Makes a pass
-  /// over the labels.
+  /// applies to unlabelled voxels within `k_blur` voxels, whose intensity it affects by blur. Makes `k_blur`
+  /// passes over the labels.
   void set_labels(std::vector<LabelAppearance> appearances, int threads = 0);
   static constexpr int k_blur = 3;
 
@@ -130,7 +130,7 @@ class DirectImage {
   void find_cut_blocks(const Version& version);
   void measure_leaps();
   bool is_visible(int low, int high) const noexcept;  ///< true if any value low .. high is
-  static std::size_t entry_of(float value) noexcept;  ///< of table_
+  static std::size_t entry_of(float value) noexcept;  ///< index in table_
   /// Layer in which the values change linearly.
   struct Layer {
     std::array<float, 4> mean{};  ///< colour, and attenuation per mm
@@ -148,7 +148,8 @@ class DirectImage {
   std::vector<std::uint8_t> leaps_;           ///< per block: chessboard distance to the nearest visible block
   std::vector<std::uint32_t> visible_below_;  ///< per value: number of lower visible values
   std::vector<std::array<float, 4>> table_;   ///< per value: colour, and attenuation per mm
-  /// Per value: sums of table_ below it, colours weighted, and of attenuation times value.
+  /// Per value: sums over all lower values of attenuation times colour, attenuation, and attenuation times
+  /// value.
   std::vector<std::array<double, 5>> sums_;
   std::vector<float> transmissions_;  ///< table of e^-x
   std::vector<LabelAppearance> labels_;

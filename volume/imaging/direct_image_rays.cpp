@@ -20,7 +20,7 @@ using glm::vec3;
 namespace {
 
 constexpr float k_full = 0.995F;  // opacity at which a ray ends
-constexpr int k_tile = 16;        // rows of pixels per task of a thread
+constexpr int k_task_rows = 16;   // rows of pixels per task of a thread
 
 }  // namespace
 
@@ -75,7 +75,7 @@ struct DirectImage::Cast {
   glm::dmat3 gradient_world;  // converts a gradient from per voxel to per mm
   bool has_labels;
   double face_depth;  // mm along the ray; matter to this depth behind an opening is shaded as its face
-  double fade_mm;     // length of the mean gradient along a ray
+  double fade_mm;     // length along a ray over which gradients are averaged
   const std::int16_t* voxels;
   ivec3 last_cell;                        // highest first voxel of a cell
   std::ptrdiff_t row, slice;              // strides along y and z
@@ -144,8 +144,8 @@ struct DirectImage::Cast {
     bool is_opaque() const noexcept { return pixel.opacity > k_full; }
   };
 
-  /// Positions inside a tube with round ends, which is convex: the hull of the ranges in its two balls and
-  /// its cylinder.
+  /// Returns the range of a ray inside a tube with round ends. The tube is convex, so this is the hull of the
+  /// ranges in its two balls and its cylinder.
   static Range range_in(const Openings::Tube& tube, const Camera::Ray& ray) noexcept {
     Range hull{1e300, -1e300};
     const auto add = [&](double from, double to) {
@@ -208,16 +208,16 @@ struct DirectImage::Cast {
   /// p alone vanishes inside uniform bone, at a depth that would show as rings.
   float brightness(const dvec3& p, double at, Progress& progress) const noexcept;
   DirectPixel cast(int i, int j, double wall, Counters& count) const noexcept;
-  /// Adds the matter of a visible range. `face`: where the range begins, if matter is cut open there.
+  /// Adds the matter of a visible range. `face`: at the start of the range, if an opening cuts matter there.
   void march(const Range& range, Face face, Progress& progress) const noexcept;
-  /// Adds the layer `range` of p, between two samples with the values `first` and `second`.
+  /// Adds the layer in `range`, between two samples with the values `first` and `second`.
   void add_layer(const Range& range, float first, float second, const Face& face,
                  Progress& progress) const noexcept;
 };
 
 float DirectImage::Cast::brightness(const dvec3& p, double at, Progress& progress) const noexcept {
   vec3 g = gradient(clamped(p), image.is_cut_[block_of(voxel_of(p))] != 0);
-  if (glm::dot(g, progress.gradient) < 0) g = -g;  // both sides of a wall have one direction
+  if (glm::dot(g, progress.gradient) < 0) g = -g;  // gradients on both sides of a wall must not cancel
   const auto passed = static_cast<float>((at - progress.measured_at) / fade_mm);
   progress.measured_at = at;
   progress.gradient = g + progress.gradient / (1 + passed + 0.5F * passed * passed);  // about e^-passed
@@ -409,10 +409,10 @@ void DirectImage::draw(const RaycastRequest& request, const Version& version,
                   scan_->size.z > 1 ? slice : 0};
   std::atomic<std::uint64_t> rays{0}, samples{0}, shaded{0}, leaps{0};
   const int columns = request.camera.columns, rows = request.camera.rows;
-  parallel_for((rows + k_tile - 1) / k_tile, threads, [&](int tile) {
+  parallel_for((rows + k_task_rows - 1) / k_task_rows, threads, [&](int tile) {
     Counters count;
     if (request.is_cancelled != nullptr && *request.is_cancelled) return;
-    for (int j = k_tile * tile; j < std::min(rows, k_tile * (tile + 1)); ++j)
+    for (int j = k_task_rows * tile; j < std::min(rows, k_task_rows * (tile + 1)); ++j)
       for (int i = 0; i < columns; ++i) {
         const auto n =
             static_cast<std::size_t>(i) + static_cast<std::size_t>(columns) * static_cast<std::size_t>(j);

@@ -58,7 +58,7 @@ Status check(const ImagePlane& plane) {
     return Error{.what = "the axes of the plane are not orthogonal unit vectors",
                  .where = "plane",
                  .found = text(plane.right) + " and " + text(plane.up),
-                 .expected = "unit vectors"};
+                 .expected = "orthogonal unit vectors"};
   if (!(plane.pixel > 1e-4 && plane.pixel < 1e3) || plane.columns < 1 || plane.rows < 1 ||
       std::int64_t{plane.columns} * plane.rows > (std::int64_t{1} << 26) || plane.columns > (1 << 15) ||
       plane.rows > (1 << 15))

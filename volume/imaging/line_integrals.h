@@ -12,8 +12,8 @@
 
 namespace trephine::volume {
 
-/// Weight per mm of a voxel by its intensity: piecewise linear, 0 up to `zero` and `none`, with a change of
-/// slope at `knee`.
+/// Weight per mm of a voxel by its intensity: 0 up to the larger of `zero` and `none`, above it piecewise
+/// linear with a change of slope at `knee`.
 struct VoxelWeights {
   std::int16_t none = -1000, zero = -1000, knee = 0;  ///< intensities; zero <= knee
   float below = 1e-3f, above = 1e-3f;                 ///< weight per step of intensity, below and above knee
@@ -56,8 +56,8 @@ double sum_along(const Ray& ray, double t_begin, double t_end, const VoxelBox& b
 
 class LineIntegrals {
  public:
-  /// Borrows the volume. Makes one pass over it, to find blocks of 8 x 8 x 8 voxels with zero weight. threads
-  /// 0 = all cores.
+  /// Borrows the volume. Makes one pass over it, to find the blocks of 8 x 8 x 8 voxels that are all at most
+  /// VoxelWeights::none. threads 0 = all cores.
   LineIntegrals(const Volume& volume, const VoxelWeights& weights, int threads = 0,
                 const LineKernels& kernels = best_line_kernels());
 
@@ -73,7 +73,7 @@ class LineIntegrals {
   double integrate(const Ray& ray, double t_begin = 0, double t_end = 1) const noexcept;
 
   const VoxelWeights& weights() const noexcept { return weights_; }
-  /// Returns true if any voxel of the block (voxel >> 3) has a weight.
+  /// Returns true if any voxel of the block (voxel >> 3) is above VoxelWeights::none.
   bool is_filled(const glm::ivec3& block) const noexcept {
     return views_[2].bits[views_[2].word(block.z, block.y, block.x >> 6)] >> (block.x & 63) & 1u;
   }

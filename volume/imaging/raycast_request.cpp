@@ -24,10 +24,11 @@ Status check(const TransferFunction& function) {
     const TransferPoint& p = function[i];
     const std::string where = "point " + std::to_string(i + 1) + " of the transfer function";
     if (!std::isfinite(p.value) || (i > 0 && !(p.value > function[i - 1].value)))
-      return Error{.what = "the values of a transfer function must increase",
+      return Error{.what = "the values of the transfer function do not increase",
                    .where = where,
                    .found = number(p.value),
-                   .expected = "a finite value above the previous one"};
+                   .expected = "a finite value above the previous one",
+                   .remedy = "sort the points by value, without equal values"};
     for (const double c : {p.colour.x, p.colour.y, p.colour.z, p.opacity})
       if (!(c >= 0 && c <= 1))
         return Error{.what = "a colour or an opacity is out of range",
@@ -39,7 +40,8 @@ Status check(const TransferFunction& function) {
     return Error{.what = "the transfer function is transparent everywhere",
                  .where = "transfer function",
                  .found = "no points",
-                 .expected = "at least one point"};
+                 .expected = "at least one point",
+                 .remedy = "add a point with an opacity above 0"};
   return std::nullopt;
 }
 
@@ -88,10 +90,10 @@ Camera::Ray Camera::ray(double i, double j) const noexcept {
 Status check(const Camera& camera) {
   for (const dvec3* v : {&camera.at, &camera.forward, &camera.up})
     if (!(glm::dot(*v, *v) < 1e12))
-      return Error{.what = "the position of the camera is not finite",
+      return Error{.what = "the position or a direction of the camera is out of range",
                    .where = "camera",
                    .found = "a value that is not finite or above 1000 m",
-                   .expected = "finite coordinates in mm"};
+                   .expected = "finite coordinates below 1000 m"};
   if (std::abs(glm::length(camera.forward) - 1) > 1e-6 || std::abs(glm::length(camera.up) - 1) > 1e-6 ||
       std::abs(glm::dot(camera.forward, camera.up)) > 1e-6)
     return Error{.what = "the directions of the camera are not orthogonal unit vectors",
@@ -99,11 +101,12 @@ Status check(const Camera& camera) {
                  .expected = "orthogonal unit vectors"};
   if (!(camera.height > 1e-3 && camera.height < 1e5) || !(camera.distance >= 0 && camera.distance < 1e5) ||
       camera.columns < 1 || camera.rows < 1 || camera.columns > 8192 || camera.rows > 8192)
-    return Error{.what = "the image size is out of range",
+    return Error{.what = "the image size or the distance of the camera is out of range",
                  .where = "camera",
-                 .found = number(camera.height) + " mm, " + std::to_string(camera.columns) + " x " +
-                          std::to_string(camera.rows),
-                 .expected = "0.001 mm to 100 m, 1 to 8192 pixels"};
+                 .found = "height " + number(camera.height) + " mm, distance " + number(camera.distance) +
+                          " mm, " + std::to_string(camera.columns) + " x " + std::to_string(camera.rows) +
+                          " pixels",
+                 .expected = "a height of 0.001 mm to 100 m, a distance of 0 to 100 m, 1 to 8192 pixels"};
   return std::nullopt;
 }
 

@@ -1,4 +1,4 @@
-// Reslicing of a scan by an arbitrary plane or a slab around one.
+// Reslicing of a scan by an arbitrary plane or by a slab around a plane.
 #pragma once
 
 #include <cstdint>

@@ -48,7 +48,8 @@ bool has_soft_label(const Volume& volume, const glm::dvec3& p_world) {
   const std::size_t label = volume.labels[volume.index(v.x, v.y, v.z)];
   if (label == 0) return false;
   if (label >= volume.label_names.size()) return true;
-  const std::string_view name = volume.label_names[label];
+  std::string name = volume.label_names[label];
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
   for (const char* hard : {"tooth", "teeth", "screw", "implant", "metal"})
     if (name.find(hard) != std::string_view::npos) return false;
   return !is_bone_name(name);

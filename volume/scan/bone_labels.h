@@ -13,12 +13,12 @@ namespace trephine::volume {
 /// Knows the names of TotalSegmentator, VerSe and the built-in phantoms.
 bool is_bone_name(std::string_view label);
 
-/// Returns true if the names of the labels show a spine, which is operated on from the back: vertebrae and no
-/// skull.
+/// Returns true if the labels name vertebrae and no structure of the head (skull, brain, mandible), as in a
+/// scan of a spine that is operated on from the back.
 bool is_spine(const Volume& scan);
 
-/// Returns true in a voxel whose label denotes a structure other than bone. Its intensity may be that of a
-/// blurred edge of bone, where a threshold finds bone by mistake.
+/// Returns true in a voxel whose label denotes soft tissue: not bone, a tooth, an implant or metal. The
+/// blurred edge of bone may extend into such a voxel, where a threshold finds bone by mistake.
 bool has_soft_label(const Volume& volume, const glm::dvec3& p_world);
 
 /// Set of the voxels whose label denotes a bone. Borrows the volume.

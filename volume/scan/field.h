@@ -23,8 +23,8 @@ class Field {
   Field() noexcept = default;  ///< has no volume and must not be queried
   Field(const Volume& volume, const Shape& shape) noexcept : volume_(&volume), shape_(shape) {}
 
-  /// g at a voxel centre. Beyond the grid -|g| of the nearest voxel, which is air: the surface of a solid
-  /// that reaches the border is half a voxel outside, on the faces of its voxels, for any unit of intensity.
+  /// g at a voxel centre. Beyond the grid is air, with -|g| of the nearest voxel: the surface of a solid that
+  /// reaches the border is on the outer faces of its voxels, for any unit of intensity.
   double at(int x, int y, int z) const noexcept {
     if (volume_->contains({x, y, z})) return at_index(volume_->index(x, y, z));
     const glm::ivec3 v = glm::clamp(glm::ivec3(x, y, z), glm::ivec3(0), volume_->size - 1);

@@ -6,7 +6,7 @@
 
 namespace trephine::volume {
 
-/// `scenery` is only seen and touched: it is in no X-ray and no section.
+/// `scenery` is displayed and can be touched, but is in no X-ray and no section.
 enum class Matter : std::uint8_t { bone, titanium, steel, soft_tissue, scenery };
 inline constexpr std::string_view k_matters[] = {"bone", "titanium", "steel", "soft-tissue", "scenery"};
 

@@ -12,7 +12,7 @@ namespace trephine::volume {
 
 /// Stores 64 voxels along x per word, and one byte per block of 4 x 4 x 4 voxels: the chessboard distance
 /// (in blocks) to the nearest block with a solid voxel, 0 for such a block, at most 64. Removal of matter
-/// keeps both valid.
+/// requires no update: the bits are those of the base volume, and the distances remain lower bounds.
 class Occupancy {
  public:
   Occupancy() = default;

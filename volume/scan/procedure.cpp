@@ -24,7 +24,7 @@ bool is_step_name(const std::string& name) {
   });
 }
 
-/// Line ends and tabs are allowed.
+/// Returns true if the text has control characters other than line ends and tabs.
 bool has_control_characters(const std::string& text) {
   return std::any_of(text.begin(), text.end(), [](char c) {
     return (static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t') || c == 0x7f;
@@ -34,17 +34,17 @@ bool has_control_characters(const std::string& text) {
 Status check_transitions(const SurgicalProcedure& procedure, const ProcedureStep& step) {
   if (step.transitions.size() > k_max_steps)
     return invalid("a step has too many transitions", step.name, std::to_string(step.transitions.size()),
-                   "at most " + std::to_string(k_max_steps));
+                   "at most " + std::to_string(k_max_steps), "divide the step into several steps");
   if (step.is_end && !step.transitions.empty())
     return invalid("a last step has transitions", step.name, step.transitions[0].to,
-                   "end = false, or no transitions");
+                   "no transitions in a step with end = true", "set end = false, or remove the transitions");
   for (const StepTransition& transition : step.transitions) {
     if (procedure.find(transition.to) < 0)
       return invalid("a transition leads to an unknown step", step.name, transition.to,
-                     "the name of a step of this procedure");
+                     "the name of a step of this procedure", "correct the name, or add the step");
     if (transition.on.empty() && transition.conditions.empty())
       return invalid("a transition has no cause", step.name, transition.to,
-                     "a command, an event, \"request\" or conditions");
+                     "a command, an event, \"request\" or conditions", "set the cause, or add a condition");
     for (const StepCondition& condition : transition.conditions) {
       const auto is_number = [](const std::optional<double>& limit) {
         return !limit || std::isfinite(*limit);
@@ -52,9 +52,10 @@ Status check_transitions(const SurgicalProcedure& procedure, const ProcedureStep
       if (condition.measurement.empty() || !is_number(condition.minimum) || !is_number(condition.maximum) ||
           !(condition.minimum || condition.maximum))
         return invalid("a condition is not complete", step.name, condition.measurement,
-                       "a measurement with a minimum, a maximum or both");
+                       "a measurement with a minimum, a maximum or both", "add the missing values");
       if (condition.minimum && condition.maximum && *condition.minimum > *condition.maximum)
-        return invalid("a condition cannot be met", step.name, condition.measurement, "minimum <= maximum");
+        return invalid("a condition cannot be met", step.name, condition.measurement, "minimum <= maximum",
+                       "swap the two values");
     }
   }
   return std::nullopt;
@@ -86,17 +87,19 @@ Status check(const SurgicalProcedure& procedure) {
   if (procedure.is_empty()) return std::nullopt;
   if (!is_step_name(procedure.name))
     return invalid("the procedure has an invalid name", "", procedure.name,
-                   "1 to 40 letters, digits, '-' or '_'");
+                   "1 to 40 letters, digits, '-' or '_'", "rename the procedure");
   if (procedure.steps.size() > k_max_steps)
-    return invalid("too many steps", "", std::to_string(procedure.steps.size()),
-                   "at most " + std::to_string(k_max_steps));
+    return invalid("the procedure has too many steps", "", std::to_string(procedure.steps.size()),
+                   "at most " + std::to_string(k_max_steps), "combine steps");
   std::set<std::string> names;
   for (const ProcedureStep& step : procedure.steps) {
     if (!is_step_name(step.name))
-      return invalid("a step has an invalid name", "", step.name, "1 to 40 letters, digits, '-' or '_'");
+      return invalid("a step has an invalid name", "", step.name, "1 to 40 letters, digits, '-' or '_'",
+                     "rename the step");
     for (const std::string* text : {&step.title, &step.hint, &step.note})
       if (has_control_characters(*text))
-        return invalid("a text has control characters", step.name, "", "printable characters and line ends");
+        return invalid("a text has control characters", step.name, "", "printable characters and line ends",
+                       "remove them from title, hint and note");
     if (!names.insert(step.name).second)
       return invalid("two steps have the same name", step.name, step.name, "a name for each step",
                      "rename one of them");

@@ -1,4 +1,5 @@
-// SurgicalProcedure: the steps of an operation, with what each of them allows and when the next one begins.
+// SurgicalProcedure: the steps of an operation, with the instruments and commands that each step allows and
+// the transitions between steps.
 #pragma once
 
 #include <optional>
@@ -9,8 +10,8 @@
 
 namespace trephine::volume {
 
-/// Limits of a measurement. An unknown measurement, or one that a later change of the anatomy has outdated,
-/// meets no limits.
+/// Limits of a measurement. An unknown measurement, or a stale one (after a change of the anatomy), meets no
+/// limits.
 struct StepCondition {
   std::string measurement;  ///< such as "removed_mm3", "events flap-cut" or a measure of a module
   std::optional<double> minimum, maximum;
@@ -31,11 +32,11 @@ struct StepTransition {
 struct ProcedureStep {
   std::string name;   ///< "remove-bone"; unique
   std::string title;  ///< in the user's words
-  std::string hint;   ///< what to do; may be empty
-  std::string note;   ///< what to learn; may be empty
+  std::string hint;   ///< instruction for the user; may be empty
+  std::string note;   ///< explanation to learn from; may be empty
   /// Names of instruments and commands that the step allows in addition to those of the procedure; "*": all.
   std::vector<std::string> instruments, commands;
-  /// Commands that are issued when the step begins, in words: "cut-flap saw_width=1.6".
+  /// Commands that are issued when the step begins, as text: "cut-flap saw_width=1.6".
   std::vector<std::string> on_entry;
   bool is_end = false;  ///< the operation is complete
   std::vector<StepTransition> transitions;
@@ -46,7 +47,7 @@ struct ProcedureStep {
 struct ScoreLimit {
   std::string finding;  ///< name, such as "L4 left: breach"
   double full_at = 0,
-         zero_at = 0;  ///< values with all points and with none, in the finding's unit; different
+         zero_at = 0;  ///< values with all points and with 0 points, in the finding's unit; must differ
   double weight = 1;   ///< points at `full_at`; 0: the finding is reported without points
   friend bool operator==(const ScoreLimit&, const ScoreLimit&) = default;
 };
@@ -65,7 +66,7 @@ struct SurgicalProcedure {
   friend bool operator==(const SurgicalProcedure&, const SurgicalProcedure&) = default;
 };
 
-/// Most steps of a procedure, and most transitions of a step.
+/// Largest number of steps of a procedure, and of transitions of a step.
 inline constexpr std::size_t k_max_steps = 64;
 /// Returns an error if a name is missing or not unique, a transition leads to an unknown step, a step cannot
 /// be reached, or no end can be reached from it. Names of commands, events and measurements are not checked.

@@ -8,7 +8,8 @@
 
 namespace trephine::volume {
 
-/// Haptic transfer function. Window: g = min(I - low, high - I); label: g = +-0.5. g >= 0 is solid.
+/// Solid of a scan, {g >= 0}. Of a window of intensities I: g = min(I - low, high - I); of a label: g =
+/// +-0.5.
 struct Shape {
   std::string name = "bone";
   double low = 300;                                       ///< lowest solid intensity

@@ -18,19 +18,19 @@ struct Run {
 /// `labels` is given, across gaps of any width inside a labelled bone. `along`: unit.
 std::vector<Run> runs_along(const Field& bone, const glm::dvec3& start_world, const glm::dvec3& along,
                             double t0, double t1, double space, const BoneLabels* labels = nullptr);
-/// Returns the run with the outer end nearest to `t`, or null if no run ends within `reach` mm.
+/// Returns the run whose far end (`high`) is nearest to `t`; null if no far end is within `reach` mm of `t`.
 const Run* nearest_run(const std::vector<Run>& runs, double t, double reach);
 
-/// Bone of the skull that a straight path passes, from the outside to the inside.
+/// Bone of the skull through which a straight path leads, from the outside to the inside.
 struct SkullCrossing {
   glm::dvec3 outer_world{0.0};  ///< mm, on the outer table
   glm::dvec3 inner_world{0.0};  ///< mm, on the inner table
-  /// Unit, out of the head: of the plane through the outer table 8 mm around the path.
+  /// Unit normal, out of the head, of a plane fitted to the outer table 8 mm around the path.
   glm::dvec3 normal_world{0, 0, 1};
   double thickness = 0;  ///< mm, along the path
 };
 /// Finds the first bone on a path from `from_world` (outside the head) along a unit direction within `reach`
-/// mm, with its diploe. Empty if there is no bone.
+/// mm: both tables and the diploe between them. Empty if there is no bone.
 std::optional<SkullCrossing> skull_crossing(const Field& bone, const glm::dvec3& from_world,
                                             const glm::dvec3& along, double reach);
 

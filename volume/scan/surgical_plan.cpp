@@ -28,14 +28,16 @@ Status check_names(const std::vector<T>& objects, const char* kind) {
     return Error{.what = "the plan has too many objects of one kind",
                  .where = kind,
                  .found = std::to_string(objects.size()),
-                 .expected = "at most " + std::to_string(k_max_planned)};
+                 .expected = "at most " + std::to_string(k_max_planned),
+                 .remedy = "remove objects of this kind"};
   std::set<std::string> names;
   for (const T& object : objects) {
     if (!is_name(object.name))
       return Error{.what = "an object of the plan has an invalid name",
                    .where = kind,
                    .found = object.name.substr(0, 40),
-                   .expected = "1 to 200 characters in one line"};
+                   .expected = "1 to 200 characters in one line",
+                   .remedy = "rename the object"};
     if (!names.insert(object.name).second)
       return Error{.what = "two objects of the plan have the same name",
                    .where = kind,
@@ -50,7 +52,8 @@ Error invalid(const char* kind, const std::string& name, std::string expected) {
   return {.what = "an object of the plan is invalid",
           .where = kind,
           .found = name,
-          .expected = std::move(expected)};
+          .expected = std::move(expected),
+          .remedy = "correct the object, or remove it from the plan"};
 }
 
 /// Returns true if three of the points are not on one line.
@@ -98,7 +101,7 @@ Status check(const SurgicalPlan& plan) {
     if (!(t.diameter >= 0 && t.diameter <= 100))
       return invalid("trajectories", t.name, "a diameter of 0 to 100 mm");
     if (!t.side.empty() && t.side != "left" && t.side != "right")
-      return invalid("trajectories", t.name, "side left, right or none");
+      return invalid("trajectories", t.name, "side left or right, or no side");
     if ((!t.group.empty() && !is_name(t.group)) || (!t.vertebra.empty() && !is_name(t.vertebra)))
       return invalid("trajectories", t.name, "group and vertebra in one line");
   }

@@ -1,5 +1,5 @@
-// SurgicalPlan: what was planned on a scan before an operation: trajectories, landmarks, outlines, planes,
-// targets, the procedure and limits of the score. World frame (LPS, mm).
+// SurgicalPlan: plan of an operation on a scan: trajectories, landmarks, outlines, planes, targets, the
+// procedure and limits of the score. World frame (LPS, mm).
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -55,7 +55,7 @@ struct SurgicalPlan {
   std::vector<PlannedPlane> planes;
   std::vector<PlannedTarget> targets;
   SurgicalProcedure procedure;    ///< empty: no steps are required
-  std::vector<ScoreLimit> score;  ///< of the case; they replace those of the procedure
+  std::vector<ScoreLimit> score;  ///< limits of the case, which replace those of the procedure
 
   bool is_empty() const noexcept {
     return trajectories.empty() && landmarks.empty() && outlines.empty() && planes.empty() &&
@@ -64,7 +64,7 @@ struct SurgicalPlan {
   friend bool operator==(const SurgicalPlan&, const SurgicalPlan&) = default;
 };
 
-/// Most objects of each kind in a plan, and most points of an outline.
+/// Largest number of objects of each kind in a plan, and of points of an outline.
 inline constexpr std::size_t k_max_planned = 256;
 /// Returns the limits of the plan, and those of its procedure for all other findings.
 std::vector<ScoreLimit> score_limits(const SurgicalPlan& plan);

@@ -155,7 +155,7 @@ class VoxelWalk {
 
   /// Moves to the first voxel after the region `skip`, which contains the current voxel.
   void advance_past(const VoxelBox& skip) noexcept {
-    // Finds the first plane that leaves the region, among the axes along which the segment leaves it.
+    // Finds the first plane at which the segment leaves the region.
     int axis = -1;
     double plane = 0;
     for (int a = 0; a < 3; ++a) {

@@ -78,10 +78,10 @@ Result<Volume> make_volume(const glm::ivec3& size, const Frame& frame, bool has_
   const std::size_t free = available_memory_bytes();
   if (bytes > free - free / 8) {
     constexpr std::size_t k_mib = 1024 * 1024;
-    return Error{.what = "the volume is larger than the memory of this machine",
+    return Error{.what = "the volume does not fit in the free memory of this machine",
                  .found = size_text + ", " + std::to_string(bytes / k_mib) + " MiB",
                  .expected = "at most " + std::to_string((free - free / 8) / k_mib) + " MiB",
-                 .remedy = "crop or resample the volume, or use a machine with more memory",
+                 .remedy = "close other programs, or crop or resample the volume",
                  .kind = ErrorKind::missing_here};
   }
   Volume volume;

@@ -14,15 +14,16 @@
 
 namespace trephine::volume {
 
-/// A cell between eight voxel centres is fine if a brick of the cut lattice overlaps it; its surface is that
+/// A cell between eight voxel centres is fine if a brick that is not hollow overlaps it; its surface is that
 /// of its lattice cells. Polygons are dual to minimal edges, the shortest of overlapping edges (Ju et al.
 /// 2002, section 4), with cells of either size around them. A coarse cell next to fine ones has no cut, so
-/// its surface is that of the trilinear field: its lattice samples cross each coarse edge at most once, and
-/// each face as determined by its corners. Samples inside an ambiguous face are modified to separate the
+/// its surface is that of the trilinear field: it crosses each coarse edge at most once, and the corners of
+/// each face determine the curves on it. Samples inside an ambiguous face are modified to separate the
 /// solid corners, as in the coarse case, so that both sides agree. Closed and manifold like the net of the
 /// voxels.
 ///
-/// Borrows the source, whose version must be finer than its voxels. Queries from any thread, make() from one.
+/// Borrows the source; the lattice of its version must be finer than its voxels. Queries from any thread,
+/// make() from one.
 class FineNet {
  public:
   /// Vertices of a coarse cell: index of the first patch's vertex, and the cell's case.
@@ -51,7 +52,7 @@ class FineNet {
   }
 
   /// Case of a coarse cell with a pinching face shared with a fine cell: flipped if a lattice cell at that
-  /// face is.
+  /// face is flipped.
   const NetCase& coarse_case(const glm::ivec3& cell, int config) const;
 
   /// Appends the fine vertices (volume frame), numbered from `first_id` on, and the polygons around all

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double k_turn = 2 * 3.14159265358979323846;
 
-/// Points of a thread's section within one pitch, as shares of it: root, flank, crest, flank.
+/// Number of points of a thread's section within one pitch: the starts of root, flank, crest and flank.
 constexpr int k_section_points = 4;
 
 std::array<double, k_section_points> section_of(const TurnedThread& thread) {
@@ -29,7 +29,7 @@ int turns_of(const TurnedThread& thread) noexcept {
   return static_cast<int>(std::floor((thread.end - thread.begin) / thread.pitch + 1e-9)) - 1;
 }
 
-/// Returns the height of the ridge, as a share of its full height. `share`: that of the section.
+/// Returns the height of the ridge as a share of its full height. `share`: height without the run-out.
 double ridge_of(const TurnedThread& thread, double along, double share) noexcept {
   const double end = turns_of(thread) + 1, at = (along - thread.begin) / thread.pitch;
   return share * std::clamp(std::min(at, end - at) / thread.run_out, 0.0, 1.0);
@@ -87,7 +87,7 @@ class Lathe {
       add(at(q, end), at(p, 0), at(q + 1, end));
       add(at(p, 0), at(p + 1, 0), at(q + 1, end));
     }
-    // Below: the first row is joined to the ring, and the step of one pitch is a fan.
+    // Joins the first row to the ring below, and closes the step of one pitch with a fan.
     for (std::uint32_t i = 0; i < end; ++i) {
       add(low + i, low + i + 1, at(0, i));
       add(low + i + 1, at(0, i + 1), at(0, i));
@@ -98,7 +98,7 @@ class Lathe {
     top_of_thread_ = at(rows - 1, 0), step_ = k_section_points;
   }
 
-  /// Adds the ring behind a thread.
+  /// Adds the ring that follows a thread.
   void add_ring_after_thread(const TurnedRing& ring) {
     const std::uint32_t top = top_of_thread_, end = columns() - 1, high = count();
     has_ring_ = false;

@@ -40,8 +40,8 @@ struct TurnedSolid {
 TurnedSolid turned_solid(double low, std::span<const TurnedRing> rings, double high, int facets,
                          const std::optional<TurnedThread>& thread = std::nullopt);
 
-/// Returns the outer radius of a thread, mm, at `along` (mm) and `turn` (0 to 1) about the axis; exact at the
-/// vertices of the mesh, between them of the profile. Returns the core's beyond its ends.
+/// Returns the radius of the surface of a thread, mm, at `along` (mm) and `turn` (0 to 1) about the axis:
+/// that of the mesh at its vertices, of the profile between them, and of the core beyond the ends.
 double radius_of(const TurnedThread& thread, double along, double turn) noexcept;
 
 }  // namespace trephine::volume

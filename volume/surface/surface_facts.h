@@ -15,7 +15,7 @@ struct SurfaceFacts {
   double volume = 0;              ///< mm3; negative if the surface faces inward
   glm::dvec3 size{0.0};           ///< of the bounding box, mm
 
-  /// True if the surface is the border of a solid, seen from outside.
+  /// True if the surface is closed and faces outward.
   bool is_solid() const noexcept { return open_edges == 0 && turned_edges == 0 && volume > 0; }
 };
 /// Computes the facts of a surface (mm). Vertices at the same position count as one. Takes n log n time.

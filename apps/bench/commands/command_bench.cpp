@@ -136,7 +136,7 @@ void bench_xray(int size, bool is_quick, Outcome& outcome) {
                       "its RMSE = {plastimatch_rmse:.1e} | Joseph's RMSE = {joseph_rmse:.1e} | "
                       "worst ray = {worst_error:.1e}");
   table = Json::array();
-  for (const bench::XrayServoLoad::Part& part : bench::run_xray_beside_servo(is_quick ? 2 : 5).parts) {
+  for (const bench::XrayServoLoad::Part& part : bench::run_servo_during_xray(is_quick ? 2 : 5).parts) {
     Json one = {{"image", part.name},
                 {"image_us", to_json(part.image)},
                 {"servo_step_p99_us", part.servo.step_p99_us},
@@ -458,7 +458,7 @@ Run build_open(Options& options) {
   options.add("SESSION", a->source, "A session (default: some minutes of drilling, recorded first)");
   options.add("--minutes", a->minutes, "Length of the recording").type("N").shows_default();
   options.add("-o,--output", a->output, "Keep the recording in this new file").type("SESSION");
-  options.add("--scan", a->case_source, "The scan of the session, where the session needs it");
+  options.add("--scan", a->case_source, "Scan of the session, if the session does not contain it");
   return run_of(a, "bench-open", bench_open);
 }
 
@@ -474,7 +474,7 @@ Run build_feel(Options& options) {
   options.add("SRC", a->source, "A scan, for one more scene");
   options.add("-o,--output", a->output, "Folder for the tables and charts").type("DIR");
   options.add("--quick", a->is_quick, "Smaller and fewer scenes: a minute, or two with every peer");
-  options.add("--only", a->only, "Built-in scenes whose name contains this, for example sphere").type("TEXT");
+  options.add("--only", a->only, "Only built-in scenes whose name contains this: sphere").type("TEXT");
   options.add("--hand", a->hand, "A recorded hand for one more scene: a session, or a path over SRC")
       .type("FILE");
   options.add("--export", a->export_folder, "Write each scene for other programs: volume, hand, exact result")
@@ -487,8 +487,8 @@ Run build_stability(Options& options) {
   auto a = std::make_shared<BenchArguments>();
   options.add("SRC", a->source, "A scan, for one more scene");
   options.add("-o,--output", a->output, "Folder for the tables and maps").type("DIR");
-  options.add("--steps", a->steps, "Random steps, in all").shows_default();
-  options.add("--only", a->only, "Methods whose name contains this").type("TEXT");
+  options.add("--steps", a->steps, "Number of random steps in total").shows_default();
+  options.add("--only", a->only, "Only methods whose name contains this").type("TEXT");
   return run_of(a, "bench-stability", bench_stability);
 }
 
@@ -511,7 +511,7 @@ const Command k_render{"render", "Direct volume rendering, compared with VTK", "
                        build_render};
 const Command k_drill{"drill", "Drilling: error of volume and surface, time of a tick",
                       "  trephine-bench drill --quick", build_drill};
-const Command k_load{"load", "Opening a scan until it can be touched", "  trephine-bench load SCANS/HEAD",
+const Command k_load{"load", "Time until an opened scan can be touched", "  trephine-bench load SCANS/HEAD",
                      build_load};
 const Command k_dicom{"dicom", "Finding and reading DICOM series, compared with ITK",
                       "  trephine-bench dicom --quick", build_dicom};

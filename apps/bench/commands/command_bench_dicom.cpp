@@ -122,7 +122,7 @@ Status bench_dicom(const BenchArguments& arguments, Outcome& outcome) {
     const auto voxels = opened.value().volume.voxels.span();
     for (std::size_t i = 0; i < voxels.size(); ++i) sum += static_cast<long long>(i % 251) * voxels[i];
     if (sum != their_sum)
-      return Error{.what = "the peer read other voxels",
+      return Error{.what = "ITK read other voxels from the series than this program",
                    .expected = "equal voxels",
                    .remedy = "report this with the data"};
     if (round > 0) read_peer.push_back(seconds);

@@ -37,7 +37,7 @@ void replace(std::string& text, const std::string& from, const std::string& to) 
   if (const std::size_t at = text.find(from); at != std::string::npos) text.replace(at, from.size(), to);
 }
 
-/// Moves a position in the words of a command, "{NAME X,Y,Z}", to the right.
+/// Adds `by` (mm) to the first coordinate of a position in the words of a command, "{NAME X,Y,Z}".
 void move_position(std::string& words, double by) {
   const std::size_t end = words.rfind('}'), begin = words.rfind(' ', end);
   double x = 0, y = 0, z = 0;

@@ -84,7 +84,7 @@ Result<bench::FeelResults> read_results(const std::string& path) {
                    .where = where + ", line " + std::to_string(number),
                    .found = line,
                    .expected = "scene,proxy_x,proxy_y,proxy_z[,us]",
-                   .remedy = "one line per step of hip.csv, numbers in mm"};
+                   .remedy = "write one line per step of hip.csv, with numbers in mm"};
     if (!std::isfinite(x + y + z + us) || (read == 4 && us <= 0))
       return Error{.what = "the results have an invalid number",
                    .where = where + ", line " + std::to_string(number),
@@ -127,7 +127,7 @@ Result<haptics::PosePath> at_a_kilohertz(const haptics::PosePath& path, const st
   return haptics::PosePath::from_samples(std::move(samples), where);
 }
 
-/// Poses of a session's first hand; invalid poses are left out.
+/// Poses of a session's first hand in its first 20 s; invalid poses are left out.
 Result<haptics::PosePath> hand_of(sim::SessionReader& session, const std::string& where) {
   constexpr double k_max_seconds = 20;
   std::vector<haptics::PosePath::Sample> samples;
@@ -184,7 +184,7 @@ Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
     return Error{.what = "the folder for the charts is missing",
                  .where = "-o",
                  .expected = "-o DIR",
-                 .remedy = "for example -o out/"};
+                 .remedy = "pass a folder, such as -o out/"};
   if (Status error = data_tools::make_folder(arguments.output)) return error;
   bench::FeelOptions options;
   options.is_quick = arguments.is_quick;

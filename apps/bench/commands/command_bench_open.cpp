@@ -1,4 +1,4 @@
-// bench open: duration of opening a recorded session at any tick and of its score, and bytes per tick.
+// bench open: durations of opening a recorded session at any tick and of scoring it, and bytes per tick.
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
@@ -17,8 +17,8 @@ namespace {
 double part_of(const std::vector<double>& sorted, double share) {
   return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
 }
-/// Some minutes over the crown of the built-in head: down next to the last position, back and forth, up
-/// again; the burr is on in two of five strokes.
+/// Strokes over the crown of the built-in head for some minutes: down at a random position, back and forth,
+/// up again; the burr is on in two of five strokes.
 haptics::PosePath long_hand(double minutes) {
   std::mt19937 random(3);
   const auto between = [&random](double low, double high) {

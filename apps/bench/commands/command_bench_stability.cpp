@@ -78,7 +78,7 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
       return Error{.what = "unknown method",
                    .where = "--only",
                    .found = arguments.only,
-                   .expected = "part of one of " + haptics::method_names()};
+                   .expected = "part of a name of " + haptics::method_names()};
   }
   ProgressLine progress("random motion");
   bool is_stopped = false;
@@ -182,12 +182,12 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
     table.push_back(outcome.json["energy"].back());
     table.back()["one_step_without_controller"] = row.one_step_without_controller;
   }
-  outcome.print("energy generated, N mm:");
+  outcome.print("energy, N mm:");
   outcome.print_table(
       table,
       "surface = {surface} | K/bound = {stiffness_over_bound:.1f} | delay = {delay_ticks} | "
-      "without controller = {max_generated:.3f} | with controller = {max_generated_with_controller:.3f} | "
-      "one step = {one_step_without_controller:.3f}");
+      "generated without controller = {max_generated:.3f} | generated with controller = {max_generated_with_controller:.3f} | "
+      "largest work of one tick = {one_step_without_controller:.3f}");
   outcome.exit_code = failures > 0 ? exit_check_failed : exit_done;
   if (arguments.output.empty()) return std::nullopt;
   const auto path = [&](const char* name) {

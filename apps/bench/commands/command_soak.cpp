@@ -124,7 +124,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
   // After ten strokes all are undone. After more than three, in contact, one is undone at random.
   std::mt19937_64 random(arguments.seed + 1);
   std::vector<double> resident_mb;
-  int undos = 0, redos = 0, stalls = 0;
+  int undos = 0, redos = 0, fault_resets = 0;
   const auto start = Clock::now();
   double next_sample = 0;
   std::size_t highest = 0, bytes_highest = 0;
@@ -136,7 +136,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
     const sim::LiveState state = live.fetch_state();
     if (state.newest.faults & haptics::k_latched_faults) {
       live.reset_faults();
-      ++stalls;
+      ++fault_resets;
     }
     highest = std::max(highest, state.strokes);
     bytes_highest = std::max(bytes_highest, state.version->bytes());
@@ -196,7 +196,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
   json["seconds"] = seconds_since(start);
   json["ticks"] = servo.ticks;
   json["dropped_ticks"] = servo.dropped;
-  json["stalls"] = stalls;
+  json["fault_resets"] = fault_resets;
   json["undos"] = undos;
   json["redos"] = redos;
   json["commands_replayed"] = replay.counts().commands;
@@ -235,9 +235,8 @@ Run build(Options& options) {
   options.add("--rate", a->rate, "Servo steps per second, 250 to 10000").shows_default().type("HZ");
   options.add("--seed", a->seed, "Seed of the hand's motion").shows_default();
   options
-      .add(
-          "--record", a->session,
-          "File for the session, which is kept (default: a temporary session, removed after an equal replay)")
+      .add("--record", a->session,
+           "File for the session, which is kept (default: temporary, removed after an identical replay)")
       .type("FILE");
   return run_with(a, run_soak);
 }
@@ -245,7 +244,8 @@ Run build(Options& options) {
 }  // namespace
 
 const Command k_soak{
-    "soak", "Drill, undo and redo live for a long time, and check memory and bits",
+    "soak",
+    "Drill, undo and redo live for a long time; check that memory does not grow and that a replay gives the same bits",
     "  trephine-bench soak --seconds 60\n  trephine-bench soak SCANS/HEAD --seconds 3600 --json", build};
 
 }  // namespace trephine::bench

@@ -55,7 +55,7 @@ std::string marker(ComparedMethod::Kind kind, bool is_hollow) {
 /// Approximate width of a text in the font of the chart.
 double text_width(const std::string& text) { return 8.0 * static_cast<double>(text.size()) + 3; }
 
-/// Returns the free place around a point that is nearest to it, for its name.
+/// Returns the nearest free box around a point, for its name.
 Box label_box(double x, double y, double width, const std::vector<Box>& occupied, const Box& plot) {
   Box best{};
   double least = 1e300;

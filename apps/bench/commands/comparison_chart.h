@@ -26,7 +26,7 @@ struct ComparisonChart {
 };
 
 /// Draws logarithmic axes, error bars (p50 to p99.9, quartiles of the error), and a name at each point. A
-/// hollow marker: the method fell through a surface. Errors below `least_error` are drawn there; methods
+/// hollow marker: the method fell through a surface. Errors below `least_error` are drawn at it; methods
 /// without a positive time are left out.
 std::string svg_of(const ComparisonChart& chart);
 /// Returns the points as CSV with a header.

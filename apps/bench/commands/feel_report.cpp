@@ -82,7 +82,7 @@ std::vector<Column> columns() {
           {"bytes", [](R r) { return std::to_string(r.bytes); }}};
 }
 
-/// Our methods, and other programs with answers.
+/// Our methods, and other programs with results.
 std::vector<std::string> methods_of(const FeelReport& report) {
   std::vector<std::string> names;
   for (const auto& info : haptics::method_catalogue()) names.emplace_back(info.name);
@@ -108,12 +108,12 @@ bool has_smooth(const FeelReport& report) {
                      [](const FeelRow& row) { return row.group == "smooth"; });
 }
 
-/// Values of a method over the smooth scenes, or over all without smooth ones; falls and stuck are sums over
-/// all scenes.
-struct Glance {
+/// Values of a method over the smooth scenes, or over all scenes if none is smooth; falls and stuck are sums
+/// over all scenes.
+struct MethodSummary {
   std::vector<double> p50, p999, surface, direction, tangential, rough;
   long falls = 0, stuck = 0;
-  Glance(const FeelReport& report, const std::string& method) {
+  MethodSummary(const FeelReport& report, const std::string& method) {
     const bool is_all = !has_smooth(report);
     for (const FeelRow& row : report.rows) {
       if (row.method != method) continue;
@@ -162,7 +162,7 @@ ComparisonChart comparison(const FeelReport& report, const char* title, const ch
     if (times.empty()) continue;
     chart.methods.push_back({name, kind_of(name), name == haptics::k_default_method, median(times),
                              median(slow), quantile(errors, 0.25), median(errors), quantile(errors, 0.75),
-                             Glance(report, name).falls});
+                             MethodSummary(report, name).falls});
   }
   // Those of trephine are drawn last, over the others.
   std::stable_sort(chart.methods.begin(), chart.methods.end(),
@@ -196,16 +196,17 @@ view::Chart scaling_chart(const FeelReport& report) {
   view::Chart chart{
       "A step in contact, by the size of the volume", "voxels along an edge", "p50 (us)", true, true, {}};
   for (const auto& info : haptics::method_catalogue())
-    for (const bool is_rising : {false, true}) {
-      view::ChartSeries line{std::string(info.name) + (is_rising ? ", smaller voxels" : ", larger volume"),
-                             {},
-                             {},
-                             true,
-                             color_of(info.name),
-                             2.5f,
-                             is_rising};
+    for (const bool is_density_rising : {false, true}) {
+      view::ChartSeries line{
+          std::string(info.name) + (is_density_rising ? ", smaller voxels" : ", larger volume"),
+          {},
+          {},
+          true,
+          color_of(info.name),
+          2.5f,
+          is_density_rising};
       for (const auto& point : report.scaling)
-        if (point.method == info.name && point.is_rising == is_rising)
+        if (point.method == info.name && point.is_density_rising == is_density_rising)
           line.x.push_back(point.size), line.y.push_back(point.time_us.p50);
       if (std::string(info.name) == "plane" || std::string(info.name) == "gradient") continue;
       chart.series.push_back(line);
@@ -286,7 +287,7 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
       "RMS<th>force "
       "direction, degrees RMS<th>tangential p99, mm<th>rough, N<th>fell through<th>stuck</tr>";
   for (const std::string& name : methods_of(report)) {
-    const Glance g(report, name);
+    const MethodSummary g(report, name);
     if (g.p50.empty()) continue;
     const auto count = [](long n) { return format_text(n > 0 ? "<td class=bad>%ld" : "<td>%ld", n); };
     page += format_text("<tr%s><td>%s<td>%.2f / %.2f<td>%.4f<td>%.2f<td>%.3f<td>%.4f",
@@ -308,13 +309,13 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
   };
   add_chart(
       "time-against-force-error", "Error of the force",
-      "At a depth of about 1 mm and 0.5 N/mm. The red line: hands distinguish forces from about 7 % (Pang, "
-      "Tan and Durlach 1991).");
+      "At a depth of about 1 mm and 0.5 N/mm. The red line: hands perceive differences of force above about "
+      "7 % (Pang, Tan and Durlach 1991).");
   add_chart("time-against-surface-error", "Error of the surface",
             "The red line: an ideal proxy on the smooth solid of the samples.");
-  add_chart(
-      "time-against-direction-error", "Error of the force's direction",
-      "The red line: hands distinguish directions from 25.6 degrees (Barbagli et al. 2006, without sight).");
+  add_chart("time-against-direction-error", "Error of the force's direction",
+            "The red line: hands perceive differences of direction above 25.6 degrees (Barbagli et al. 2006, "
+            "without sight).");
   if (!report.scaling.empty())
     page += "<h2>Size of the volume</h2><img src=scaling.png alt='run time against size'>";
   if (!report.traces.empty())
@@ -324,8 +325,8 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
         "force'><h2>Pressing, with a slow target</h2><img src=force-pressing.png alt='force while pressing'>"
         "<p class=dim>The target is updated 60 times per second, and the servo runs 1000 times: the raw "
         "force climbs "
-        "in steps, and smoothing turns them into a lag. Hands distinguish forces from about 7 % (Pang, Tan "
-        "and Durlach 1991).</p>";
+        "in steps, and smoothing turns them into a lag. Hands perceive differences of force above about 7 % "
+        "(Pang, Tan and Durlach 1991).</p>";
 
   if (!report.split.empty()) {
     page +=
@@ -469,7 +470,7 @@ Json feel_split(const FeelReport& report) {
 void print_feel_summary(const FeelReport& report, Rows& rows) {
   Json table = Json::array();
   for (const std::string& name : methods_of(report)) {
-    const Glance g(report, name);
+    const MethodSummary g(report, name);
     if (g.p50.empty()) continue;
     table.push_back({{"method", name},
                      {"p50_us", median(g.p50)},
@@ -513,7 +514,7 @@ Status write_feel_report(const FeelReport& report, const std::string& folder, bo
   json["split"] = feel_split(report);
   for (const auto& s : report.scaling)
     json["scaling"].push_back({{"method", s.method},
-                               {"density", s.is_rising ? "rising" : "fixed"},
+                               {"density", s.is_density_rising ? "rising" : "fixed"},
                                {"size", s.size},
                                {"p50_us", s.time_us.p50},
                                {"p999_us", s.time_us.p999}});

@@ -47,7 +47,7 @@ inline Model ball(const dvec3& middle, double radius, int around) {
       m.vertices.push_back(middle +
                            radius * dvec3(std::sin(b) * std::cos(a), std::sin(b) * std::sin(a), std::cos(b)));
     }
-  // One vertex at each pole.
+  // Triangles use one vertex at each pole.
   const auto at = [&](int i, int j) {
     return static_cast<std::uint32_t>(j == 0 || j == up ? around * j : around * j + i % around);
   };

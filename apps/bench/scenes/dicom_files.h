@@ -15,16 +15,16 @@ enum class Syntax { implicit_little, explicit_little, explicit_big, deflated, rl
 
 class DicomFile {
  public:
-  /// Text of the VR, padded to even length; numbers as DS and IS text.
+  /// Sets the text of an element, padded to even length; numbers as DS and IS text.
   DicomFile& set(std::uint32_t tag, const char* vr, const std::string& value);
-  /// US or SS.
+  /// Sets an element of VR US or SS.
   DicomFile& set_short(std::uint32_t tag, const char* vr, const std::vector<int>& values);
-  /// SQ of items.
+  /// Sets a sequence (SQ) of items.
   DicomFile& set_items(std::uint32_t tag, const std::vector<DicomFile>& items);
   DicomFile& erase(std::uint32_t tag);
-  /// OW or OB, unchanged.
+  /// Sets the pixel data (OW) to these bytes.
   DicomFile& set_pixels(const std::string& bytes);
-  /// Fragments of compressed frames; the first is the offset table, which may be empty.
+  /// Sets fragments of compressed frames; the first is the offset table, which may be empty.
   DicomFile& set_fragments(const std::vector<std::string>& fragments);
 
   std::string bytes(Syntax syntax = Syntax::explicit_little, bool has_preamble = true) const;
@@ -42,7 +42,7 @@ class DicomFile {
   std::map<std::uint32_t, Element> elements_;
 };
 
-/// One slice of a CT series, as scanners write it: 16 bits, signed or not, HU = value + intercept.
+/// One slice of a CT series, as scanners write it: 16 bits, signed or not, HU = slope * value + intercept.
 struct SliceOf {
   glm::ivec2 size{8, 8};
   glm::dvec3 position{0.0};

@@ -35,7 +35,7 @@ GuaranteedSolid::GuaranteedSolid(const MethodInfo& method, const haptics::TouchS
   const haptics::TouchItem& shape = scene.items[index];
   if (!method.takes_cuts) touch_state = nullptr;
   const std::shared_ptr<const volume::Version> version = touch_state ? touch_state->version : nullptr;
-  // A model of triangles is rounded differently; at least its centre stays outside.
+  // Methods without cuts round the shape differently: judge that at least the tool's centre stays outside.
   if (method.takes_cuts) offset_ = touch_offset_field(scene, touch_state.get(), index);
   if (method.solid == Solid::smooth) {
     smooth_ = std::make_unique<verify::SmoothSolid>(touched_smooth_solid(scene, touch_state, index));

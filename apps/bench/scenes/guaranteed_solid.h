@@ -13,8 +13,8 @@
 namespace trephine::scenes {
 
 /// The solid of one of a scene's shapes in one version, or, for a round tool, the region forbidden to its
-/// centre. The smooth solid and the cubes are read sample by sample with the judges' code; of triangles every
-/// one is tested, in extended precision.
+/// centre. The smooth solid and the cubes are read sample by sample with the judges' code; every triangle
+/// near a segment is tested in extended precision.
 class GuaranteedSolid {
  public:
   /// `touch_state` null: the untouched volume. Copies the needed parts of the scene, and keeps no reference

@@ -8,7 +8,7 @@
 namespace trephine::scenes {
 
 struct Scratch {
-  std::filesystem::path path;  ///< empty: none could be created
+  std::filesystem::path path;  ///< empty if no folder could be created
 
   Scratch() {
     std::string name = (std::filesystem::temp_directory_path() / "trephine-XXXXXX").string();

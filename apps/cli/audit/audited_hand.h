@@ -117,8 +117,9 @@ class TouchableSolids {
   }
   const haptics::MethodInfo& method() const { return *haptics::find_method(servo_hand_->method->name()); }
   /// True if the segment from a to b (volume frame of the anatomy) meets a solid that blocks this hand from
-  /// its front. `popped`: an item that the proxy passes through. `is_still`: ignore models that move.
-  bool meets(const glm::dvec3& a, const glm::dvec3& b, int popped, bool is_still = false) const {
+  /// its front. `popped`: an item that the proxy passes through. `ignores_movers`: models that move are not
+  /// tested.
+  bool meets(const glm::dvec3& a, const glm::dvec3& b, int popped, bool ignores_movers = false) const {
     const haptics::TouchScene& scene = *servo_hand_->scene;
     const auto blocks = [&](std::size_t item) {
       return haptics::blocks(scene.items[item].sides, haptics::Side::front) &&
@@ -136,7 +137,7 @@ class TouchableSolids {
     }
     for (const Model& model : models_) {
       const haptics::TouchItem& item = scene.items[model.item];
-      if (!blocks(model.item) || (is_still && item.mover >= 0)) continue;
+      if (!blocks(model.item) || (ignores_movers && item.mover >= 0)) continue;
       const haptics::Placement model_placement = placement(item);
       const glm::dvec3 p = model_placement.local_from_world(from), q = model_placement.local_from_world(to);
       if (a == b ? is_in(model, p, scene.tool->radius()) : model.wall.is_entered(p, q)) return true;
@@ -166,7 +167,7 @@ class TouchableSolids {
     verify::MeshWall wall;
     glm::dvec3 low, high;
   };
-  /// True if the model contains the tool's centre, or a point just inside the surface of a ball.
+  /// True if the model contains the tool's centre, or a point just inside the surface of the tool's ball.
   static bool is_in(const Model& model, const glm::dvec3& p, double radius) {
     for (int a = 0; a < 3; ++a)
       if (p[a] < model.low[a] - radius || p[a] > model.high[a] + radius) return false;
@@ -230,8 +231,8 @@ struct AuditedHand {
   double rearm = 0;
   glm::dvec3 popped_at{0.0};
 
-  /// Updates pop-through: a surface pressed harder than its pop force lets the next ticks through, until the
-  /// hand has left the location.
+  /// Updates pop-through: a surface that is pressed harder than its pop force lets the proxy pass, until the
+  /// hand is `rearm` (mm) away from the location.
   void pop(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
     const glm::dvec3& at = r.pose.position_world;
     if (popped_shape >= 0) {

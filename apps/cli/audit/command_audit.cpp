@@ -135,10 +135,10 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       std::none_of(header.hands.begin(), header.hands.end(), [](const sim::HandSpec& hand) {
         return hand.tool->radius() > 0 && haptics::find_method(hand.method)->solid == Solid::smooth;
       }))
-    return Error{.what = "this fault needs a round tip",
+    return Error{.what = "the fault requires a round tip",
                  .where = "--plant",
                  .found = *to_plant,
-                 .expected = "a session of --round or --radius by a method that touches the smooth solid",
+                 .expected = "a session of drill --round or touch --radius, by a method on the smooth solid",
                  .remedy = "plant another fault"};
   for (std::uint64_t n = 0;; ++n) {
     if (n % 256 == 0 && !progress(static_cast<double>(replay.next_tick()) / static_cast<double>(tick_count)))
@@ -213,13 +213,14 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       to_plant.reset();
     }
     hand.force.judge_tick(tick);
-    // A proxy that is led out of matter that grew over it is not free; a lost pose does not move a proxy.
+    // A proxy on its escape path is inside restored matter, and a lost pose moves no proxy: neither is
+    // judged.
     if (r.is_escaping || r.is_reset || r.is_restarted) hand.falls.restart(), hand.depth_images.restart();
     if (r.is_reset) hand.popped_shape = -1;
     if (r.is_escaping) ++escaping_ticks;
     if (!r.is_escaping && !is_lost) {
       const long before = hand.falls.judged();
-      // A moving object may have carried the proxy along before its path began, but not through another one.
+      // A moving object may have carried the proxy before its path began, but not through an object at rest.
       if (const glm::dvec3* last = hand.falls.free_proxy();
           last && hand.solids.has_movers() && !step.is_buried && waypoints > 0 && path[0] != *last)
         hand.falls.set_carried_proxy(path[0], hand.solids.meets(*last, path[0], hand.popped_shape, true));
@@ -229,7 +230,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
         hand.ball->judge_centre(centre, hand.popped_shape);
     }
     if (on && !r.is_escaping && !is_lost && !step.is_buried && hand.popped_shape < 0) {
-      // Between walls on all sides friction holds any pull: plant the fault until one is found outside.
+      // Friction between walls on all sides holds any pull: plant the fault until the judge detects it.
       const haptics::Material& material = touched_material(scene, r);
       const glm::dvec3 pull = r.pose.position_world - r.proxy_world;
       const bool plants = to_plant == "friction" && 2 * replay.counts().ticks > tick_count;
@@ -245,18 +246,18 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     if (!is_lost) hand.pop(scene, r);
   }
   if (to_plant)
-    return Error{.what = "no tick to plant a fault in",
+    return Error{.what = "no tick of the session is suitable for the fault",
                  .where = data_tools::file_name(arguments.session),
-                 .expected = "0.1 mm deep in contact in its second half",
-                 .remedy = "audit it without --plant"};
+                 .expected = "a contact deeper than 0.1 mm in the second half of the session",
+                 .remedy = "audit the session without --plant, or plant another fault"};
   if (arguments.plant == "depth-images" &&
       std::none_of(judges.begin(), judges.end(),
                    [](const AuditedHand& hand) { return hand.depth_images.too_deep > 0; }))
     return Error{.what = "the planted fault has no effect at this tick",
                  .where = data_tools::file_name(arguments.session),
                  .found = "a proxy 1.5 mm behind a surface, where the object is thinner than that",
-                 .expected = "deeper in the object than its images allow",
-                 .remedy = "audit it without --plant"};
+                 .expected = "a proxy deeper in the object than its images allow",
+                 .remedy = "audit the session without --plant, or plant another fault"};
   long fell = 0, wrong = 0, judged = 0;
   double worst_force = 0, worst_torque = 0, worst_energy = 0, deepest_in_object = 0, allowed_in_object = 0;
   long depth_ticks = 0, depth_too_deep = 0, passable = 0;
@@ -324,7 +325,8 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
         "outside Coulomb's cone, by {worst_friction_share:.1%} of the pull at most");
   if (allowed > 0)
     outcome.print(
-        "the ball at {balls_judged} places: {balls_too_deep} times deeper in matter than {allowed_ball_mm:.2f} "
+        "the ball at {balls_judged} positions: {balls_too_deep} times deeper in matter than "
+        "{allowed_ball_mm:.2f} "
         "mm, {deepest_ball_mm:.3f} mm at most");
   if (depth_ticks > 0)
     outcome.print(
@@ -333,8 +335,8 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
         {{"depth", std::max(0.0, deepest_in_object)}});
   if (passable > 0)
     outcome.print(
-        "in {ticks_entered_outside_images} more ticks the hand was in them where no images held it: too fast or too "
-        "deep for them, or the images came too late");
+        "in {ticks_entered_outside_images} more ticks the hand was in such an object where no images held it "
+        "(too fast or too deep for them, or the images came too late)");
   const bool is_on_screen = std::any_of(header.structures.begin(), header.structures.end(),
                                         [](const sim::StructureSpec& s) { return s.is_streamed; });
   outcome.json["is_screen_judged"] = !is_on_screen;
@@ -351,13 +353,15 @@ Result<Outcome> run_audit(const AuditArguments& arguments) {
     return Error{.what = "a fault can be planted in a session only",
                  .where = "--plant",
                  .found = arguments.plant,
-                 .expected = "a recorded session as SESSION"};
+                 .expected = "a recorded session as SESSION",
+                 .remedy = "pass SESSION, or omit --plant"};
   if (!arguments.session.empty()) return audit_session(arguments);
   if (!arguments.case_source.empty())
     return Error{.what = "no session to audit",
                  .where = "--scan",
                  .found = arguments.case_source,
-                 .expected = "a recorded session as SESSION"};
+                 .expected = "a recorded session as SESSION",
+                 .remedy = "pass SESSION, or omit --scan"};
   if (arguments.rays < 1 || arguments.rays > 1'000'000'000'000)
     return Error{.what = "the number of rays is out of range",
                  .where = "--count",
@@ -405,7 +409,7 @@ Run build_audit(Options& options) {
       .add("--plant", a->plant,
            "Show that the audit detects a fault, planted in one tick before it is judged: a fall through a "
            "surface, a wrong force, torque or energy, a pull outside the cone of friction, a round tip in "
-           "matter, or a proxy inside what depth images show")
+           "matter, or a proxy inside an object of depth images")
       .type("FAULT")
       .one_of({"fall", "force", "torque", "energy", "friction", "ball", "depth-images"});
   return run_with(a, run_audit);

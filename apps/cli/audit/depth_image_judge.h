@@ -1,4 +1,4 @@
-// DepthImageJudge: judges the touch of objects that are known by depth images.
+// DepthImageJudge: judges the touch of objects by depth images.
 #pragma once
 
 #include <algorithm>
@@ -19,12 +19,13 @@ namespace trephine::cli {
 /// at that time, or the surrounding pixels.
 class DepthImageJudge {
  public:
-  static constexpr std::uint64_t k_every = 5;  ///< ticks
+  static constexpr std::uint64_t k_every = 5;  ///< ticks between judgements
 
   long judged = 0, too_deep = 0;
   long passable = 0;                ///< ticks in matter that was entered where no images held the proxy
   double deepest = 0, allowed = 0;  ///< mm
-  /// True if the proxy was free of an object at the last tick; otherwise the next tick is not judged.
+  /// True if images held the proxy outside an object at the previous judgement; only then is its depth in
+  /// that object judged next.
   bool is_free() const noexcept {
     return std::any_of(histories_.begin(), histories_.end(),
                        [](const History& item) { return item.was_free; });
@@ -105,8 +106,8 @@ class DepthImageJudge {
 
   std::map<const haptics::depth::DepthModel*, verify::MovingModel> models_;
   struct History {
-    bool was_free = false;       ///< in the previous tick, and held by images
-    bool has_been_free = false;  ///< at any tick since the last restart
+    bool was_free = false;       ///< at the previous judgement, and held by images
+    bool has_been_free = false;  ///< at any judgement since the last restart
   };
   std::array<History, haptics::TouchScene::k_max_depths> histories_{};
 };

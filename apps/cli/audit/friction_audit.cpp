@@ -133,7 +133,7 @@ void FrictionAudit::judge(const haptics::ServoRecord& r, const haptics::Material
   found_.worst = std::max(found_.worst, excess / glm::length(pull));
   found_.outside += excess > allowed;
   // A proxy that slid comes to rest where the cone of the dynamic coefficient just holds it. A proxy that
-  // passed over an edge was in the air on its path.
+  // passed over an edge left the surface on its path.
   if (is_new || walls.size() != 1 || !(moved > 1e-3) || moved > 2 * hand_moved + k_slack_mm) return;
   const double press = -glm::dot(pull, walls[0]), along = glm::length(pull + press * walls[0]);
   ++found_.slid;

@@ -18,7 +18,8 @@ class FrictionAudit {
   struct Found {
     long judged = 0, slid = 0;  ///< ticks; judged ticks in which the proxy slid along one wall
     long outside = 0;           ///< ticks in which friction held a pull outside its cone
-    /// Slides over a bump that ended without friction; they neither absorb nor generate energy.
+    /// Ticks in which a slide ended with less than the dynamic friction, as after a bump. Reported, not a
+    /// fault.
     long slid_with_less = 0;
     double worst = 0;  ///< largest share of the pull outside the cone
     Found& operator+=(const Found& other);

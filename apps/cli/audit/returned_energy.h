@@ -8,10 +8,10 @@
 
 namespace trephine::cli {
 
-/// A force is held until the next tick, while the hand keeps moving: a spring of stiffness K, sampled every T
-/// and smoothed by alpha, acts (1/2 + (1 - alpha)/alpha) ticks late. On a motion in and out again it returns
-/// at most that many times K |dx|^2 per tick more than it absorbed (Colgate and Schenkel 1997: a device must
-/// damp K T / 2).
+/// A force is held until the next tick, while the hand keeps moving: a spring of stiffness K, sampled with
+/// the period T and smoothed by alpha, acts d = 1/2 + (1 - alpha)/alpha ticks late. On a motion in and out
+/// again it returns at most d K |dx|^2 per tick more than it absorbed (Colgate and Schenkel 1997: a device
+/// must damp K T / 2).
 class ReturnedEnergy {
  public:
   ReturnedEnergy(const haptics::TouchScene& scene, double alpha)

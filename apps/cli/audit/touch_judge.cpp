@@ -70,7 +70,7 @@ TouchJudge::TouchJudge(const workbench::Operation& operation)
   }
   has_depth_objects_ = std::any_of(scene_.items.begin(), scene_.items.end(),
                                    [](const haptics::TouchItem& item) { return item.depth != nullptr; });
-  // A judgement visits every triangle: at most 5 ms per tick.
+  // A judgement visits every triangle; longer intervals for large models limit the mean time per tick.
   constexpr std::size_t k_triangles_per_tick = 2000;
   for (const haptics::TouchItem& item : scene_.items)
     if (item.depth && item.tree)
@@ -111,8 +111,8 @@ void TouchJudge::observe(const workbench::TouchTick& tick) {
   if (!record.has_contact && popped_ >= 0) depth_judge_.restart(), popped_ = -1;
   if (has_depth_objects_ && record.tick % depth_interval_ == 0)
     depth_judge_.judge(tick.servo_hand, record.proxy_world, tick.t, popped_);
-  // On cubes each tick at rest is judged; on the smooth solid, which costs milliseconds, the tenth tick of
-  // each rest; in scenes with models, no tick.
+  // A rest is judged from its tenth tick on: on cubes, for points, in every tick; on the smooth solid, which
+  // costs milliseconds, once; in scenes with models, never.
   resting_ = record.has_contact && glm::length(position - last_hip_) < 1e-6 ? resting_ + 1 : 0;
   last_hip_ = position;
   if (models_.empty() && imaged_.empty() && !has_depth_objects_ &&
@@ -144,13 +144,13 @@ void TouchJudge::judge_passages(const workbench::TouchTick& tick) {
     const bool is_let_through =
         (tick.servo_hand.untouchable | tick.servo_hand.let_through).contains(static_cast<int>(model.item)) ||
         popped_ == static_cast<int>(model.item);
-    // A hand faster than the images are updated leaves them; the method guarantees nothing there.
+    // A hand that is faster than the updates of the images leaves them; the method guarantees nothing there.
     const bool is_covered = !item.depth || is_imaged(tick, model.item, proxy_local);
     if (is_let_through || !is_covered || record.is_reset || record.is_restarted ||
         tick.servo.last_step().is_buried)
       model.has_last = false;
     if (!model.has_last) model.judge.restart();
-    // Along the path of the proxy if the model is at rest, otherwise along a straight line.
+    // Judge along the path of the proxy if the model is at rest, otherwise along a straight line.
     glm::dvec3 from = model.last;
     const haptics::ProxyStep& step = tick.servo.last_step();
     if (model.has_last && item.mover < 0)

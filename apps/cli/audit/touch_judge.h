@@ -1,5 +1,5 @@
 // TouchJudge: judges every tick of a touch with independent code: the tool passed through no surface, and
-// rests where a frictionless one would.
+// rests where a frictionless tool would.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,8 @@ namespace trephine::cli {
 
 class TouchJudge {
  public:
-  /// Borrows the operation. Judges all shapes of its scan that hold from the front, and models.
+  /// Borrows the operation. Judges the first shape of its scan, the other shapes that block from the front
+  /// only, and models.
   explicit TouchJudge(const workbench::Operation& operation);
   void observe(const workbench::TouchTick& tick);
 

@@ -13,7 +13,7 @@ namespace {
 struct CompareArguments {
   workbench::SourceChoice case_source;
   std::string session, output;
-  std::optional<double> at;    ///< time of the first state, s; nullopt: before the first event
+  std::optional<double> at;    ///< time of the first state, s; nullopt: the untouched scan
   std::optional<double> with;  ///< time of the second state, s; nullopt: the end
 };
 
@@ -107,10 +107,7 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
 Run build_compare(Options& options) {
   auto a = std::make_shared<CompareArguments>();
   add_session(options, a->session, a->case_source);
-  options
-      .add("--time", a->at,
-           "Time of the first state (default: before the first event). --with gives the second")
-      .type("S");
+  options.add("--time", a->at, "Time of the first state (default: the untouched scan)").type("S");
   options.add("--with", a->with, "Time of the second state (default: the end)").type("S");
   options.add("-o,--output", a->output, "Write a picture of both, side by side").type("PNG");
   return run_with(a, run_compare);

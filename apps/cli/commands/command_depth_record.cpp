@@ -22,7 +22,7 @@ Status parse_size(const std::string& text, workbench::VideoRequest& request) {
   return Error{.what = "invalid picture size",
                .where = "--pixels",
                .found = text,
-               .expected = "WxH, 2 to 4096 pixels either way"};
+               .expected = "WxH, 2 to 4096 pixels in each direction"};
 }
 
 Result<Outcome> run_record(const RecordArguments& arguments) {
@@ -59,7 +59,8 @@ Result<Outcome> run_record(const RecordArguments& arguments) {
   if (visible_pixels == 0)
     return Error{.what = "the camera does not show the model",
                  .where = "--camera-at, --aim",
-                 .expected = "a position from which the models are visible"};
+                 .expected = "a position from which the models are visible",
+                 .remedy = "aim the camera at the models, or move it away from them"};
   const auto progress = terminal_listener().progress("writing the pictures");
   outputs.write(arguments.output,
                 [&] { return data_tools::write_depth_video(arguments.output, result, progress); });
@@ -72,7 +73,7 @@ Result<Outcome> run_record(const RecordArguments& arguments) {
   outcome.json["mm_a_step"] = result.mm_per_step;
   outcome.json["seen_share"] = share;
   outcome.print(
-      "{pictures} pictures of {width} x {height} pixels, depths to {mm_a_step:.3f} mm; models fill "
+      "{pictures} pictures of {width} x {height} pixels, depths in steps of {mm_a_step:.3f} mm; models fill "
       "{seen_share:.0%} of them",
       {{"width", result.width}, {"height", result.height}});
   return finished(outputs, std::move(outcome));

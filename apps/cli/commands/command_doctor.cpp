@@ -73,7 +73,7 @@ std::string timer_picture(const std::vector<double>& lateness_us) {
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 1000 520\" font-family=\"sans-serif\" "
       "font-size=\"16\">\n"
       "<rect width=\"1000\" height=\"520\" fill=\"#fbfaf7\"/>\n"
-      "<text x=\"70\" y=\"36\" font-size=\"21\" fill=\"#222\">How late a 1 kHz timer wakes on this "
+      "<text x=\"70\" y=\"36\" font-size=\"21\" fill=\"#222\">Lateness of a 1 kHz timer on this "
       "machine</text>\n";
   for (int b = 0; b < k_bars; ++b) {
     const double h = height_of(bars[static_cast<std::size_t>(b)]), w = k_width / k_bars;
@@ -92,7 +92,7 @@ std::string timer_picture(const std::vector<double>& lateness_us) {
     double p;
     const char *name, *color;
     double y;
-  } marks[] = {{50, "half", "#14694b", 62}, {99, "99 %", "#b5651d", 80}, {100, "latest", "#a02c2c", 98}};
+  } marks[] = {{50, "median", "#14694b", 62}, {99, "99 %", "#b5651d", 80}, {100, "latest", "#a02c2c", 98}};
   for (const auto& m : marks) {
     const double us = percentile(lateness_us, m.p), x = x_of(us);
     svg += format_text(
@@ -106,7 +106,7 @@ std::string timer_picture(const std::vector<double>& lateness_us) {
   return svg + "</svg>\n";
 }
 
-/// Returns the programs that have a file of a device open.
+/// Returns the programs that have opened a device file.
 std::string users_of(const std::string& node) {
   std::string users;
   std::error_code error;
@@ -150,7 +150,7 @@ std::vector<Finding> find_devices() {
   return found;
 }
 
-/// Prints findings with their remedies.
+/// Returns the outcome with the findings and their remedies.
 Outcome outcome_of(const std::vector<Finding>& findings) {
   Outcome outcome("doctor");
   outcome.json["findings"] = Json::array();
@@ -188,7 +188,7 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
   findings.push_back(
       view::has_display()
           ? Finding{"display", "available", "", false}
-          : Finding{"display", "none",
+          : Finding{"display", "not available",
                     "pictures work without (--screenshot); for a window log in at a desktop, or use ssh -X",
                     true});
   const Result<std::string> gl = view::describe_gl();
@@ -207,7 +207,7 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
   bool is_realtime = false;
   notice("watching the timer for " + format_text("%.1f", arguments.seconds) + " s ...");
   const std::vector<double> lateness_us = watch_timer(arguments.seconds, is_realtime);
-  if (is_interrupted()) return interrupted("the doctor");
+  if (is_interrupted()) return interrupted("the check of this machine");
   findings.push_back(
       is_realtime ? Finding{"scheduling", "real-time priority is allowed", "", false}
                   : Finding{"scheduling", "real-time priority is refused",
@@ -238,19 +238,18 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
   if (unwritten) findings.push_back({"picture", unwritten->what, unwritten->remedy, true});
 
   const double free_gb = static_cast<double>(volume::available_memory_bytes()) / 1e9;
-  findings.push_back({"memory", format_text("%.1f GB could be used", free_gb),
+  findings.push_back({"memory", format_text("%.1f GB available", free_gb),
                       free_gb < 2 ? "close other programs: a large scan needs 1 GB and more" : "",
                       free_gb < 2});
   const std::string session_folder = workbench::autosave_folder();
   std::error_code error;
   const auto space = std::filesystem::space(session_folder, error);
   if (session_folder.empty() || error)
-    findings.push_back({"sessions", "there is no folder to keep them in",
+    findings.push_back({"sessions", "no folder for recorded sessions",
                         "set HOME or XDG_STATE_HOME to a folder of yours", true});
   else
     findings.push_back(
-        {"sessions",
-         format_text("%.1f GB free where they are kept", static_cast<double>(space.available) / 1e9),
+        {"sessions", format_text("%.1f GB free in their folder", static_cast<double>(space.available) / 1e9),
          space.available < (1u << 30) ? "free some space: an hour needs up to 0.2 GB" : "",
          space.available < (1u << 30)});
   for (Finding& f : find_devices()) findings.push_back(std::move(f));
@@ -271,7 +270,7 @@ Run build_doctor(Options& options) {
 
 }  // namespace
 
-const Command k_doctor{"doctor", "Check this machine: what is missing, and what to do about it",
+const Command k_doctor{"doctor", "Check this machine, and suggest remedies for its faults",
                        "  trephine doctor\n  trephine doctor --devices\n  trephine doctor --json",
                        build_doctor};
 

@@ -104,7 +104,8 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
     return Error{.what = "round touch requires that bone stops the burr",
                  .where = "--round",
                  .found = "--kinematic",
-                 .expected = "one of the two"};
+                 .expected = "one of the two",
+                 .remedy = "omit --round or --kinematic"};
   if (burr.is_round && burr.diameter > 12)
     return Error{.what = "the burr is too large for a round touch",
                  .where = "burr diameter",
@@ -196,7 +197,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
           distance));
   }
   if (run.engine().removed_mm3() == 0 && has_touched)
-    notice("note: the burr touched the shape and removed nothing: the path did not press, or not for long");
+    notice("note: the burr touched the shape and removed nothing: the path did not press, or too briefly");
   else if (run.engine().removed_mm3() == 0)
     print_shape_location(scene, path.value());
   return finished(outputs, std::move(outcome));

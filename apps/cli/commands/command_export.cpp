@@ -71,7 +71,8 @@ class HandTable {
 class ValueTable {
  public:
   ValueTable(TableFile& file, const std::string& group, bool has_positions) : file_(&file) {
-    tick_ = file.add_column(group + "/tick", Type::whole, 1, "", "tick after which it was applied");
+    tick_ = file.add_column(group + "/tick", Type::whole, 1, "",
+                            "servo tick; of a command and its events, the next tick");
     hand_ = file.add_column(group + "/hand", Type::whole, 1, "", "from 1");
     name_ = file.add_column(group + "/name", Type::text, 1, "", "");
     words_ = file.add_column(group + "/parameters", Type::text, 1, "", "fields as name=value");

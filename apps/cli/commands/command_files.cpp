@@ -43,7 +43,7 @@ struct MeshArguments {
 
 /// Parses "N" or "X,Y,Z".
 Result<glm::dvec3> parse_triple(const std::string& text, const char* option) {
-  const Error bad{"this is neither one number nor three", option, text, "N or X,Y,Z", ""};
+  const Error bad{"the value is neither one number nor three", option, text, "N or X,Y,Z", ""};
   glm::dvec3 value(0);
   int count = 0;
   const char* at = text.data();
@@ -81,7 +81,7 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
                  .where = "case",
                  .found = arguments.name,
                  .expected = "head or spine",
-                 .remedy = "write it with -o, and import that"};
+                 .remedy = "write the volume with -o, then make a case of it with trephine import"};
   data_tools::PhantomOptions options;
   options.approach = arguments.approach;
   if (!arguments.size.empty()) {
@@ -107,7 +107,8 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
     const std::size_t equals = setting.find('=');
     double value = 0;
     const char* end = setting.data() + setting.size();
-    if (equals == std::string::npos || std::from_chars(setting.data() + equals + 1, end, value).ptr != end)
+    if (equals == std::string::npos || std::from_chars(setting.data() + equals + 1, end, value).ptr != end ||
+        equals + 1 == setting.size())
       return Error{.what = "not a key=value pair with a number",
                    .where = "--set",
                    .found = setting,
@@ -202,7 +203,7 @@ Result<Outcome> run_convert(const ConvertArguments& arguments) {
                  .where = "output",
                  .found = extension,
                  .expected = "a folder's name",
-                 .remedy = "omit --as to write one file"};
+                 .remedy = "remove the extension, or omit --as to write one file"};
   data_tools::OutputSet outputs;
   outputs.add_input(arguments.source.path);
   outputs.add_output("output", arguments.output,
@@ -226,8 +227,8 @@ Result<Outcome> run_convert(const ConvertArguments& arguments) {
                  .remedy = "pass a case, or import the scan with --labels"};
   if (arguments.as == "dicom" && !v.is_hounsfield && opened.value().modality != "MR")
     notice(
-        "note: the series says MR, as its values are not known to be Hounsfield units (pass --hounsfield if "
-        "they are)");
+        "note: the series is written as MR, because its values are not known to be Hounsfield units; pass "
+        "--hounsfield if they are");
   outputs.write(arguments.output, [&]() -> Status {
     if (!is_folder) return data_tools::write_volume(arguments.output, v);
     using data_tools::FolderFormat;

@@ -79,11 +79,12 @@ Result<Points> anchors_of(const FlapArguments& a, const workbench::Operation& op
                  .where = "at",
                  .found = a.at,
                  .expected = "a position within 30 mm of the skull",
-                 .remedy = "trephine info prints its extent"};
+                 .remedy = "choose a position within the extent that trephine info prints"};
   return ring;
 }
 
-/// Returns the burr (mm) for which the spacing of cut samples is at most half of the saw's width.
+/// Returns the diameter (mm) of a burr for which the spacing of cut samples is at most half of the saw's
+/// width.
 double burr_for(const CutFlap& request) { return 4 * bone_flap::width_of(request.saw); }
 
 /// Returns the last event of a type, and its position (mm, world); null if there is no such event.
@@ -210,7 +211,7 @@ Status report_flap(const sim::Engine& engine, Outcome& outcome) {
   }
   if (judged.has_plan) {
     json["planned"] = {{"mean_mm", judged.plan_mean}, {"worst_mm", judged.plan_worst}};
-    outcome.print("from the planned outline: {mean_mm:.1f} mm in the mean, {worst_mm:.1f} at the worst",
+    outcome.print("distance from the planned outline: mean {mean_mm:.1f} mm, largest {worst_mm:.1f} mm",
                   json["planned"]);
   }
   return std::nullopt;

@@ -67,7 +67,8 @@ Result<fluoroscopy::XrayTaken> go_to_shot(workbench::Moment& moment, int number)
       .expected = count > 0 ? format_text("1 to %d", static_cast<int>(count)) : "a session with shots"};
 }
 
-/// Pose of the C-arm: of a shot, of a file, by name, by numbers; later ones override earlier ones.
+/// Returns the pose of the C-arm: of the shot or the session, then of a file, a named view and numbers. Each
+/// overrides the previous ones.
 Result<CArm> arm_of(const FluoroArguments& a, const workbench::Moment& moment, const CArm* shot) {
   CArm arm;
   const glm::dvec3 middle = 0.5 * (glm::dvec3(moment.scan->size) - 1.0);
@@ -226,7 +227,8 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
       return Error{.what = "the shot already selects the time",
                    .where = "--until",
                    .found = format_text("%g s", *a.moment.until),
-                   .expected = "--shot alone"};
+                   .expected = "--shot alone",
+                   .remedy = "omit --until"};
     const auto shot = go_to_shot(*opened.value(), static_cast<int>(*a.shot));
     if (!shot) return shot.error();
     session_shot = shot.value();
@@ -254,8 +256,8 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   // The image, and, side by side with it, the image of the other kind if requested.
   const bool is_surface = a.integration == static_cast<std::uint8_t>(Integration::surface);
   const auto clock = Clock::now();
-  // The padded sums include the part of each ray outside the scan.
-  std::vector<double> sums, other, sums_padded, other_padded;
+  // Sums along the parts of the rays outside the scan; empty for images from surfaces.
+  std::vector<double> sums, other, sums_beyond, other_beyond;
   Outcome outcome("fluoro");
   Json& json = outcome.json;
   std::int64_t hidden_count = 0, tissue_count = 0;
@@ -278,7 +280,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
                                     is_exact ? volume::RaySum::exact : volume::RaySum::joseph))
       return *error;
     (is_surface ? other : sums) = xray.sums();
-    std::vector<double>& padded = is_surface ? other_padded : sums_padded;
+    std::vector<double>& padded = is_surface ? other_beyond : sums_beyond;
     padded = xray.beyond(fine);
     for (const Border border : xray.borders(view)) {
       hidden.push_back(border == Border::end);
@@ -293,7 +295,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
     return beyond;
   };
   const std::vector<float> received =
-      fluoroscopy::receive(add_beyond(std::move(sums_padded), sums), view, a.rays, detector);
+      fluoroscopy::receive(add_beyond(std::move(sums_beyond), sums), view, a.rays, detector);
   fluoroscopy::Shoot shot;
   if (session_shot)
     shot.time = session_shot->time, shot.voltage = session_shot->voltage,
@@ -350,7 +352,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
     outcome.print("surfaces against the volume: ZNCC {zncc:.4f}, MAPE {mape_percent:.1f} %",
                   json["surface_against_volume"]);
     panels.push_back(imaging::xray_panel(
-        fluoroscopy::receive(add_beyond(std::move(other_padded), other), view, a.rays, detector), view,
+        fluoroscopy::receive(add_beyond(std::move(other_beyond), other), view, a.rays, detector), view,
         arm.pixel, display, hidden));
     panels.back().title = is_surface ? "volume" : "surface";
   }
@@ -368,7 +370,7 @@ Run build_fluoro(Options& options) {
   auto a = std::make_shared<FluoroArguments>();
   add_moment(options, a->moment);
   add_shape(options, a->moment.shape);
-  options.add("--view", a->view, "A usual pose; angles given with it replace its own")
+  options.add("--view", a->view, "A standard view; angles that are passed replace its angles")
       .one_of({std::begin(fluoroscopy::k_presets), std::end(fluoroscopy::k_presets)});
   options
       .add("--primary", a->primary, "Positioner primary angle: + with the detector toward the patient's left")

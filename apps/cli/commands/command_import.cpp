@@ -44,8 +44,8 @@ Status add_labels(volume::Volume& scan, const std::string& file) {
   return std::nullopt;
 }
 
-/// Returns why a trajectory is implausible, empty if it is plausible. The cause may be another unit, frame or
-/// patient.
+/// Returns the reason why a trajectory is implausible, as with another unit, frame or patient; empty if it is
+/// plausible.
 std::string implausibility_of(const volume::PlannedTrajectory& t, const volume::Volume& scan,
                               const data_tools::CasePlan& plan) {
   const double length = glm::length(t.target_world - t.entry_world);
@@ -242,7 +242,7 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
     return draw(source, arguments.screenshot, is_spine ? "back" : arguments.side);
   });
   const bool is_straight = scan->frame.is_orthogonal();
-  if (!is_straight) notice("note: the sheared volume was resampled to right angles, as .mha needs it");
+  if (!is_straight) notice("note: the sheared volume was resampled to right angles: .mha stores no shear");
 
   Outcome outcome("import");
   outcome.json["source"] = name_in_report(source);

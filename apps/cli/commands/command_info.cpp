@@ -25,7 +25,8 @@ struct InfoArguments {
   std::string chart;
 };
 
-/// Returns the lines of the header with persistent settings: from the force onwards.
+/// Returns the lines of the header from the settings of the force on, without the tables of types and
+/// modules.
 std::vector<std::string> persistent_of(const sim::SessionHeader& header) {
   std::istringstream lines(sim::encode(header));
   std::vector<std::string> settings;
@@ -63,7 +64,7 @@ Result<Outcome> describe_session(const std::string& path) {
   std::int64_t units = 0;
   bool has_last = false;
   std::uint64_t* counted = nullptr;  // the count to which the last command belongs
-  const auto print_line = [&](std::uint64_t tick, int hand, const std::string& text) {
+  const auto add_event = [&](std::uint64_t tick, int hand, const std::string& text) {
     events.push_back(
         {{"after_seconds", static_cast<double>(tick) / h.rate_hz}, {"hand", hand}, {"text", text}});
   };
@@ -87,11 +88,11 @@ Result<Outcome> describe_session(const std::string& path) {
       const sim::Value& request = command->command.request;
       counted = request.as<sim::Undo>() ? &undos : request.as<sim::Redo>() ? &redos : nullptr;
       if (counted) ++*counted;
-      if (const auto* remark = request.as<sim::Note>()) print_line(last, command->command.hand, remark->text);
+      if (const auto* remark = request.as<sim::Note>()) add_event(last, command->command.hand, remark->text);
     } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
-      print_line(event->event.tick, event->event.hand,
-                 workbench::describe_event(event->event, h.plan.procedure).text);
-      // An undo causes no other refusal than its own.
+      add_event(event->event.tick, event->event.hand,
+                workbench::describe_event(event->event, h.plan.procedure).text);
+      // A refusal that follows an undo or a redo is that of this command, which is then not counted.
       if (counted && event->event.value.as<sim::StepRefused>()) --*std::exchange(counted, nullptr);
     } else if (const auto* version = std::get_if<sim::VersionItem>(&item)) {
       ++versions;
@@ -169,11 +170,11 @@ Result<Outcome> describe_session(const std::string& path) {
   else if (!session.end())
     outcome.print("  not closed: the program was stopped; continue with trephine resume");
   if (h.revision != sim::k_replay_revision)
-    outcome.print("  of older arithmetic: it can be viewed, not verified");
+    outcome.print("  recorded with another revision of the arithmetic: it can be viewed, not verified");
   return outcome;
 }
 
-/// Other series that could have been opened. Free text, which may contain names, only with --keep-identity.
+/// Returns series as JSON. Their free texts, which may contain names, are included with --keep-identity only.
 Json series_json(const std::vector<data_tools::SeriesFacts>& series) {
   Json list = Json::array();
   for (const data_tools::SeriesFacts& s : series) {
@@ -193,7 +194,7 @@ Json series_json(const std::vector<data_tools::SeriesFacts>& series) {
   return list;
 }
 
-/// Reports series. The table for people has their free texts too.
+/// Reports series. The printed table always contains their free texts.
 void report_series(const std::vector<data_tools::SeriesFacts>& series, Outcome& outcome) {
   outcome.json["series"] = series_json(series);
   Json rows = outcome.json["series"];
@@ -202,7 +203,7 @@ void report_series(const std::vector<data_tools::SeriesFacts>& series, Outcome& 
     std::string kernel = s.kernel;  // DICOM separates several values by backslashes
     std::replace(kernel.begin(), kernel.end(), '\\', ' ');
     rows[i]["volume"] = s.volumes > 1 ? format_text("%d of %d", s.volume, s.volumes) : "-";
-    rows[i]["kind"] = s.is_localizer ? "plan" : s.modality;
+    rows[i]["kind"] = s.is_localizer ? "localizer" : s.modality;
     if (!s.problem.empty()) rows[i]["spacing_mm"] = nullptr;
     rows[i]["date"] = s.date, rows[i]["kernel"] = kernel;
     rows[i]["description"] = s.description + (s.mark.empty() ? "" : " (" + s.mark + ")") +
@@ -218,7 +219,7 @@ void report_series(const std::vector<data_tools::SeriesFacts>& series, Outcome& 
 
 /// Lists series and volumes without reading voxels.
 Result<Outcome> list_series(const std::string& path) {
-  const auto series = data_tools::list_series(path, terminal_listener().progress("looking"));
+  const auto series = data_tools::list_series(path, terminal_listener().progress("reading headers"));
   if (!series) return series.error();
   Outcome outcome("info");
   report_series(series.value(), outcome);

@@ -39,7 +39,7 @@ class Plane {
           bone_.volume().frame.volume_from_world(outcome_.frame.world(at_local + x * right + y * up));
       Pixel pixel;
       if (bone_.volume().contains(volume::voxel_of(p))) pixel.intensity = intensity_.value(p);
-      pixel.is_gone = bone_.value(p) >= 0 && version_.distance(p) <= 0;
+      pixel.is_removed = bone_.value(p) >= 0 && version_.distance(p) <= 0;
       return pixel;
     });
   }
@@ -58,7 +58,7 @@ class Plane {
         if (bone_.value(p) < 0) continue;
         (version_.distance(p) > 0 ? is_left : is_removed) = true;
       }
-      pixel.is_gone = is_removed && !is_left;
+      pixel.is_removed = is_removed && !is_left;
       return pixel;
     });
   }
@@ -76,13 +76,13 @@ class Plane {
  private:
   struct Pixel {
     double intensity = -1e9;  ///< HU
-    bool is_gone = false;
+    bool is_removed = false;
   };
   /// Returns the panel of pixel_at(x, y), with x and y in mm from the centre.
   template <class PixelAt>
   static imaging::Panel image(const PixelAt& pixel_at) {
-    constexpr double k_edge = 96, k_pixel = 0.25;                                   // mm
-    constexpr double k_dark = -200, k_bright = 1200, k_gone[3] = {0.9, 0.25, 0.2};  // HU; a tint
+    constexpr double k_edge = 96, k_pixel = 0.25;                                      // mm
+    constexpr double k_dark = -200, k_bright = 1200, k_removed[3] = {0.9, 0.25, 0.2};  // HU; a tint
     imaging::Panel panel;
     panel.columns = panel.rows = static_cast<int>(k_edge / k_pixel);
     panel.mm_per_pixel = k_pixel;
@@ -96,7 +96,7 @@ class Plane {
         imaging::Panel::Colour colour;
         for (std::size_t c = 0; c < 3; ++c)
           colour[c] = static_cast<std::uint8_t>(
-              255 * std::min(1.0, pixel.is_gone ? (0.35 + 0.65 * grey) * k_gone[c] : grey));
+              255 * std::min(1.0, pixel.is_removed ? (0.35 + 0.65 * grey) * k_removed[c] : grey));
         panel.pixels.push_back(colour);
       }
     return panel;
@@ -114,6 +114,7 @@ class Plane {
     }
     return share;
   }
+  /// Returns a window from 0 up, whose field is the intensity itself.
   static volume::Shape whole() {
     volume::Shape shape;
     shape.low = 0;
@@ -247,7 +248,9 @@ void report_contacts(const sim::Engine& engine, const volume::VertebraFrame& fra
            {"depth", std::max(0.0, -nearest)},
            {"slices", slices}});
     else if (nearest < sim::Forbidden::k_reach)
-      outcome.print("{structure}: not touched, {nearest_mm:.1f} mm away at least", row);
+      outcome.print(nearest > 0 ? "{structure}: not touched, {nearest_mm:.1f} mm away at least"
+                                : "{structure}: not entered here, but at another vertebra",
+                    row);
   }
 }
 

@@ -144,7 +144,7 @@ Result<Outcome> run_measure(const MeasureArguments& a) {
   if (!opened) return opened.error();
   const workbench::Moment& moment = *opened.value();
   if (!moment.shape && !(a.tapes.empty() && a.patches.empty() && a.parts.empty()))
-    return Error{.what = "no surface for the tape or patch",
+    return Error{.what = "no shape chosen for a tape, patch or part",
                  .where = "--tape, --patch, --part",
                  .expected = "--iso, --range, --label or --auto"};
   const volume::Field shape(*moment.scan, moment.shape.value_or(volume::Shape()));

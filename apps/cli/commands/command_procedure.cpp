@@ -1,4 +1,4 @@
-// procedure: shows, checks and begins files of procedures.
+// procedure: shows and checks procedures, and writes templates.
 #include <filesystem>
 
 #include "apps/cli/commands.h"
@@ -114,7 +114,7 @@ Result<Outcome> check(const ProcedureArguments& a) {
   outcome.json["late_measures"] = workbench::late_measures_of(procedure);
   outcome.print("{name}: {steps} steps, no error");
   if (!outcome.json["late_measures"].empty())
-    outcome.print("no measure of a new operation, check the spelling: {late_measures}");
+    outcome.print("not measured at the start of an operation, check the spelling: {late_measures}");
   return outcome;
 }
 
@@ -168,7 +168,8 @@ Run build_procedure(Options& options) {
 
 }  // namespace
 
-const Command k_procedure{"procedure", "Show, check or begin a procedure: the steps of an operation",
+const Command k_procedure{"procedure",
+                          "Show or check a procedure (the steps of an operation), or write a template",
                           "  trephine procedure show craniotomy -o craniotomy.svg\n"
                           "  trephine procedure new my-procedure -o my-procedure.toml\n"
                           "  trephine procedure check my-procedure.toml",

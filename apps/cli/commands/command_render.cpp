@@ -25,7 +25,7 @@ struct RenderArguments {
   bool is_flat = false, shows_surroundings = false;
 };
 
-/// Parses "150:0,300:0.5,1200:0.9"; each point has the colour of the nearest point of `colours`.
+/// Parses "150:0,300:0.5,1200:0.9"; each point gets the colour of the point of `colours` nearest in value.
 Result<volume::TransferFunction> parse_opacity(const std::string& text,
                                                const volume::TransferFunction& colours) {
   volume::TransferFunction transfer;

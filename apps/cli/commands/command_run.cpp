@@ -22,7 +22,7 @@ struct RunArguments {
   workbench::RecordChoice record;
 };
 
-/// Returns the person who plays the script; empty: it is played exactly.
+/// Returns the simulated person who plays the script; nullopt: the script is played exactly.
 Result<std::optional<workbench::Performance>> requested_performance(const RunArguments& arguments) {
   if (arguments.skill.empty()) {
     if (arguments.seed)
@@ -108,7 +108,7 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   print_checks(outcome, request.performance ? "missed" : "FAILED");
   outcome.print(std::string("{seconds:.1f} s played in {played_seconds:.1f} s, {removed_mm3_total:.2f} mm³ "
                             "removed, at most {strongest_force_n:.2f} N: ") +
-                    (report.checks.empty() ? "nothing was expected"
+                    (report.checks.empty() ? "the script has no expectations"
                      : failed == 0         ? "all of {count} checks met"
                      : request.performance ? "{failed} of {count} checks missed, which are only reported"
                                            : "{failed} of {count} checks FAILED"),
@@ -141,17 +141,17 @@ Result<Outcome> run_script(const RunArguments& arguments) {
 Run build_run(Options& options) {
   auto a = std::make_shared<RunArguments>();
   options.add("SCRIPT", a->script, "Scan, hands, commands and expectations: docs/file-formats.md").required();
-  options.add("--scan", a->scan, "A scan or a case to play it on, instead of that of the script").type("SRC");
+  options.add("--scan", a->scan, "A scan or a case to use instead of that of the script").type("SRC");
   options.add(
       "-o,--output", a->output,
       "Write the remaining volume at the end: " + data_tools::extensions_of(data_tools::OutputKind::volume));
   options.add("--pictures", a->pictures, "Write the script's pictures to this folder").type("FOLDER");
   options
       .add("--skill", a->skill,
-           "Play it as a simulated person: novice, trained or expert; expectations are then only reported")
+           "Play as a simulated person: novice, trained or expert; expectations are then only reported")
       .type("SKILL");
   options.add("--seed", a->seed, "Seed of the person's errors (default: 1)").type("N");
-  options.add("--live", a->is_live, "Play it on a servo thread in real time");
+  options.add("--live", a->is_live, "Play the script on a servo thread in real time");
   options.add("--show", a->wants_window, "Play the result in the window");
   add_record(options, a->record);
   options.add_modules();

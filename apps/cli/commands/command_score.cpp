@@ -1,4 +1,4 @@
-// score: findings and points of a recorded operation, or of a folder of them.
+// score: findings and points of a recorded operation, or of all sessions of a folder.
 #include <filesystem>
 
 #include "apps/cli/commands.h"
@@ -29,7 +29,7 @@ Result<Json> score_file(const ScoreArguments& arguments) {
 
 Result<Outcome> score_folder(const ScoreArguments& arguments, data_tools::OutputSet& outputs) {
   if (arguments.until)
-    return Error{.what = "a time applies to one session",
+    return Error{.what = "a time cannot be applied to a folder of sessions",
                  .where = "until",
                  .expected = "a session file",
                  .remedy = "omit --until, or pass one session"};
@@ -83,7 +83,7 @@ Run build_score(Options& options) {
 
 }  // namespace
 
-const Command k_score{"score", "Score a recorded operation, or each one of a folder: findings and points",
+const Command k_score{"score", "Score a recorded operation, or all sessions of a folder: findings and points",
                       "  trephine score spine.session\n"
                       "  trephine score spine.session --until 60 --json\n"
                       "  trephine score SESSIONS --csv course.csv",

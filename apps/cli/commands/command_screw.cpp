@@ -184,8 +184,8 @@ Result<Outcome> run_screw(const ScrewArguments& arguments) {
   if (!opened) return opened.error();
   OpenedVertebra& vertebra = opened.value();
   sim::Engine& engine = vertebra.engine();
-  const auto* world = engine.now().undoable_of<pedicle::PedicleState>();
-  if (world == nullptr || world->screw_bodies.empty())
+  const auto* state = engine.now().undoable_of<pedicle::PedicleState>();
+  if (state == nullptr || state->screw_bodies.empty())
     return Error{
         .what = "the session has no screws at this time",
         .where = "session",
@@ -196,9 +196,9 @@ Result<Outcome> run_screw(const ScrewArguments& arguments) {
   if (!bone) return no_canal(bone.error(), "screw");
   const volume::SurgicalPlan* plan = engine.now().plan.get();
   std::vector<Finding> findings;
-  for (std::size_t i = 0; i < world->screw_bodies.size(); ++i) {
-    auto judged = pedicle::judge(pedicle::judged_screw(*world, i), bone.value(), plan, {});
-    if (judged) findings.push_back({world->screw(i), std::move(judged).value()});
+  for (std::size_t i = 0; i < state->screw_bodies.size(); ++i) {
+    auto judged = pedicle::judge(pedicle::judged_screw(*state, i), bone.value(), plan, {});
+    if (judged) findings.push_back({state->screw(i), std::move(judged).value()});
   }
   if (findings.empty())
     return Error{.what = "no screw passes along this vertebra's canal",

@@ -107,7 +107,7 @@ Result<Outcome> run_section(const SectionArguments& a) {
                    {"pixel_mm", plane.pixel},
                    {"pixels", plane.columns}};
   json["objects"] = Json::array();
-  outcome.print("section at {at:.1f}, seen from {plane/normal:.2f}", {{"at", json_of(position)}});
+  outcome.print("section at {at:.1f}, viewed from {plane/normal:.2f}", {{"at", json_of(position)}});
   bool has_models = false;
   for (const SectionObject& object : objects) {
     json["objects"].push_back(
@@ -117,7 +117,7 @@ Result<Outcome> run_section(const SectionArguments& a) {
     has_models |= object.kind == SectionObject::Kind::model;
   }
   if (a.plane.width > 0)
-    outcome.print("areas of structures and bone are of the {width} mm that are shown",
+    outcome.print("areas of structures and bone are those within the shown width of {width} mm",
                   {{"width", a.plane.width}});
   if (has_models) {
     double whole = 0, drawn = 0;  // mm2: area within the outlines; area that the picture shows
@@ -130,11 +130,11 @@ Result<Outcome> run_section(const SectionArguments& a) {
     json["models_beyond_picture_mm2"] = beyond;
     if (beyond > 0.01 * whole + 1)
       outcome.print(
-          "of models {models_beyond_picture_mm2:.1f} mm² are beyond the picture, and not included below");
+          "{models_beyond_picture_mm2:.1f} mm² of models are outside the picture and not included below");
     json["models_mm2"] = areas.models;
     json["models_outside_bone_mm2"] = areas.outside;
     json["bone_is_by_labels"] = !objects[0].by_labels.empty();
-    outcome.print("of models {models_outside_bone_mm2:.1f} mm² are outside bone (red)");
+    outcome.print("{models_outside_bone_mm2:.1f} mm² of models are outside bone (red)");
     for (const workbench::Moment::Object& object : moment.objects)
       if (object.screw) report_breach(object, moment, outcome);
     if (objects[0].by_labels.empty() && areas.outside > 0)

@@ -35,7 +35,7 @@ struct ResumeArguments {
   workbench::DeviceChoice device;
 };
 
-/// Returns the surface of all shapes of the scan that a state has, in voxels of the scan.
+/// Returns the remaining surfaces of all shapes of the scan, joined in one mesh (volume frame).
 volume::Mesh surface_of(const sim::Engine& engine) {
   const haptics::TouchScene& scene = engine.scene();
   std::vector<volume::Mesh> parts;
@@ -58,11 +58,11 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   if (arguments.wants_window &&
       (arguments.is_verifying || arguments.until || !arguments.output.empty() || !arguments.mesh.empty() ||
        !arguments.steps.empty() || !arguments.screenshot.empty()))
-    return Error{.what = "--show cannot be combined with these options",
+    return Error{.what = "--show cannot be combined with options that compare, stop or write",
                  .where = "--show",
-                 .found = "--verify, --until, -o, --mesh, --table or --screenshot too",
+                 .found = "--verify, --until, -o, --mesh, --table or --screenshot in addition",
                  .expected = "--show alone",
-                 .remedy = "omit one of them"};
+                 .remedy = "omit --show, or the other options"};
   data_tools::OutputSet outputs;
   for (const std::string& input : {arguments.session, arguments.case_source.path}) outputs.add_input(input);
   outputs.add_output("output", arguments.output, data_tools::OutputKind::volume);
@@ -178,10 +178,10 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   json["is_closed"] = session.reader->end().has_value();
   const Json moment = {{"at", static_cast<double>(replay.next_tick()) / rate}};
   outcome.print(is_seeking
-                    ? "opened at {at:.1f} s in {replay_seconds:.2f} s; strokes: {strokes}, removed: "
+                    ? "opened at {at:.1f} s in {replay_seconds:.2f} s; strokes: {changes}, removed: "
                       "{removed_mm3_total:.2f} mm³"
                     : "{at:.1f} s replayed in {replay_seconds:.2f} s; commands: {commands}, strokes: "
-                      "{strokes}, removed: {removed_mm3_total:.2f} mm³, at most {strongest_force_n:.2f} N",
+                      "{changes}, removed: {removed_mm3_total:.2f} mm³, at most {strongest_force_n:.2f} N",
                 moment);
   if (arguments.is_verifying) {
     json["is_same"] = !mismatch.has_value();
@@ -242,7 +242,7 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     if (!read) return read.error();
     path = std::move(read).value();
   }
-  const auto devices = workbench::open_devices(arguments.device, terminal_listener());
+  const auto devices = workbench::make_devices(arguments.device, terminal_listener());
   if (!devices) return devices.error();
   if (path && (devices.value().device || devices.value().pedal))
     return Error{
@@ -327,8 +327,8 @@ Run build_resume(Options& options) {
   options.add("--path", a->path, "Continue with a path instead of a window").type("PATH.csv");
   options
       .add("--at", a->at,
-           "Continue in a new session from this time instead of the end; it starts up to 1000 ticks "
-           "earlier, where the log has a block")
+           "Continue in a new session from this time instead of the end; the new session starts at a block "
+           "of the log, up to 1000 ticks earlier")
       .type("S");
   options.add("--record", a->record, "The new session, with --at").type("FILE");
   add_devices(options, a->device);

@@ -60,7 +60,7 @@ Status run_choice(const view::StartChoice& choice, const workbench::DeviceChoice
     return done ? std::nullopt : Status(done.error());
   }
   if (choice.kind == view::StartChoice::Kind::resume) {
-    const auto devices = workbench::open_devices(device, terminal_listener());
+    const auto devices = workbench::make_devices(device, terminal_listener());
     if (!devices) return devices.error();
     if (Status error = workbench::try_devices(devices.value())) return error;
     auto continued = workbench::continue_session(choice.path, {}, true, terminal_listener());
@@ -77,8 +77,8 @@ Result<Outcome> run_simulator(const SimulatorArguments& arguments) {
   data_tools::OutputSet outputs;
   outputs.add_output("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
-  // A wrong name is an error before the start page, not after a choice.
-  if (const auto devices = workbench::open_devices(arguments.device, terminal_listener()); !devices)
+  // Report a wrong name of a device before the start page, not after a choice on it.
+  if (const auto devices = workbench::make_devices(arguments.device, terminal_listener()); !devices)
     return devices.error();
   Outcome outcome("simulator");
   int operations = 0;

@@ -32,10 +32,10 @@ Result<GreyWindow> window_of(const SliceArguments& a, const volume::Volume& scan
     GreyWindow window{std::strtod(a.level.c_str(), &end), 0};
     window.width = *end == ',' ? std::strtod(end + 1, &end) : -1;
     if (*end != 0 || !(window.width > 0) || !std::isfinite(window.level) || !std::isfinite(window.width))
-      return Error{.what = "invalid window of values",
+      return Error{.what = "invalid grey window",
                    .where = "--level",
                    .found = a.level,
-                   .expected = "its middle and its width: 40,400"};
+                   .expected = "the middle and the width of the window, such as 40,400"};
     return window;
   }
   if (!a.window.empty() && !scan.is_hounsfield)
@@ -86,12 +86,12 @@ Result<Outcome> run_slice(const SliceArguments& a) {
   json["window"] = {{"level", window.value().level}, {"width", window.value().width}};
   json["image_seconds"] = seconds;
   outcome.print(
-      "slice at {at:.1f}, seen from {plane/normal:.2f}; window {window/width:.0f} wide around "
+      "slice at {at:.1f}, viewed from {plane/normal:.2f}; window {window/width:.0f} wide around "
       "{window/level:.0f}",
       {{"at", json_of(position)}});
   if (a.has_labels && scan.label_names.size() < 2) outcome.print("the scan has no labels");
   if ((a.is_side_by_side || a.is_blended) && moment.version->is_untouched())
-    outcome.print("nothing was cut away");
+    outcome.print("nothing was removed");
   if (!a.probe.empty()) {
     const auto at = parse_point(a.probe, "--probe");
     if (!at) return at.error();

@@ -16,7 +16,7 @@ std::string shortened(const std::string& text) {
   constexpr std::size_t k_max = 160;
   if (text.size() <= k_max) return text;
   std::size_t end = k_max;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;  // no part of a letter
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;  // keeps characters whole
   return text.substr(0, end) + " ...";
 }
 
@@ -46,7 +46,7 @@ Result<Outcome> run_timeline(const TimelineArguments& arguments) {
     if (row.is_stroke() || row.units != 0) {
       json_row["removed_mm3"] = mm3 ? Json(*mm3 * static_cast<double>(row.units)) : Json();
       if (mm3 && row.units != 0)
-        line += row.units > 0 ? ", removed {mm3:.2f} mm³" : ", put back {mm3:.2f} mm³";
+        line += row.units > 0 ? ", removed {mm3:.2f} mm³" : ", restored {mm3:.2f} mm³";
     }
     Json shown = json_row;
     shown["text"] = shortened(row.text);
@@ -63,7 +63,8 @@ Result<Outcome> run_timeline(const TimelineArguments& arguments) {
   outcome.json["branches"] = timeline.branches;
   outcome.json["rows"] = std::move(rows);
   if (outcome.text.empty()) outcome.print("the session has no entries");
-  if (!session.end()) notice("note: the session was cut short; its intact part is shown, without volumes");
+  if (!session.end())
+    notice("note: the session was cut short; its intact part is listed, without removed volumes");
   return outcome;
 }
 

@@ -41,7 +41,7 @@ Status parse_friction(const std::string& text, data_tools::CaseMaterial& materia
   double s = 0, d = 0;
   if (std::sscanf(text.c_str(), "%lf,%lf%c", &s, &d, &extra) != 2 || !(s >= 0 && s <= 2) ||
       !(d >= 0 && d <= s))
-    return Error{.what = "friction needs two coefficients",
+    return Error{.what = "invalid coefficients of friction",
                  .where = "--friction",
                  .found = text,
                  .expected = "S,D with 2 >= S >= D >= 0, for example 0.2,0.15"};
@@ -256,7 +256,7 @@ Run build_touch(Options& options) {
       .add("--friction", a->friction,
            "Static and dynamic friction coefficient (default: 0.2,0.15, or the case's)")
       .type("S,D");
-  options.add("--alpha", a->alpha, "Smoothing of the force: weight of the newest value at 1 kHz; 1 = none")
+  options.add("--alpha", a->alpha, "Smoothing of the force: weight of the newest value at 1 kHz; 1: raw")
       .shows_default()
       .type("A");
   add_rate(options, a->rate);

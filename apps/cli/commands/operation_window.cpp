@@ -63,7 +63,7 @@ class Host {
     return result;
   }
 
-  /// Opens the last scan again with a further one to touch.
+  /// Opens the current scan again, with a further scan to touch.
   Result<view::OpenedScene> add_scan(const std::string& path, const std::string& shape,
                                      const workbench::Listener& listener) {
     workbench::OperationChoice choice = choice_;
@@ -73,7 +73,8 @@ class Host {
     return result;
   }
 
-  /// Continues a session. A session without its scan, which is not built in, uses the open scan.
+  /// Continues a session. Uses the open scan if the session does not contain its scan and that is not built
+  /// in.
   Result<view::OpenedScene> resume(const std::string& session, const workbench::Listener& listener) {
     const auto scan = scan_for(session, path_);
     if (!scan) return scan.error();
@@ -157,7 +158,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   if (Status error = outputs.check()) return *error;
   if (arguments.seconds && !view::has_display())
     notice("note: no display; the picture is drawn without a window");
-  auto devices = workbench::open_devices(arguments.device, terminal_listener());
+  auto devices = workbench::make_devices(arguments.device, terminal_listener());
   if (!devices) return devices.error();
   // A screenshot alone needs no window; --seconds requests one.
   const bool is_offscreen = !view::has_display() || (!arguments.screenshot.empty() && !arguments.seconds);
@@ -183,7 +184,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
     print(text);
     notices.push_back(text);
   };
-  // The window reshapes the scan as it was read.
+  // Keep the scan as it was read: the window can choose another shape of it.
   workbench::SourceChoice scan = arguments.source;
   scan.uses_plan = true;
   auto original = workbench::open_source(scan, listener);

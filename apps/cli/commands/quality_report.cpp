@@ -10,7 +10,7 @@ void report_quality(const data_tools::ScanQuality& q, bool is_hounsfield, double
   const auto json_of = [](const std::optional<double>& value) { return value ? Json(*value) : Json(); };
   rows.json["quality"] = {{"blur_in_plane_mm", json_of(q.blur_in_plane)},
                           {"blur_across_mm", json_of(q.blur_across)},
-                          {"edges", q.edges},
+                          {"edges", q.edge_count},
                           {"is_rough", q.is_rough},
                           {"noise", json_of(q.noise)},
                           {"slice_step_mm", q.slice_step},
@@ -27,37 +27,37 @@ void report_quality(const data_tools::ScanQuality& q, bool is_hounsfield, double
         row);
   else
     rows.print(std::string("  sharpness: edges are blurred by an unknown amount: only {edges} edge") +
-                   (q.edges == 1 ? " is" : "s are") + " free enough to be measured",
+                   (q.edge_count == 1 ? " is" : "s are") + " free enough to be measured",
                row);
   const std::string unit = is_hounsfield ? " HU" : "";
   rows.print("  noise: {noise:.0f}" + (q.noise ? unit : "") + "; slices are {slice_step_mm:.3g} mm apart",
              row);
   std::string solid;
-  if (q.thinnest) solid = "2 % of its surface has less than {quality/thinnest_mm:.2f} mm of it below";
+  if (q.thinnest) solid = "2 % of its walls are thinner than {quality/thinnest_mm:.2f} mm";
   if (q.min_wall)
     solid += std::string(q.thinnest ? "; " : "") +
-             "a wall of {quality/least_wall_mm:.2f} mm and more is touched as whole, a gap of "
-             "{quality/least_gap_mm:.2f} mm and more as open";
+             "walls of {quality/least_wall_mm:.2f} mm and more are touched without holes, gaps of "
+             "{quality/least_gap_mm:.2f} mm and more are open";
   rows.print("  solid (from {low:.0f}" + unit + "): " + (solid.empty() ? "unknown" : solid), {{"low", low}});
 }
 
 Status write_quality_chart(const data_tools::ScanQuality& q, const std::string& path) {
-  if (q.edge.empty())
+  if (q.edge_points.empty())
     return Error{.what = "no edge for the chart",
                  .where = "chart",
                  .found = "no edge far enough from others",
                  .expected = "at least one measurable edge",
                  .remedy = "pass the whole scan, with skin and air"};
   view::Chart chart;
-  chart.title = "edges of the scan, laid over each other";
+  chart.title = "edges of the scan, superimposed";
   chart.x_label = "mm from the edge, inward";
   chart.y_label = "share of the step";
   view::ChartSeries points;
   points.name = "voxels";
   points.color = {150, 165, 185};
   points.width = 2;
-  for (const data_tools::ScanQuality::EdgePoint& point : q.edge) {
-    points.x.push_back(point.place);
+  for (const data_tools::ScanQuality::EdgePoint& point : q.edge_points) {
+    points.x.push_back(point.distance);
     points.y.push_back(point.share);
   }
   chart.series.push_back(std::move(points));

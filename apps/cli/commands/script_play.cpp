@@ -100,8 +100,9 @@ Result<std::string> temporary_session() {
   std::string path = workbench::autosave_path();
   if (!path.empty()) return path;
   return Error{.what = "the session cannot be created",
-               .found = "no folder of HOME or XDG_STATE_HOME that may be written",
-               .expected = "--record FILE",
+               .found = "no writable folder in HOME or XDG_STATE_HOME",
+               .expected = "a folder for recorded sessions",
+               .remedy = "pass --record FILE, or set XDG_STATE_HOME to a writable folder",
                .kind = ErrorKind::missing_here};
 }
 

@@ -38,13 +38,13 @@ struct PlayedScript {
 };
 
 Result<PlayedScript> play_script(const ScriptRequest& request);
-/// Report of a servo: {rate, steps in us, lateness, ...}.
+/// Report of a servo: {ticks, step_us, late_us, overruns, faults, notice}.
 Json servo_json(const haptics::ServoReport& servo);
-/// Checks of a script: [{line, at_seconds, what, found, is_met}, ...].
-/// Returns where the places of the script are on its scan.
+/// Script positions on the scan: [{name, at, outward, thickness_mm}, ...]; on a body: {name, body}.
 Json places_json(const workbench::ScriptRun& run);
+/// Checks of a script: [{line, at_seconds, what, found, is_met}, ...].
 Json checks_json(const workbench::ScriptReport& report);
-/// Adds a line for each check of the row `checks`. `unmet`: word for those that are not met, 6 characters.
+/// Adds a line for each check of the row `checks`. `unmet`: word of 6 characters for checks that are not met.
 void print_checks(Rows& rows, const char* unmet = "FAILED");
 
 }  // namespace trephine::cli

@@ -12,14 +12,15 @@ namespace trephine::cli {
 /// Plays a session that was opened from `file` until the window is closed.
 Status play_in_window(workbench::OpenedSession& session, const std::string& file, const std::string& title);
 
-/// Continues a session in a window until it is closed. `in_use`: files that saving must not overwrite.
+/// Continues a session in a window until it is closed. `in_use`: the file of the session, then other files
+/// that saving must not overwrite.
 Result<view::WindowReport> continue_in_window(workbench::ContinuedSession continued, const std::string& scan,
                                               const std::vector<std::string>& in_use,
                                               const workbench::ChosenDevices& devices);
 
-/// Returns the scan for a session that does not contain its own: `open_scan`.
+/// Returns `open_scan` for a session that has no scan of its own; otherwise an empty choice.
 Result<workbench::SourceChoice> scan_for(const std::string& session, const std::string& open_scan);
-/// Adds the score, the report and the replay of recordings.
+/// Adds the services for recordings to a window: score, report and replay.
 void add_recordings(view::WindowHost& host);
 
 }  // namespace trephine::cli

@@ -19,8 +19,8 @@ Option add_burr(Options& options, drilling::Burr& burr) {
   options
       .add("--round", burr.is_round,
            "Touch the bone with the whole burr (up to 12 mm) instead of its lowest point. The hand holds the "
-           "centre of a ball, or the tip of other burrs. The touching shape is smaller than the cutting one "
-           "by about a voxel or a twelfth")
+           "centre of a ball, or the tip of other burrs. The touching shape is smaller than the cutting "
+           "shape by up to a voxel, or by a twelfth of the radius if that is more")
       .means("tool radius");
   add("shaft", "--shaft").type("MM");
   return diameter;

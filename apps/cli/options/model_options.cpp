@@ -40,7 +40,7 @@ Result<std::vector<workbench::VolumeChoice>> volumes_of(const ModelArguments& ar
     return Error{.what = "the numbers of shapes and of scans differ",
                  .where = "--more-shape",
                  .found = std::to_string(shapes),
-                 .expected = "none, one, or " + std::to_string(arguments.volumes.size())};
+                 .expected = "no shape, one, or " + std::to_string(arguments.volumes.size())};
   std::vector<workbench::VolumeChoice> volumes;
   for (std::size_t i = 0; i < arguments.volumes.size(); ++i)
     volumes.push_back({arguments.volumes[i], workbench::parse_shape(shapes == 0   ? std::string()

@@ -8,7 +8,7 @@ namespace trephine::cli {
 
 struct ModelArguments {
   std::vector<std::string> volumes;  ///< further scans
-  std::vector<std::string> shapes;   ///< of these scans; one is that of all
+  std::vector<std::string> shapes;   ///< of these scans; a single shape is that of all scans
   std::vector<std::string> meshes;   ///< files of polygonal models
   std::vector<std::string> depths;   ///< models touched by depth images, folders of models, or depth videos
   std::vector<std::string> backgrounds;             ///< models touched as they are drawn on the screen

@@ -91,7 +91,7 @@ Option Options::add_any(const char* names, T& value, const std::string& help) {
 }
 Option Options::add(const char* names, std::string& value, const std::string& help) {
   CLI::Option* option = app_->add_option(names, value, help);
-  // An empty text is that of an unset variable of a shell.
+  // An empty text usually comes from an unset variable of a shell.
   option->check(CLI::Validator(
       [](const std::string& text) { return text.empty() ? std::string(k_empty_value) : std::string(); }, ""));
   return keep(names, option, [&value] { return std::vector{value}; });
@@ -220,8 +220,8 @@ std::string Options::without_names(std::string text) const {
 }
 
 Error Options::without_names(Error error) const {
-  // The name of a folder may be a short common word of our own sentences: there, only names that cannot be
-  // such a word are replaced.
+  // The name of a folder may be a short common word that our own sentences contain: in these, only names that
+  // cannot be such a word are replaced.
   constexpr std::size_t k_own_word = 5;
   for (const auto& [name, replacement] : names_given()) {
     for (std::string* text : {&error.where, &error.found}) replace_name(*text, name, replacement);
@@ -403,7 +403,7 @@ Option add_path(Options& options, std::string& path) {
   return options
       .add("--path", path,
            "CSV with t,x,y,z[,qx,qy,qz,qw][,button]: seconds; mm with x to the patient's left, y to the "
-           "back, z up (LPS); without this column the button is down throughout")
+           "back, z up (LPS); without a button column the button is pressed throughout")
       .type("PATH.csv");
 }
 

@@ -21,7 +21,8 @@ bool intersects(const ImagePlane& plane, const volume::Volume& scan) {
   return low <= 0 && high >= 0;
 }
 
-/// Width (mm) of the square around the plane's centre that shows the whole scan, at most 1000.
+/// Width (mm) of the square around the plane's centre that shows the whole scan and all detached bodies, at
+/// most 1000.
 double width_of(const ImagePlane& plane, const workbench::Moment& moment) {
   double half_width = 0;
   const auto add = [&](const dvec3& world) {
@@ -80,14 +81,15 @@ Result<PlacedPlane> plane_of(const PlaneArguments& a, const workbench::Moment& m
     const auto result = workbench::find_trajectory(moment, a.trajectory, "--trajectory");
     if (!result) return result.error();
     const volume::PlannedTrajectory* trajectory = result.value();
-    // Contains the trajectory, and is as close to the named plane as possible.
+    // The plane contains the trajectory, and is as close to the named plane as possible.
     const dvec3 direction = glm::normalize(trajectory->target_world - trajectory->entry_world);
     const dvec3 normal = plane.normal() - glm::dot(plane.normal(), direction) * direction;
     if (!orient_plane(plane, normal))
       return Error{.what = "the trajectory is perpendicular to the plane",
                    .where = "--plane",
                    .found = a.plane,
-                   .expected = "another plane"};
+                   .expected = "a plane that is not perpendicular to the trajectory",
+                   .remedy = "choose another plane"};
     plane.middle_world = 0.5 * (trajectory->entry_world + trajectory->target_world);
   }
   if (!a.normal.empty()) {

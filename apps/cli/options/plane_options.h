@@ -11,7 +11,7 @@ struct PlaneArguments {
   double pixel = 0.2, width = 0;  ///< mm; width 0: as wide as the scan
 };
 void add_plane(Options& options, PlaneArguments& plane);
-/// Checks that need no scan.
+/// Checks the sizes of the pixel and of the image, which requires no scan.
 Status check(const PlaneArguments& plane);
 struct PlacedPlane {
   volume::ImagePlane plane;

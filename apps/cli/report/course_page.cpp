@@ -120,7 +120,7 @@ std::string sessions_html(Sessions sessions) {
   return "<div class=\"wide\">" + table.finish() + "</div>";
 }
 
-/// Lists the reasons for which findings were bad, the most frequent first.
+/// Lists the bad findings with the numbers of their sessions, the most frequent first.
 std::string bad_findings_html(Sessions sessions) {
   std::map<std::string, std::string> numbers;
   std::map<std::string, int> counts;

@@ -128,7 +128,7 @@ std::string session_mark(const CourseChart::Value& value, double x, double y, st
       k_classes[verdict], x, y, k_shapes[verdict], number, *value.value);
 }
 
-/// Returns the range of an axis with values and limits: 0 is in it.
+/// Returns the range of an axis that contains the values, the limits and 0.
 std::pair<double, double> range_of(const CourseChart& chart) {
   double low = 0, high = 0;
   const auto include = [&](double value) { low = std::min(low, value), high = std::max(high, value); };

@@ -21,7 +21,7 @@ struct ChartMark {
 
 struct TimeChart {
   std::string title;  ///< with the unit: "Force, N"
-  std::string label;  ///< for readers that do not see it
+  std::string label;  ///< for screen readers
   const workbench::Envelope* values = nullptr;
   double seconds = 0;       ///< of the session
   double axis_seconds = 0;  ///< length of the time axis, at least `seconds`
@@ -32,7 +32,7 @@ struct TimeChart {
 /// events and labelled lines for steps.
 std::string svg_of(const TimeChart& chart);
 
-/// Values by session, in their order.
+/// Values by session, in the order of the sessions.
 struct CourseChart {
   struct Value {
     std::optional<double> value;  ///< empty: a gap
@@ -40,7 +40,7 @@ struct CourseChart {
   };
   std::string title, label;  ///< as of a TimeChart
   std::vector<Value> values = {};
-  std::optional<std::pair<double, double>> limits = {};  ///< for all points and for none: dashed lines
+  std::optional<std::pair<double, double>> limits = {};  ///< for all points and for no points: dashed lines
   bool is_wide = false;
 };
 /// Draws a mark per session, joined by a line: disks are good, triangles fair, squares bad, rings without
@@ -51,7 +51,7 @@ std::string svg_of(const CourseChart& chart);
 /// pressed or in a track. Returns nothing without strokes.
 std::vector<std::string> svgs_of(std::span<const workbench::ToolPath> paths);
 
-/// Draws bars of 1 mm.
+/// Draws the removed volume by its distance from a structure, in bars of 1 mm.
 std::string svg_of(const workbench::RemovalDistances& distances);
 
 }  // namespace trephine::cli

@@ -1,4 +1,4 @@
-// Parts that all pages share: the begin of a page, sections, verdicts with a shape and a word.
+// Parts that all pages share: the beginning of a page, sections, verdicts with a shape and a word.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace trephine::cli {
 
-/// Begins a page that sends no request; ends within its main element.
+/// Returns the beginning of a page, up to its opened main element. Its content policy forbids requests.
 std::string page_begin(const std::string& title);
 std::string section(std::string_view css_class, std::string_view heading, const std::string& contents);
 

@@ -6,7 +6,7 @@ namespace trephine::cli {
 
 namespace {
 
-/// Returns the length of the valid UTF-8 character at the begin of a text; 0 if it is invalid.
+/// Returns the length of the UTF-8 character at the beginning of a text; 0 if it is invalid.
 std::size_t character_length(std::string_view text) {
   const auto at = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = at(0);

@@ -16,8 +16,7 @@ std::string base64(std::string_view bytes);
 /// Returns an image of PNG data. `alt`: not escaped yet.
 std::string image_tag(std::string_view png, std::string_view alt);
 
-/// A table with a heading row. Texts are escaped; cells of columns with a unit or a number are aligned on the
-/// right.
+/// A table with a heading row. Texts are escaped; columns of numbers are aligned on the right.
 class HtmlTable {
  public:
   struct Column {

@@ -20,11 +20,12 @@ namespace {
 constexpr std::array<float, 3> k_metal{0.42F, 0.46F, 0.50F}, k_soft{0.70F, 0.35F, 0.32F},
     k_cut{0.80F, 0.38F, 0.22F}, k_line{0.05F, 0.35F, 0.60F};
 
-/// Returns the mesh with at most `limit` triangles: in cubes that grow until they are few enough. Vertices in
-/// `stays` are kept if they leave room for the rest.
+/// Returns the mesh reduced to `limit` triangles: vertices are merged in cubes that grow until the triangles
+/// are few enough. Vertices in `stays` are kept if they leave room for the rest.
 DrawMesh reduced(const DrawMesh& mesh, std::size_t limit, std::vector<bool> stays) {
   const std::size_t count = mesh.triangles.size() / 3;
-  if (count <= limit || limit == 0) return mesh;
+  if (count <= limit) return mesh;
+  if (limit == 0) return {};
   double area = 0;
   std::size_t kept = 0;
   for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
@@ -48,8 +49,8 @@ DrawMesh reduced(const DrawMesh& mesh, std::size_t limit, std::vector<bool> stay
   return result;
 }
 
-/// Returns a shape of the scan in a state. Vertices on a cut have a freshness of 1. `near`: the version whose
-/// cuts mark the vertices in `stays`.
+/// Returns the surface of a shape in a version. Vertices on a cut have a freshness of 1. `near`: the version
+/// whose cuts mark the vertices in `stays`.
 DrawMesh shape_mesh(const haptics::TouchItem& item, const volume::Version& version,
                     const volume::Version& near, std::vector<bool>& stays) {
   const volume::SurfaceSource source{&item.field, &version, item.bits.get()};

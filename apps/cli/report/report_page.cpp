@@ -65,7 +65,7 @@ std::string score_html(const ReportData& data) {
 }
 
 /// Returns the position of the hands in the axes and units of glTF.
-std::string direction_text(const ReportData& data) {
+std::string position_text(const ReportData& data) {
   const glm::dvec3& p = data.hands_at;
   return format_text("%.4f,%.4f,%.4f", 1e-3 * p.x, 1e-3 * p.z, -1e-3 * p.y);
 }
@@ -73,7 +73,7 @@ std::string direction_text(const ReportData& data) {
 std::string models_html(const ReportPage& page, bool has_models) {
   std::string html;
   if (has_models && !report_viewer().empty() && !page.models.before.empty())
-    html += "<div id=\"viewer\" data-from=\"" + direction_text(*page.trainee) +
+    html += "<div id=\"viewer\" data-from=\"" + position_text(*page.trainee) +
             "\" hidden><canvas aria-label=\"Anatomy before and after the operation; drag to "
             "turn it\"></canvas><p class=\"pair\"><span>before</span><span>after</span></p></div>\n"
             "<script type=\"application/octet-stream\" id=\"glb-before\">" +
@@ -127,7 +127,7 @@ std::vector<ChartMark> marks_of(const ReportData& data) {
   return marks;
 }
 
-/// Draws the charts of a session, on the axes that it shares with the other one.
+/// Draws the charts of a session, on axes that are equal for both sessions.
 std::string charts_html(const ReportData& data, const ReportData* other, const std::string& who) {
   const double seconds = std::max(data.seconds, other ? other->seconds : 0),
                newtons = std::max(data.force.greatest(), other ? other->force.greatest() : 0);
@@ -141,7 +141,7 @@ std::string charts_html(const ReportData& data, const ReportData* other, const s
   std::string html = svg_of(force);
   if (data.engine().forbidden().empty())
     return html + "<p class=\"note\">" + escaped(who) +
-           "no structure is forbidden in this session, so there is no chart of depth.</p>\n";
+           "no structure is forbidden in this session, so there is no chart of distances.</p>\n";
   TimeChart depth = force;
   depth.title = who + "distance to the nearest forbidden structure, mm";
   depth.label = who + "distance to the nearest forbidden structure over time";
@@ -290,7 +290,7 @@ std::string page_html(const ReportPage& page, bool has_models) {
   html += section("score", "Score", score_html(data));
   html += section("anatomy", "Before and after", models_html(page, has_models));
   html += section("moments", "Decisive moments", moments_html(page.pictures));
-  html += section("charts", "Force and depth", charts_html(data, nullptr, ""));
+  html += section("charts", "Force and distance", charts_html(data, nullptr, ""));
   html += section("paths", "Paths of the tools", paths_html(data, ""));
   html += section("injuries", "Injuries", injuries_html(data));
   html += section("removal", "Removed matter by distance", removal_html(data));

@@ -178,7 +178,7 @@ class BurrHole:
             is_bone = np.isin(labels[:, y, x], [names.index("cortical_bone"), names.index("diploe")])
             bone = np.flatnonzero(is_bone)
         if len(bone) == 0:
-            raise ValueError("No bone above the entry. Choose another entry.")
+            raise ValueError("No bone on the vertical line through the entry. Choose another entry.")
         top = bottom = int(bone[-1])
         while is_bone[bottom - 1]:
             bottom -= 1
@@ -223,7 +223,7 @@ class SurgeryEnv(_Base):  # type: ignore[misc]
                  max_speed: float = 20.0) -> None:
         if not (isinstance(ticks_per_step, int) and isinstance(max_steps, int)) or \
                 min(ticks_per_step, max_steps) < 1 or not 0 < max_speed < 1e4:
-            raise ValueError("ticks_per_step and max_steps must be positive integers, max_speed 0 to 10000 mm/s.")
+            raise ValueError("ticks_per_step and max_steps must be positive integers, max_speed between 0 and 10000 mm/s.")
         self.task: Task = copy.copy(task) if task is not None else Pocket()
         self.ticks_per_step, self.max_steps, self.max_speed = ticks_per_step, max_steps, max_speed
         self.operation = self.task.open()

@@ -1,5 +1,5 @@
-// PlaceMarking: positions are counted, removed and finished, and shown with the length of their line.
-#include "apps/view/place_marking.h"
+// PositionMarking: positions are counted, removed and finished, and shown with the length of their line.
+#include "apps/view/position_marking.h"
 
 #include <gtest/gtest.h>
 
@@ -7,42 +7,44 @@ namespace trephine::view {
 namespace {
 
 using glm::dvec3;
-using Request = PlaceMarking::Request;
+using Request = PositionMarking::Request;
 
 struct Marked {
   int count = 0;
-  PlaceMarking::Places places;
+  PositionMarking::Positions positions;
 };
 
-std::function<void(const PlaceMarking::Places&)> into(Marked& marked) {
-  return [&marked](const PlaceMarking::Places& places) { ++marked.count, marked.places = places; };
+std::function<void(const PositionMarking::Positions&)> into(Marked& marked) {
+  return [&marked](const PositionMarking::Positions& positions) {
+    ++marked.count, marked.positions = positions;
+  };
 }
 
-std::string label(const PlaceMarking& marking, const std::optional<dvec3>& next = std::nullopt) {
+std::string label(const PositionMarking& marking, const std::optional<dvec3>& next = std::nullopt) {
   const sim::Overlays overlays = marking.overlays(next);
   return overlays.empty() || overlays[0].labels.empty() ? "" : overlays[0].labels[0].text;
 }
 
-TEST(PlaceMarking, ARulerEndsWithItsSecondPosition) {
-  PlaceMarking marking;
+TEST(PositionMarking, ARulerEndsWithItsSecondPosition) {
+  PositionMarking marking;
   EXPECT_EQ(marking.prompt(), "");
   Marked marked;
   marking.begin({"Ruler", 2, 2}, into(marked));
   EXPECT_EQ(marking.prompt(), "Ruler: click position 1 of 2. Esc cancels.");
   marking.add({1, 2, 3});
   marking.add({1, 2, 3});
-  EXPECT_EQ(marking.places().size(), 1u) << "the same position again";
+  EXPECT_EQ(marking.positions().size(), 1u) << "the same position again";
   EXPECT_FALSE(marking.finish()) << "too few";
   EXPECT_EQ(label(marking, dvec3(4, 6, 3)), "5.0 mm");
   marking.add({4, 6, 3});
   EXPECT_EQ(marked.count, 1);
-  EXPECT_EQ(marked.places, (PlaceMarking::Places{{1, 2, 3}, {4, 6, 3}}));
+  EXPECT_EQ(marked.positions, (PositionMarking::Positions{{1, 2, 3}, {4, 6, 3}}));
   EXPECT_FALSE(marking.is_active());
   EXPECT_TRUE(marking.overlays(dvec3(0)).empty());
 }
 
-TEST(PlaceMarking, ALineOfAnyLengthIsFinishedByTheUser) {
-  PlaceMarking marking;
+TEST(PositionMarking, ALineOfAnyLengthIsFinishedByTheUser) {
+  PositionMarking marking;
   Marked marked;
   Request request{"Area", 3};
   request.shows = Request::Shows::outline;
@@ -53,20 +55,20 @@ TEST(PlaceMarking, ALineOfAnyLengthIsFinishedByTheUser) {
   EXPECT_EQ(label(marking), "outline 12.0 mm") << "closed: 3, 4 and 5 mm";
   EXPECT_NE(marking.prompt().find("Enter finishes"), std::string::npos);
   EXPECT_TRUE(marking.finish());
-  EXPECT_EQ(marked.places.size(), 3u);
+  EXPECT_EQ(marked.positions.size(), 3u);
 }
 
 /// A tape is measured along the bone when it is finished; until then its label names the straight length.
-TEST(PlaceMarking, ATapeShowsAStraightLength) {
-  PlaceMarking marking;
+TEST(PositionMarking, ATapeShowsAStraightLength) {
+  PositionMarking marking;
   Marked marked;
   marking.begin({"Tape", 2, 9, Request::Shows::straight}, into(marked));
   for (const dvec3& at : {dvec3(0), dvec3(3, 0, 0)}) marking.add(at);
   EXPECT_EQ(label(marking, dvec3(3, 4, 0)), "straight 7.0 mm");
 }
 
-TEST(PlaceMarking, AnAngleIsThatAtItsSecondPosition) {
-  PlaceMarking marking;
+TEST(PositionMarking, AnAngleIsThatAtItsSecondPosition) {
+  PositionMarking marking;
   Marked marked;
   marking.begin({"Angle", 3, 3, Request::Shows::angle}, into(marked));
   marking.add({10, 0, 0});
@@ -76,8 +78,8 @@ TEST(PlaceMarking, AnAngleIsThatAtItsSecondPosition) {
   EXPECT_EQ(label(marking, dvec3(-5, 0, 0)), "180.0\u00b0");
 }
 
-TEST(PlaceMarking, IsCancelled) {
-  PlaceMarking marking;
+TEST(PositionMarking, IsCancelled) {
+  PositionMarking marking;
   Marked marked;
   marking.begin({"Ruler", 2, 2}, into(marked));
   marking.add({1, 0, 0});

@@ -1,4 +1,4 @@
-#include "data-tools/dicom/dicom_heads.h"
+#include "data-tools/dicom/dicom_headers.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -37,7 +37,7 @@ std::vector<std::string> files_below(const std::string& path) {
 
 }  // namespace
 
-Result<std::vector<DicomHeader>> read_dicom_heads(const std::string& path, const Progress& progress) {
+Result<std::vector<DicomHeader>> read_dicom_headers(const std::string& path, const Progress& progress) {
   const std::string where = file_name(path);
   const bool is_folder = fs::is_directory(path);
   std::vector<std::string> files = is_folder ? files_below(path) : std::vector{path};
@@ -47,7 +47,7 @@ Result<std::vector<DicomHeader>> read_dicom_heads(const std::string& path, const
     if (const auto file = read_dicom_file(ByteSource::open(path));
         std::holds_alternative<DicomFile>(file) &&
         std::get<DicomFile>(file).data.text(k_sop_class) == k_dicom_index_class)
-      return read_dicom_heads(fs::absolute(path).parent_path().string(), progress);
+      return read_dicom_headers(fs::absolute(path).parent_path().string(), progress);
   if (files.size() >= k_max_files)
     return Error{.what = "the folder contains too many files",
                  .where = where,
@@ -59,7 +59,7 @@ Result<std::vector<DicomHeader>> read_dicom_heads(const std::string& path, const
   };
   // Headers are read in parallel, in parts between which the user may cancel.
   std::vector<std::variant<DicomFile, DicomFailure>> results;
-  const auto read_heads = [&](std::size_t source_count, const auto& source_of) -> bool {
+  const auto read_headers = [&](std::size_t source_count, const auto& source_of) -> bool {
     const std::size_t first = results.size();
     results.resize(first + source_count);
     constexpr std::size_t k_part = 512;
@@ -83,7 +83,7 @@ Result<std::vector<DicomHeader>> read_dicom_heads(const std::string& path, const
     archives.push_back(path);
     files.clear();
   }
-  if (!read_heads(files.size(), [&](std::size_t n) { return ByteSource::open(files[n]); }))
+  if (!read_headers(files.size(), [&](std::size_t n) { return ByteSource::open(files[n]); }))
     return interrupted_error;
   // In a folder each slice may be compressed separately; archives of whole disks are unpacked only if the
   // folder has no images.
@@ -112,15 +112,15 @@ Result<std::vector<DicomHeader>> read_dicom_heads(const std::string& path, const
     if (const auto at = std::find(files.begin(), files.end(), archive); at != files.end())
       names[static_cast<std::size_t>(at - files.begin())].clear();  // replaced by its members
   }
-  if (!read_heads(members.size(), [&](std::size_t n) { return ByteSource::of(members[n].bytes); }))
+  if (!read_headers(members.size(), [&](std::size_t n) { return ByteSource::of(members[n].bytes); }))
     return interrupted_error;
   files.resize(files.size() + members.size());
   members.clear();
 
-  std::vector<DicomHeader> heads;
+  std::vector<DicomHeader> headers;
   for (std::size_t n = 0; n < results.size(); ++n)
-    if (!names[n].empty()) heads.push_back({files[n], std::move(names[n]), std::move(results[n])});
-  return heads;
+    if (!names[n].empty()) headers.push_back({files[n], std::move(names[n]), std::move(results[n])});
+  return headers;
 }
 
 }  // namespace trephine::data_tools

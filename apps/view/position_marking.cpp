@@ -1,4 +1,4 @@
-#include "apps/view/place_marking.h"
+#include "apps/view/position_marking.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@ std::string text_of(const char* format, double number) {
   return text;
 }
 
-double length_of(const PlaceMarking::Places& line) {
+double length_of(const PositionMarking::Positions& line) {
   double length = 0;
   for (std::size_t i = 1; i < line.size(); ++i) length += glm::length(line[i] - line[i - 1]);
   return length;
@@ -29,57 +29,57 @@ double length_of(const PlaceMarking::Places& line) {
 
 }  // namespace
 
-void PlaceMarking::begin(Request request, std::function<void(const Places&)> done) {
+void PositionMarking::begin(Request request, std::function<void(const Positions&)> done) {
   request_ = std::move(request);
-  places_.clear();
+  positions_.clear();
   done_ = std::move(done);
 }
 
-void PlaceMarking::add(const dvec3& at) {
-  if (!is_active() || (!places_.empty() && glm::length(at - places_.back()) < k_same)) return;
-  places_.push_back(at);
-  if (places_.size() >= request_.most) finish();
+void PositionMarking::add(const dvec3& at) {
+  if (!is_active() || (!positions_.empty() && glm::length(at - positions_.back()) < k_same)) return;
+  positions_.push_back(at);
+  if (positions_.size() >= request_.most) finish();
 }
 
-void PlaceMarking::remove_last() {
-  if (places_.empty()) return cancel();
-  places_.pop_back();
+void PositionMarking::remove_last() {
+  if (positions_.empty()) return cancel();
+  positions_.pop_back();
 }
 
-bool PlaceMarking::finish() {
-  if (!is_active() || places_.size() < request_.least) return false;
+bool PositionMarking::finish() {
+  if (!is_active() || positions_.size() < request_.least) return false;
   const auto done = std::exchange(done_, nullptr);
-  done(std::exchange(places_, {}));
+  done(std::exchange(positions_, {}));
   return true;
 }
 
-void PlaceMarking::cancel() {
+void PositionMarking::cancel() {
   done_ = nullptr;
-  places_.clear();
+  positions_.clear();
 }
 
-std::string PlaceMarking::prompt() const {
+std::string PositionMarking::prompt() const {
   if (!is_active()) return "";
-  const std::string number = std::to_string(places_.size() + 1);
+  const std::string number = std::to_string(positions_.size() + 1);
   std::string text = request_.title + ": click ";
   text += request_.most == 1 ? "a position" : "position " + number;
   if (request_.most == request_.least && request_.most > 1) text += " of " + std::to_string(request_.most);
   text += ". ";
-  if (places_.size() >= request_.least) text += "Enter finishes. ";
-  text += places_.empty() ? "Esc cancels." : "Backspace removes the last one, Esc cancels.";
+  if (positions_.size() >= request_.least) text += "Enter finishes. ";
+  text += positions_.empty() ? "Esc cancels." : "Backspace removes the last one, Esc cancels.";
   return text;
 }
 
-sim::Overlays PlaceMarking::overlays(const std::optional<dvec3>& next) const {
+sim::Overlays PositionMarking::overlays(const std::optional<dvec3>& next) const {
   if (!is_active()) return {};
   sim::Overlay overlay;
   overlay.kind = sim::Overlay::Kind::warning;
-  Places line = places_;
+  Positions line = positions_;
   if (next && line.size() < request_.most) line.push_back(*next);
   const bool is_outline = request_.shows == Request::Shows::outline && line.size() > 2;
   if (is_outline) line.push_back(line.front());
   for (std::size_t i = 1; i < line.size(); ++i) overlay.lines.push_back({line[i - 1], line[i]});
-  for (const dvec3& at : places_) overlay.handles.push_back({at, {}});
+  for (const dvec3& at : positions_) overlay.handles.push_back({at, {}});
   if (request_.shows == Request::Shows::angle) {
     if (line.size() == 3) {
       const dvec3 a = line[0] - line[1], b = line[2] - line[1];

@@ -1,4 +1,4 @@
-// PlaceMarking: positions for a command that the user marks one by one, with the line between them.
+// PositionMarking: positions for a command that the user marks one by one, with the line between them.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@
 namespace trephine::view {
 
 /// Drawing thread only.
-class PlaceMarking {
+class PositionMarking {
  public:
   struct Request {
     std::string title;  ///< "Ruler"
@@ -24,10 +24,10 @@ class PlaceMarking {
     /// second position.
     enum class Shows { length, straight, outline, angle } shows = Shows::length;
   };
-  using Places = std::vector<glm::dvec3>;  ///< world, mm
+  using Positions = std::vector<glm::dvec3>;  ///< world, mm
 
   /// Starts again with no positions. `done`: called with the positions when there are `most`, or by finish().
-  void begin(Request request, std::function<void(const Places&)> done);
+  void begin(Request request, std::function<void(const Positions&)> done);
   bool is_active() const noexcept { return done_ != nullptr; }
   /// Marks a position. Has no effect if it is that of the last one.
   void add(const glm::dvec3& at);
@@ -36,16 +36,16 @@ class PlaceMarking {
   /// Ends the marking with the positions so far. Returns false if they are too few.
   bool finish();
   void cancel();
-  const Places& places() const noexcept { return places_; }
-  /// Returns a sentence that says what to do next; empty if there is no marking.
+  const Positions& positions() const noexcept { return positions_; }
+  /// Returns a prompt for the next action of the user; empty if there is no marking.
   std::string prompt() const;
   /// Returns the marked positions, and the line between them and on to `next`, with its quantity.
   sim::Overlays overlays(const std::optional<glm::dvec3>& next) const;
 
  private:
   Request request_;
-  Places places_;
-  std::function<void(const Places&)> done_;
+  Positions positions_;
+  std::function<void(const Positions&)> done_;
 };
 
 }  // namespace trephine::view

@@ -13,8 +13,9 @@ struct DicomHeader {
   std::variant<DicomFile, DicomFailure> read;
 };
 
-/// Reads the headers of a folder, to any depth; of one file; of an archive (in a folder, if it contains
-/// nothing else); or of the disk that an index belongs to. Error if interrupted or an archive is damaged.
-Result<std::vector<DicomHeader>> read_dicom_heads(const std::string& path, const Progress& progress);
+/// Reads the headers of a folder, to any depth; of one file; of an archive; or of the disk that an index
+/// belongs to. In a folder, compressed slices (.gz) are unpacked, and other archives only if the folder has
+/// no image; damaged ones are skipped. Error if interrupted, or if `path` is a damaged archive.
+Result<std::vector<DicomHeader>> read_dicom_headers(const std::string& path, const Progress& progress);
 
 }  // namespace trephine::data_tools

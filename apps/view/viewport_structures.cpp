@@ -1,0 +1,125 @@
+// Structures of Viewport: opacities, clipping and the cut face.
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+#include <vtkCamera.h>
+#include <vtkRenderer.h>
+
+#include "apps/view/viewport.h"
+
+namespace trephine::view {
+
+using glm::dvec3;
+
+void Viewport::set_clip(const ClipChoice& choice) {
+  clip_ = choice;
+  const dvec3 middle = 0.5 * (low_ + high_);
+  clip_normal_ = dvec3(0);
+  switch (choice.axis) {
+    case ClipChoice::Axis::none:
+    case ClipChoice::Axis::plane:
+      break;
+    case ClipChoice::Axis::left:
+      clip_normal_ = {-1, 0, 0};
+      break;
+    case ClipChoice::Axis::back:
+      clip_normal_ = {0, 1, 0};
+      break;
+    case ClipChoice::Axis::up:
+      clip_normal_ = {0, 0, -1};
+      break;
+    case ClipChoice::Axis::view: {
+      double n[3];
+      view_.renderer()->GetActiveCamera()->GetDirectionOfProjection(n);
+      clip_normal_ = {n[0], n[1], n[2]};
+      break;
+    }
+  }
+  if (choice.axis == ClipChoice::Axis::plane) {
+    clip_origin_ = choice.at, clip_normal_ = -choice.normal;
+  } else {
+    const double reach = 0.5 * glm::dot(high_ - low_, glm::abs(clip_normal_));
+    clip_origin_ = middle + (2 * choice.share - 1) * reach * clip_normal_;
+  }
+  view_.bone().set_clip(clip_origin_, clip_normal_);
+  if (!is_live_) return;
+  view_.structures()->set_clip(clip_origin_, clip_normal_);
+  view_.structures()->show_cap({});  // until the new one is ready
+  if (has_whole_structures() != are_structures_whole_)
+    apply_opacities();
+  else
+    request_cap();
+}
+
+/// Requests the cut face of the clipped picture.
+void Viewport::request_cap() {
+  if (!is_live_) return;
+  const std::optional<volume::Openings::Plane> plane = clip_plane();
+  if (plane && version_ && !preview_) return cap_.request(version_, list_, *plane);
+  cap_.clear();
+  view_.structures()->show_cap({});
+}
+
+std::optional<volume::Openings::Plane> Viewport::clip_plane() const {
+  if (clip_normal_ == dvec3(0)) return std::nullopt;
+  return volume::Openings::Plane{clip_origin_, -clip_normal_};
+}
+
+bool Viewport::has_whole_structures() const {
+  // A clipped picture shows its cut face, which belongs to them.
+  return clip_normal_ != dvec3(0) || std::any_of(list_.begin(), list_.end(), [](const Structure& s) {
+           return s.is_translucent() || (s.kind == Structure::Kind::all_bone && s.opacity < 1);
+         });
+}
+
+void Viewport::request_whole(std::size_t structure, const std::shared_ptr<const volume::Version>& version) {
+  const Structure& s = list_[structure];
+  if (s.label < 0 || s.opacity == 0 || !has_whole_structures()) return;
+  const auto known = whole_versions_.find(s.label);
+  if (known != whole_versions_.end() && known->second == version->serial()) return;
+  whole_versions_[s.label] = version->serial();
+  surfaces_.request(s.label, version);
+}
+
+void Viewport::set_opacity(std::size_t structure, double opacity) {
+  if (!is_live_ || list_[structure].opacity == opacity) return;
+  list_[structure].opacity = opacity;
+  apply_opacities();
+}
+
+Status Viewport::set_opacities(std::span<const StructureOpacity> opacities) {
+  if (opacities.empty() || !is_live_) return {};
+  if (Status error = view::set_opacities(list_, opacities)) return error;
+  apply_opacities();
+  return {};
+}
+
+void Viewport::apply_opacities() {
+  const bool has_whole = are_structures_whole_ = has_whole_structures();
+  std::set<std::size_t> hidden;
+  std::vector<int> opened;
+  for (std::size_t i = 0; i < list_.size(); ++i) {
+    const Structure& s = list_[i];
+    // A touched soft structure is drawn whole like the others, not with the bone.
+    if (s.shape >= 0 && (s.opacity == 0 || (has_whole && s.kind == Structure::Kind::labelled)))
+      hidden.insert(static_cast<std::size_t>(s.shape));
+    if (s.label < 0) continue;
+    if (s.shape < 0 && s.opacity > 0 && !has_whole) opened.push_back(s.label);
+    if (!has_whole) continue;
+    view_.structures()->set_opacity(s.label, s.opacity);
+    if (version_) request_whole(i, version_);
+  }
+  view_.bone().set_hidden(std::move(hidden));
+  if (opened != opened_labels_) {
+    opened_labels_ = std::move(opened);
+    opened_ = std::make_unique<OpenedStructures>(*scene_, opened_labels_);
+    view_.bone().remove_shape(base_shapes(*scene_).size());
+    if (version_) opened_->request_all(version_);
+  }
+  const double bone = list_.empty() ? 1 : list_[0].opacity;
+  view_.set_bone_opacity(has_whole ? std::optional<double>(bone) : std::nullopt);
+  if (clip_plane()) request_cap();
+}
+
+}  // namespace trephine::view
