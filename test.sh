@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # ./test.sh              builds the release preset and runs the quick suites
 # ./test.sh NAME         only tests whose name matches NAME
-# ./test.sh --all [P]    all cases of long tests, in core, debug, asan, tsan and clang too, fuzz, package and soak;
-#                        or only part P of these
-#                        (TREPHINE_FUZZ_SECONDS a fuzzer, TREPHINE_SOAK_SECONDS, TREPHINE_ATTACK_STEPS, TREPHINE_KILLS)
+# ./test.sh --all [P]    runs all cases of long tests in the presets core, debug, asan, tsan, clang and release,
+#                        and the parts fuzz, package and soak; or only the preset or part P
+#                        (TREPHINE_FUZZ_SECONDS per fuzzer, TREPHINE_SOAK_SECONDS, TREPHINE_ATTACK_STEPS, TREPHINE_KILLS)
 set -euo pipefail
 cd "$(dirname "$0")"
 . cmake/setup.sh

@@ -10,7 +10,7 @@ function(help_of name result)
   set(${result} "${text}" PARENT_SCOPE)
 endfunction()
 
-# Text in a man page: backslashes and leading dots have a meaning in roff.
+# Escapes a text for a man page: backslashes, hyphens and leading dots and quotes have a meaning in roff.
 function(roff text result)
   string(REPLACE "\\" "\\\\" text "${text}")
   string(REPLACE "-" "\\-" text "${text}")

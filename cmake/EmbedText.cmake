@@ -9,7 +9,7 @@ foreach(text ${TEXTS})
   set(literals "")
   if(file)
     file(READ "${file}" hex HEX)
-    # Compilers limit the length of one literal: bytes as escapes, in parts.
+    # Writes the bytes as escapes in several literals, since compilers limit the length of a literal.
     string(LENGTH "${hex}" length)
     set(at 0)
     while(at LESS length)

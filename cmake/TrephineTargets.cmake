@@ -37,7 +37,7 @@ set(CMAKE_INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR};$ORIGIN")
 #   FRONT    for programs, included as <trephine/HEADER>, here and installed
 #   HEADERS  for modules and devices, and all that FRONT needs
 #   SHARED   not installed, for the other libraries of this tree
-# Other headers are the library's own: a test reads these lists.
+# Other headers are private to the library. A test enforces these lists.
 function(trephine_library name)
   cmake_parse_arguments(arg "" "PACKAGE" "SOURCES;FRONT;HEADERS;SHARED;USES;LINKS" ${ARGN})
   if(arg_PACKAGE)
@@ -80,18 +80,18 @@ function(trephine_library name)
   endif()
 endfunction()
 
-# trephine_compile_fast(TARGET): less optimization, for code that is compiled more often than it is hot.
+# trephine_compile_fast(TARGET): less optimization, for code whose compilation takes longer than its execution.
 function(trephine_compile_fast target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()
 
 # trephine_compile_in_batches(TARGET): compiles several source files in one step. Most of the time of these files is
-# spent on headers and templates, which a batch compiles once. Names at namespace scope are unique within a target.
+# spent on headers and templates, which a batch compiles once. Names at namespace scope must be unique in a target.
 function(trephine_compile_in_batches target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ${TREPHINE_BATCHES} UNITY_BUILD_BATCH_SIZE 8)
 endfunction()
 
-# Time after which a test counts as hanging, s. A test that passes takes less on a loaded machine, too.
+# Timeout of a test, s. A test that passes takes less even on a loaded machine.
 set(trephine_test_patience 1500)
 
 # trephine_test(NAME SOURCES ... [LINKS targets] [REALTIME filter]): one GoogleTest program; each case is a test

@@ -1,4 +1,4 @@
-# Run at every build: which commit this is. Rewrites the header only when it changed.
+# Writes a header with version, commit and compiler. Runs at every build; rewrites the header only if it changed.
 execute_process(COMMAND git -C ${SOURCE_DIR} describe --always --dirty --abbrev=10 OUTPUT_VARIABLE commit
                 OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
 if(NOT commit)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # cmake/build_times.sh [BUILD]: prints the time of the last build of each output, in s, summed by folder,
-# and the ten longest steps. BUILD is build/release by default. With ccache, an unchanged file counts as nothing.
+# and the ten longest steps. BUILD is build/release by default. A file that ccache finds takes almost no time.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 log=${1:-build/release}/.ninja_log

@@ -1,5 +1,6 @@
-# Shared by demo.sh and test.sh: installs what is missing (Debian packages only), configures and builds.
-# Sourced, from the top of the clone. Nothing is written outside the clone but packages.
+# Functions for demo.sh and test.sh: install missing Debian packages and the npm packages of the viewer, configure
+# and build. Must be sourced from the top of the clone. Outside the clone, only Debian packages and the caches of apt
+# and npm are written.
 
 packages_core="cmake g++ git ca-certificates ninja-build ccache mold libglm-dev libzstd-dev"
 packages_files="libopenimageio-dev libopenvdb-dev libtbb-dev libhdf5-dev nlohmann-json3-dev libinsighttoolkit5-dev libvtk9-dev libarchive-dev libgdcm-dev libnifti-dev libteem-dev zlib1g-dev libtoml11-dev"
@@ -7,7 +8,7 @@ packages_app="libcli11-dev nlohmann-json3-dev libegl-dev libegl1 libgl1-mesa-dri
 packages_test="clang-format libgtest-dev umockdev xvfb xauth xz-utils python3-h5py pybind11-dev python3-dev python3-numpy python3-pytest mypy"
 packages_all="clang libclang-rt-14-dev dpkg-dev libembree-dev libnanovdb-dev libfcl-dev dcmtk python3-nibabel python3-pydicom"
 
-# install_packages NAME ...: installs what is missing, after printing names and sizes.
+# install_packages NAME ...: installs missing packages, after printing names and sizes.
 install_packages() {
   local missing=() name sudo=""
   for name in "$@"; do
@@ -15,15 +16,15 @@ install_packages() {
   done
   [ ${#missing[@]} -gt 0 ] || return 0
   if [ "$(id -u)" -ne 0 ]; then
-    command -v sudo >/dev/null || { echo "error: these packages are missing and there is no sudo: ${missing[*]}" >&2; return 3; }
+    command -v sudo >/dev/null || { echo "error: packages are missing, and there is no sudo. As root, run: apt-get install ${missing[*]}" >&2; return 3; }
     sudo=sudo
   fi
   echo "installing ${#missing[@]} missing Debian packages: ${missing[*]}"
-  $sudo apt-get update -qq || { echo "error: the package lists cannot be fetched; is there a network?" >&2; return 3; }
+  $sudo apt-get update -qq || { echo "error: the package lists cannot be fetched. Check the network." >&2; return 3; }
   $sudo env DEBIAN_FRONTEND=noninteractive apt-get install --assume-no --no-install-recommends "${missing[@]}" 2>/dev/null |
     grep -E '^(Need to get|After this operation|[0-9]+ upgraded)' || true
   $sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends -o Dpkg::Use-Pty=0 "${missing[@]}" >/dev/null ||
-    { echo "error: the packages could not be installed: ${missing[*]}" >&2; return 3; }
+    { echo "error: packages could not be installed. For the reason, run: ${sudo:+sudo }apt-get install ${missing[*]}" >&2; return 3; }
 }
 
 # install_viewer_packages: npm packages of the 3-D viewer of reports, into build/report-viewer, by the lock file. Without
@@ -42,7 +43,8 @@ install_viewer_packages() {
   fi
 }
 
-# build_preset PRESET ["TARGETS"] [CMAKE OPTIONS ...]: into build/PRESET; quiet unless something fails.
+# build_preset PRESET ["TARGETS"] [CMAKE OPTIONS ...]: configures and builds into build/PRESET. The output of the
+# configuration is shown only if it fails.
 build_preset() {
   local preset=$1 target=${2:-all}
   shift $(($# > 1 ? 2 : 1))

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# under_load.sh [BUILD] [RUNS] [LOOPS]: runs all tests several times while busy loops run, and fails if any test fails.
+# under_load.sh [BUILD] [RUNS] [LOOPS]: runs all tests RUNS times while LOOPS busy loops run; stops at the first run
+# with a failed test.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 build=${1:-build/release} runs=${2:-3} loops=${3:-4}

@@ -7,7 +7,7 @@ namespace trephine {
 
 inline bool is_whole() { return std::getenv("TREPHINE_WHOLE") != nullptr; }
 
-/// Other builds take twenty times as long per step.
+/// True for optimized builds without sanitizers; other builds take up to twenty times as long per step.
 #if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 inline constexpr bool k_is_fast_build = true;
 #else

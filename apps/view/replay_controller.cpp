@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "apps/view/tool_appearance.h"
+#include "apps/workbench/force_text.h"
 
 namespace trephine::view {
 
@@ -32,6 +34,36 @@ Status ReplayController::seek(double seconds) {
   return replay_->seek(static_cast<std::uint64_t>(std::llround(now_ * rate_hz_)));
 }
 
+Status ReplayController::step(int ticks) {
+  is_playing_ = false;
+  return seek(seconds() + ticks / rate_hz_);
+}
+
+void ReplayController::explain_force(bool is_explained) {
+  if (std::exchange(is_force_explained_, is_explained) == is_explained) return;
+  force_parts_.reset();
+  explained_tick_ = 0;
+  shown_.reset();
+}
+
+void ReplayController::update_force_parts() {
+  if (!is_force_explained_) return;
+  const std::uint64_t next = replay_->next_tick();
+  if (is_playing_) {
+    if (force_parts_) shown_.reset();
+    force_parts_.reset();
+    explained_tick_ = 0;
+    return;
+  }
+  if (next == 0 || explained_tick_ == next) return;
+  explained_tick_ = next;
+  auto parts = replay_->force_parts(next - 1, hand());
+  force_parts_.reset();
+  if (parts) force_parts_ = std::move(parts).value();
+  (void)replay_->seek(next);  // after all hands of the tick; it was there before
+  shown_.reset();
+}
+
 Status ReplayController::frame(double elapsed) {
   Status error;
   if (is_playing_) {
@@ -51,11 +83,13 @@ Status ReplayController::frame(double elapsed) {
         record(),
         appearance_of(replay_->engine().now().settings.hands[static_cast<std::size_t>(hand())].parameters),
         *version, viewer);
+  update_force_parts();
   if (shown_ != replay_->next_tick()) {  // the engine's overlays include the poses of held bodies
     sim::Overlays overlays = replay_->engine().overlays();
     for (sim::Overlay& overlay : overlays) overlay.holder = -1;
     if (shows_clip_volumes_)
       overlays = with_clip_volumes(std::move(overlays), replay_->engine().displayed_depths(0));
+    if (force_parts_) overlays.push_back(workbench::force_lines(*force_parts_, *touch_scene()));
     viewport_.show(overlays, {});
     shown_ = replay_->next_tick();
   }

@@ -36,6 +36,14 @@ class ReplayController {
   const haptics::ServoRecord& record() const noexcept { return replay_->record(hand()); }
   /// Steps of the session's procedure; null without a procedure.
   const StepGuide* steps() const noexcept { return steps_ ? &*steps_ : nullptr; }
+  /// Computes the parts of the force of the shown tick while the replay is paused, and draws them.
+  void explain_force(bool is_explained);
+  /// Parts of the force of the shown tick; empty while the replay plays, or without explain_force().
+  const std::optional<haptics::ForceParts>& force_parts() const noexcept { return force_parts_; }
+  /// Scene of the hand in the shown tick.
+  std::shared_ptr<const haptics::TouchScene> touch_scene() const { return replay_->servo_hand()->scene; }
+  /// Goes some ticks forward or back.
+  Status step(int ticks);
   int hand() const noexcept { return summary_.hand_at(replay_->next_tick()); }
   const workbench::SessionSummary& summary() const noexcept { return summary_; }
   const sim::Engine& engine() const { return replay_->engine(); }
@@ -52,7 +60,11 @@ class ReplayController {
   workbench::SessionSummary summary_;
   Viewport viewport_;
   std::optional<StepGuide> steps_;
-  bool is_playing_ = true, has_changed_ = false, shows_clip_volumes_ = false;
+  void update_force_parts();
+
+  bool is_playing_ = true, has_changed_ = false, shows_clip_volumes_ = false, is_force_explained_ = false;
+  std::optional<haptics::ForceParts> force_parts_;
+  std::uint64_t explained_tick_ = 0;  ///< next tick of the replay for which `force_parts_` was computed
   double speed_ = 1, now_ = 0;
   std::optional<std::uint64_t> shown_;  ///< tick of the shown overlays
 };

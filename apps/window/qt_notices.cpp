@@ -34,16 +34,17 @@ NoticeLabel::NoticeLabel(QWidget* canvas) : QLabel(canvas) {
 }
 
 /// Returns the position of the label at a side of the tip, or at the opposite one if the picture has no room.
-QPoint NoticeLabel::position_at(int side, const QPoint& tip) const {
+/// `extra`: pixels farther above or below the tip.
+QPoint NoticeLabel::position_at(int side, int extra, const QPoint& tip) const {
   constexpr int k_gap = 28, k_border = 8;
-  const auto along = [&](bool is_before, int at, int length, int room) {
-    const int before = at - k_gap - length, after = at + k_gap;
+  const auto along = [&](bool is_before, int at, int gap, int length, int room) {
+    const int before = at - gap - length, after = at + gap;
     const bool has_room = is_before ? before >= k_border : after + length <= room - k_border;
     return std::clamp(is_before == has_room ? before : after, k_border,
                       std::max(k_border, room - length - k_border));
   };
-  return {along(side % 2 == 1, tip.x(), width(), parentWidget()->width()),
-          along(side >= 2, tip.y(), height(), parentWidget()->height())};
+  return {along(side % 2 == 1, tip.x(), k_gap, width(), parentWidget()->width()),
+          along(side >= 2, tip.y(), k_gap + extra, height(), parentWidget()->height())};
 }
 
 void NoticeLabel::show_at(const QString& text, EventLevel level, const QPoint& tip,
@@ -70,17 +71,18 @@ void NoticeLabel::show_at(const QString& text, EventLevel level, const QPoint& t
   }
   if (is_placed_again) {
     std::int64_t least = std::numeric_limits<std::int64_t>::max();
-    for (int side = 0; side < 4; ++side) {
-      std::int64_t covered = 0;
-      const QRect box(position_at(side, tip), size());
-      for (const QRect& label : labels) {
-        const QRect both = box & label;
-        if (!both.isEmpty()) covered += std::int64_t{both.width()} * both.height();
+    for (const int extra : {0, 40, 80, 120, 160})
+      for (int side = 0; side < 4; ++side) {
+        std::int64_t covered = 0;
+        const QRect box(position_at(side, extra, tip), size());
+        for (const QRect& label : labels) {
+          const QRect both = box & label;
+          if (!both.isEmpty()) covered += std::int64_t{both.width()} * both.height();
+        }
+        if (covered < least) least = covered, side_ = side, extra_ = extra;
       }
-      if (covered < least) least = covered, side_ = side;
-    }
   }
-  move(position_at(side_, tip));
+  move(position_at(side_, extra_, tip));
 }
 
 EventLog::EventLog(QWidget* parent) : QDockWidget("Event log", parent), list_(new QListWidget) {

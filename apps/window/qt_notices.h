@@ -24,14 +24,16 @@ class NoticeLabel : public QLabel {
     return !text.isEmpty() && (text != this->text() || isHidden() || widest() != widest_ || font() != font_);
   }
   /// Shows `text` next to the tip of the tool; an empty text hides the label. A new text is placed at the
-  /// side of the tip where it covers the least of `labels`, and then follows the tip at that side. Positions
+  /// side of the tip where it covers the least of `labels`, farther away if need be, and then follows the tip
+  /// there. Positions
   /// and boxes: pixels of the canvas.
   void show_at(const QString& text, workbench::EventLevel level, const QPoint& tip,
                std::span<const QRect> labels);
 
  private:
-  QPoint position_at(int side, const QPoint& tip) const;
-  int side_ = 0;  ///< of the tip: 0 lower right, 1 lower left, 2 upper right, 3 upper left
+  QPoint position_at(int side, int extra, const QPoint& tip) const;
+  int side_ = 0;   ///< of the tip: 0 lower right, 1 lower left, 2 upper right, 3 upper left
+  int extra_ = 0;  ///< pixels farther from the tip, where labels are near
   workbench::EventLevel level_ = workbench::EventLevel::record;
   /// Returns the largest width of the label in the picture, pixels.
   int widest() const { return std::max(parentWidget()->width() - 16, 80); }

@@ -181,6 +181,7 @@ void HelpOverlay::paintEvent(QPaintEvent*) {
       {QT_TR_NOOP("T, G, R, double click"),
        QT_TR_NOOP("in a slice: show before and after; labels; the whole scan; maximise")},
       {QT_TR_NOOP("E,  N"), QT_TR_NOOP("show or hide the event log; names of the plan: in front, all, none")},
+      {QT_TR_NOOP("X"), QT_TR_NOOP("in a paused replay: why this force? (its parts, friction, limits)")},
       {QT_TR_NOOP("F"), QT_TR_NOOP("turn the force of a haptic device on again after a fault")},
       {QT_TR_NOOP("Ctrl+O, or drop a folder"), QT_TR_NOOP("open a scan (a file: Ctrl+Shift+O)")},
       {QT_TR_NOOP("Ctrl+S, Ctrl+P"), QT_TR_NOOP("save the operated volume; the picture")},

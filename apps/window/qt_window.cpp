@@ -101,6 +101,8 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   operation_.reset();
   delete score_;
   score_ = nullptr;
+  delete case_panel_;
+  case_panel_ = nullptr;
   cursor_.reset();
   panes_.begin();
   followed_clip_.reset();
@@ -366,6 +368,8 @@ void MainWindow::show_notices() {
       labels);
   log_->update_from(operation_ ? operation_->notices() : replay_notices_);
   if (replay_) log_->show_time(replay_notices_, replay_->seconds());
+  if (force_panel_ && force_panel_->isVisible())
+    force_panel_->show_parts(replay_->force_parts(), *replay_->touch_scene());
 }
 
 void MainWindow::show_state() {

@@ -14,6 +14,8 @@
 #include "apps/view/replay_controller.h"
 #include "apps/view/view_window.h"
 #include "apps/view/window_stage.h"
+#include "apps/window/qt_case_panel.h"
+#include "apps/window/qt_force_panel.h"
 #include "apps/window/qt_notices.h"
 #include "apps/window/qt_pane_grid.h"
 #include "apps/window/qt_panels.h"
@@ -61,6 +63,8 @@ class MainWindow : public QMainWindow {
   Status save_mesh(const QString& path);
   Status save_session(const QString& path);
   Status save_picture(const QString& path);
+  /// Writes the case of the panel into a new folder, with progress.
+  Status save_case(const QString& path);
   void scale_text(double factor);
 
   /// Exactly one of operation() and replay() is not null.
@@ -121,6 +125,10 @@ class MainWindow : public QMainWindow {
   void fill_structures(QMenu* menu);
   void show_panes(double elapsed);
   void build_replay_panel();
+  void toggle_force_panel();
+  void show_case_panel();
+  void mark_for_case(CasePanel::Mark mark);
+  void ask_and_save_case();
   void build_history_panel();
   void show_history();
   void ask_and_compare();
@@ -217,9 +225,11 @@ class MainWindow : public QMainWindow {
   /// Result of the search for disconnected parts: the searched scene, and true if one of them is large.
   std::future<std::pair<std::shared_ptr<const haptics::TouchScene>, bool>> parts_;
   bool has_checked_parts_ = false;
-  Notices replay_notices_;        ///< events of a replay, by its time
-  std::optional<QPoint> cursor_;  ///< last position on the canvas
-  QSize cursor_canvas_;           ///< size of the canvas at that position
+  ForcePanel* force_panel_ = nullptr;  ///< null without a replay
+  CasePanel* case_panel_ = nullptr;    ///< null until it is requested
+  Notices replay_notices_;             ///< events of a replay, by its time
+  std::optional<QPoint> cursor_;       ///< last position on the canvas
+  QSize cursor_canvas_;                ///< size of the canvas at that position
   std::chrono::steady_clock::time_point opened_at_, last_tick_, servo_shown_at_;
   QTimer timer_, preview_timer_;
 

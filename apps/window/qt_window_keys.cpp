@@ -176,6 +176,9 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
         show_refusal(tr("Touch a piece to grasp it."));
       }
       return;
+    case Qt::Key_X:
+      toggle_force_panel();
+      return;
     case Qt::Key_E:
       log_->setVisible(log_->isHidden());
       return;

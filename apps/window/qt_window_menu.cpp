@@ -84,6 +84,7 @@ void MainWindow::build_menu() {
       ask_path_and_save("Save the session", "operation.session", "Sessions (*.session)",
                         &MainWindow::save_session);
     });
+  if (!options_.replay) add(file, "make_case", tr("Make a &case ..."), {}, [this] { show_case_panel(); });
   add(file, "save_picture", tr("Save the &picture ..."), QKeySequence("Ctrl+P"), [this] {
     ask_path_and_save("Save the picture", "operation.png", "Pictures (*.png)", &MainWindow::save_picture);
   });
@@ -125,6 +126,8 @@ void MainWindow::build_menu() {
   add(view, "smaller_text", tr("S&maller text"), QKeySequence::ZoomOut, [this] { scale_text(1 / 1.15); });
   add(view, "show_names", tr("&Names of the plan\tN"), {}, [this] { toggle_names(); });
   add(view, "show_event_log", tr("&Event log\tE"), {}, [this] { log_->setVisible(log_->isHidden()); });
+  if (options_.replay)
+    add(view, "show_force", tr("&Why this force?\tX"), {}, [this] { toggle_force_panel(); });
   QAction* sound = add(view, "sound", tr("&Sound of contact and drill"), {}, [this](bool is_on) {
     is_sound_on_ = is_on && sound_.start();
     if (!is_on) sound_.stop();

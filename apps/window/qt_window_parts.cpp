@@ -260,6 +260,23 @@ void MainWindow::build_replay_panel() {
           [this] { replay_->set_speed(speed_->currentData().toDouble()); });
   dock->setWidget(panel);
   addDockWidget(Qt::BottomDockWidgetArea, dock);
+  force_panel_ = new ForcePanel(this);
+  force_panel_->on_visible = [this](bool is_visible) {
+    if (replay_) replay_->explain_force(is_visible);
+  };
+  force_panel_->on_step = [this](int ticks) {
+    if (const Status error = replay_->step(ticks)) show_error(*error);
+  };
+  addDockWidget(Qt::LeftDockWidgetArea, force_panel_);
+}
+
+/// Shows or hides the parts of the force of a replay, which is paused to show them.
+void MainWindow::toggle_force_panel() {
+  if (force_panel_ == nullptr) return;
+  force_panel_->setVisible(force_panel_->isHidden());
+  if (force_panel_->isHidden()) return;
+  replay_->play(false);
+  resizeDocks({force_panel_}, {30 * fontMetrics().averageCharWidth() + 160}, Qt::Horizontal);
 }
 
 /// Builds the panel of the history: a slider through the strokes, and their memory.

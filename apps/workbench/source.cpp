@@ -210,7 +210,7 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
     if (source.volume->labels.is_empty() || value < 0) {
       std::string known;
       for (const std::string& name : source.volume->label_names) known += (known.empty() ? "" : ", ") + name;
-      return Error{.what = "unknown label",
+      return Error{.what = known.empty() ? "the scan has no labels" : "unknown label",
                    .where = "label",
                    .found = choice.label,
                    .expected = known.empty() ? "a scan with labels" : "one of " + known,

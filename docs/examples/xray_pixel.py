@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Where a point of the patient is seen in an X-ray, from the DICOM header alone.
+"""Projects a point of the patient into an X-ray, by the DICOM header alone.
 
     trephine fluoro spine --view lateral --dicom shot.dcm
     python3 xray_pixel.py shot.dcm 10,20,30
@@ -12,7 +12,7 @@ import sys
 
 
 def header(path):
-    """The attributes of an explicit, little endian file, by their tags."""
+    """Returns the attributes of an explicit, little endian file, by their tags."""
     data = open(path, "rb").read()
     found, at = {}, 132
     while at + 8 <= len(data):

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Runs the short benchmarks and writes their tables to this folder, one page each. Use an idle machine.
-# Usage: docs/results/make.sh [NAME ...]     (all without a name)
+# Usage: docs/results/make.sh [NAME ...]     (without a name: all benchmarks)
 set -eu
 cd "$(dirname "$0")/../.."
 bench=build/release/bin/trephine-bench
@@ -14,7 +14,7 @@ page() {
   shift 2
   case " ${names:-$name} " in *" $name "*) ;; *) return 0 ;; esac
   echo "$name ..."
-  # The folder of charts is not part of the command that readers repeat.
+  # The printed command has the folder `out` in place of the temporary folder of charts.
   shown=$(echo "$name $*" | sed "s|-o $charts|-o out|")
   table=$("$bench" "$name" "$@" 2>/dev/null | grep -v "$charts") || { echo "failed: $name" >&2; exit 1; }
   cat > "docs/results/$name.md" <<END

@@ -22,10 +22,7 @@ ForceModel::ForceModel(const ForceOptions& options, double dt) : alpha_(options.
   if (alpha_ < 1 && ticks != 1) alpha_ = 1 - deterministic_exp(ticks * deterministic_log(1 - alpha_));
 }
 
-namespace {
-/// Returns the stiffness, N/mm; for a tool with six degrees of freedom the mean over its contacts, weighted
-/// by their push.
-double stiffness_of(const ProxyStep& proxy, const TouchScene& scene) noexcept {
+double contact_stiffness(const ProxyStep& proxy, const TouchScene& scene) noexcept {
   if (proxy.contacts.size() == 0)
     return stiffness_at(scene, proxy.shape, proxy.side, proxy.proxy_world, proxy.normal_world);
   double sum = 0, pushes = 0;
@@ -37,7 +34,6 @@ double stiffness_of(const ProxyStep& proxy, const TouchScene& scene) noexcept {
   }
   return sum / pushes;
 }
-}  // namespace
 
 Wrench ForceModel::step(const ProxyStep& proxy, const dvec3& hip_world, const TouchScene& scene) noexcept {
   Wrench wrench(force(proxy, hip_world, scene));
@@ -50,7 +46,7 @@ dvec3 ForceModel::force(const ProxyStep& proxy, const dvec3& hip_world, const To
   if (proxy.has_contact) {
     const Material& material = material_of(scene, proxy.shape, proxy.side);
     const dvec3 stretch = proxy.proxy_world - hip_world;
-    force = stiffness_of(proxy, scene) * stretch;
+    force = contact_stiffness(proxy, scene) * stretch;
     if (had_contact_) force += (material.damping / dt_) * (stretch - stretch_);
     if (had_contact_ && material.viscosity > 0) {
       const dvec3 moved = hip_world - hip_ - proxy.carried_world, &n = proxy.normal_world;
@@ -73,7 +69,7 @@ dvec3 ForceModel::torque(const ProxyStep& proxy, const TouchScene& scene) noexce
   if (proxy.has_contact) {
     const Material& material = material_of(scene, proxy.shape, proxy.side);
     const double square = scene.tool->gyration_square();
-    torque = square * stiffness_of(proxy, scene) * proxy.turn_world;
+    torque = square * contact_stiffness(proxy, scene) * proxy.turn_world;
     if (had_turn_) torque += (square * material.damping / dt_) * (proxy.turn_world - turn_);
     turn_ = proxy.turn_world;
   }

@@ -27,6 +27,10 @@ struct ForceOptions {
   double device_damping = 0;  ///< of the device itself, N s/mm, for the passivity controller; 0: unknown
 };
 
+/// Returns the stiffness (N/mm) of a contact; for a tool with six degrees of freedom the mean over its
+/// contacts, weighted by their push.
+double contact_stiffness(const ProxyStep& proxy, const TouchScene& scene) noexcept;
+
 /// Spring and damper between HIP and proxy: F = K (proxy - HIP) + B d/dt (proxy - HIP), minus the material's
 /// viscosity times the tangential motion relative to the touched object, then exponential smoothing
 /// f_n = a x_n + (1 - a) f_(n-1) (Jiang, dissertation, eq. 4.1).
@@ -47,6 +51,8 @@ class ForceModel {
   /// Clears all state: the force starts from zero.
   void reset() noexcept;
   double alpha() const noexcept { return alpha_; }  ///< converted to the period
+  /// Returns the result of the last step.
+  Wrench smoothed() const noexcept { return {smoothed_, smoothed_turn_}; }
   /// Visits the complete state, field by field, for saving.
   template <class Fields>
   void each_field(Fields& fields) {

@@ -58,6 +58,7 @@ class ServoCore {
 
  private:
   friend struct ServoMemory;
+  friend struct ForceParts force_parts(const ServoCore&, const ServoScene&, const ServoInput&);
   /// Visits the state that changes from tick to tick, field by field, for saving.
   template <class Fields>
   void each_field(Fields& fields) {

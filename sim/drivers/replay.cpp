@@ -143,7 +143,7 @@ Status Replay::open_at(std::size_t checkpoint) {
     if (tick->record.tick != record.tick || tick->record.hand != record.hand ||
         tick->check != output_check(record))
       return wrong;
-    state_->servo.see(record.version);
+    state_->servo.advance_to(record.version);
     record_ = record;
     state_->records[record_.hand] = record_;
     recorded_force_ = tick->record.force_world;
@@ -222,6 +222,27 @@ Status Replay::take(const LogItem& item) {
   return std::nullopt;
 }
 
+Result<haptics::ForceParts> Replay::force_parts(std::uint64_t tick, int hand) {
+  parts_.reset();
+  if (Status error = seek(tick)) return *error;
+  explained_ = {tick, hand};
+  Status failure;
+  while (!parts_ && state_->next_tick <= tick + 1) {
+    const Result<bool> has_stepped = step();
+    if (!has_stepped) failure = has_stepped.error();
+    if (!has_stepped || !has_stepped.value()) break;
+  }
+  explained_.reset();
+  if (failure) return *failure;
+  if (!parts_)
+    return Error{
+        .what = "the session does not contain this tick",
+        .found = "tick " + std::to_string(tick) + " of hand " + std::to_string(hand + 1),
+        .expected = "a recorded tick of one of " + std::to_string(state_->engine.hand_count()) + " hands",
+        .remedy = "choose an earlier time or another hand"};
+  return std::move(*parts_);
+}
+
 /// Compares the next checkpoint with the state, if the last item read begins its block.
 void Replay::compare_checkpoint() {
   const SessionReader::Position position = session_->position();
@@ -289,6 +310,8 @@ Status Replay::run_tick(const TickItem& item) {
                  .found = recorded.hand >= state_->engine.hand_count()
                               ? "a hand that the session does not have"
                               : "ticks out of order"};
+  if (explained_ && explained_->first == recorded.tick && explained_->second == recorded.hand)
+    parts_ = state_->servo.force_parts(recorded);
   record_ = state_->servo.step(recorded);
   state_->records[record_.hand] = record_;
   counts_.dropped += state_->servo.gap();

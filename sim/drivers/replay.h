@@ -42,6 +42,9 @@ class Replay {
   /// Goes to the last tick before `tick`, forward or back, from kept states and checkpoints. At the tick
   /// count or beyond: goes to the end of the session, with the commands after the last tick.
   Status seek(std::uint64_t tick);
+  /// Returns the parts of the force of a tick of a hand. Afterward the replay is after the tick. Error if the
+  /// session has no such tick.
+  Result<haptics::ForceParts> force_parts(std::uint64_t tick, int hand);
   /// Makes step() compare each checkpoint of the session with the replayed state.
   void verify_checkpoints() noexcept { is_verifying_ = true; }
   /// Returns the tail with which SessionWriter::append() continues the recording.
@@ -121,6 +124,9 @@ class Replay {
   haptics::ServoRecord record_;
   glm::dvec3 recorded_force_{0.0};
   std::optional<Mismatch> mismatch_;
+  std::optional<haptics::ForceParts> parts_;
+  /// Tick and hand for which run_tick() sets `parts_`.
+  std::optional<std::pair<std::uint64_t, int>> explained_;
   volume::VoxelBox changed_{glm::ivec3(0), glm::ivec3(-1)};
   Counts counts_;
 };

@@ -186,7 +186,7 @@ Status DepthSets::check_pixel(double pixel_mm, double rate, double tool_radius) 
       .remedy = "use larger pixels, or more sets per second"};
 }
 
-void DepthSets::see(const dvec3& hip, const dvec3& proxy) noexcept {
+void DepthSets::record_positions(const dvec3& hip, const dvec3& proxy) noexcept {
   constexpr double k_decay = 0.98;      // per tick
   constexpr double k_fastest = 20'000;  // mm/s; a faster motion is a jump, which does not count
   const double speed = has_position_ ? glm::length(hip - hip_) / tick_ : 0;

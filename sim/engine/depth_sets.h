@@ -72,7 +72,7 @@ class DepthSets {
   /// Adopted sets: one per item that is touched by depth images.
   const Sets& newest() const noexcept { return newest_; }
   /// Records the positions of the hand and of its proxy; world.
-  void see(const glm::dvec3& hip, const glm::dvec3& proxy) noexcept;
+  void record_positions(const glm::dvec3& hip, const glm::dvec3& proxy) noexcept;
   /// Returns the job of the first set that is due at `time` (s), of an object within reach; empty if no set
   /// is due. `number`: of the hand; `scene`: its scene without detached bodies.
   std::optional<DerivedJob> job(const haptics::ServoHand& hand, std::uint8_t number,

@@ -71,7 +71,7 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
   Instrument& instrument = now_.settings.hands[tick.hand];
   if ((tick.raised & haptics::fault_not_finite) == 0) {
     hand.place = haptics::place_of(tick.pose);
-    depths_[tick.hand].see(tick.pose.position_world, tick.proxy_world);
+    depths_[tick.hand].record_positions(tick.pose.position_world, tick.proxy_world);
   }
   const InstrumentInput input{tick, now_.dt, std::exchange(hand.is_fresh, false),
                               tool(tick.hand).scene->tool->radius()};

@@ -19,20 +19,37 @@ haptics::ServoRecord ServoFollower::step(const haptics::ServoRecord& recorded) {
   gap_ = recorded.tick - core.next_tick();
   // Unrecorded ticks found the ring full: the proxy stayed, and the force faded further.
   if (gap_ > 0) core.skip(recorded.raised | haptics::fault_full_ring, gap_);
-  see(recorded.version);
-  haptics::ServoInput input;
+  advance_to(recorded.version);
   haptics::HandPlacements places;
+  return core.step(*scenes_.front(), input_of(recorded, places));
+}
+
+/// Returns the input of a recorded tick. Uses `places`, which must outlive it.
+haptics::ServoInput ServoFollower::input_of(const haptics::ServoRecord& recorded,
+                                            haptics::HandPlacements& places) const {
   if (scenes_.front()->has_held) places = haptics::placements_before(cores_, recorded.tick);
+  haptics::ServoInput input;
   input.places = &places;
   input.pose = recorded.pose;
   input.faults = recorded.raised;
   input.is_reset = recorded.is_reset;
   input.is_restarted = recorded.is_restarted;
   input.restart_volume = recorded.restart_volume;
-  return core.step(*scenes_.front(), input);
+  return input;
 }
 
-void ServoFollower::see(std::uint64_t serial) {
+haptics::ForceParts ServoFollower::force_parts(const haptics::ServoRecord& recorded) const {
+  ServoFollower copy = *this;
+  haptics::ServoCore& core = copy.cores_[recorded.hand];
+  const haptics::DenormalsFlushed flushed;
+  const std::uint64_t gap = recorded.tick - core.next_tick();
+  if (gap > 0) core.skip(recorded.raised | haptics::fault_full_ring, gap);
+  copy.advance_to(recorded.version);
+  haptics::HandPlacements places;
+  return haptics::force_parts(core, *copy.scenes_.front(), copy.input_of(recorded, places));
+}
+
+void ServoFollower::advance_to(std::uint64_t serial) {
   while (scenes_.size() > 1 && scenes_.front()->serial < serial && scenes_[1]->serial <= serial)
     scenes_.pop_front();
 }

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "haptics/servo/force_parts.h"
 #include "haptics/servo/servo_core.h"
 
 namespace trephine::sim {
@@ -23,8 +24,10 @@ class ServoFollower {
   bool can_follow(const haptics::ServoRecord& recorded) const noexcept;
   /// Repeats a tick from its recorded inputs, after the unrecorded ticks before it.
   haptics::ServoRecord step(const haptics::ServoRecord& recorded);
+  /// Returns the parts of the force that step() would give.
+  haptics::ForceParts force_parts(const haptics::ServoRecord& recorded) const;
   /// Advances to the scene that a skipped tick used.
-  void see(std::uint64_t serial);
+  void advance_to(std::uint64_t serial);
   /// Resets all cores: the devices start again.
   void restart(std::uint64_t first_tick);
   /// Replaces the cores by saved ones.
@@ -39,6 +42,8 @@ class ServoFollower {
   std::uint64_t gap() const noexcept { return gap_; }
 
  private:
+  haptics::ServoInput input_of(const haptics::ServoRecord& recorded, haptics::HandPlacements& places) const;
+
   haptics::ForceOptions options_;
   double dt_;
   std::vector<haptics::ServoCore> cores_;

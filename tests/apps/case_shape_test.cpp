@@ -33,7 +33,7 @@ class CaseShape : public Command {
     EXPECT_TRUE(std::equal(from.begin(), from.end(), kept.begin(), kept.end()));
     return std::move(opened).value();
   }
-  /// Expects the pictures that `command` writes of both to be the same, byte for byte.
+  /// Expects that `command` writes the same picture of `a` and of `b`, byte for byte.
   void expect_same_picture(const std::string& command, const std::string& a, const std::string& b,
                            const std::string& options) {
     SCOPED_TRACE(command + " " + options);
@@ -136,7 +136,7 @@ TEST(HeadHolder, IsLeftOutUnlessTheShapeIsChosen) {
   EXPECT_FALSE(is_reported());
 }
 
-/// A head and its holder in NRRD: what surrounds the head is not drawn unless requested.
+/// A head and its holder in NRRD: the holder is not drawn unless requested.
 TEST_F(CaseShape, ARenderingLeavesOutAHolder) {
   write("held.nrrd", nrrd(40, [](int x, int y, int z) {
           const double r = glm::length(glm::dvec3(x - 20, y - 18, z - 20));
@@ -164,7 +164,7 @@ TEST_F(CaseShape, LeavesTheScanUnchanged) {
   const auto shape_at = [&](int x, int y, int z) { return v.shape_voxels[v.index(x, y, z)]; };
   EXPECT_EQ(shape_at(2, 2, 2), -1000) << "a grain";
   EXPECT_EQ(shape_at(20, 30, 20), -1000) << "the table";
-  EXPECT_EQ(shape_at(16, 14, 16), -1000) << "what lies within";
+  EXPECT_EQ(shape_at(16, 14, 16), -1000) << "a part inside";
   EXPECT_EQ(shape_at(7, 14, 16), 375) << "thin bone is closed";
   EXPECT_EQ(shape_at(7, 5, 16), 900);
   EXPECT_EQ(shape_at(12, 14, 16), 40);
@@ -221,7 +221,7 @@ TEST_F(CaseShape, LeavesEveryRealScanUnchanged) {
     if (!is_small && !is_whole()) continue;
     const data_tools::OpenedCase opened =
         expect_same_voxels(data + scan, std::string(reading) + " " + shape, "made");
-    EXPECT_FALSE(opened.scan.volume.shape_voxels.is_empty()) << "something was left out of every one";
+    EXPECT_FALSE(opened.scan.volume.shape_voxels.is_empty()) << "each shape leaves out a part";
     const glm::dvec3 middle =
         opened.scan.volume.frame.world_from_volume(0.5 * glm::dvec3(opened.scan.volume.size));
     const std::string at =

@@ -123,7 +123,7 @@ TEST(ChunkWorker, ChunksOfASmallRequestComeFirst) {
   worker.request_all(untouched);
   const int all = worker.remaining();
   ASSERT_GT(all, 100);
-  // At the end of the order of chunks.
+  // A voxel of the surface near the end of the order of chunks.
   const glm::ivec3 at = scene.base->size * glm::ivec3(1, 1, 2) / glm::ivec3(2, 2, 3);
   glm::ivec3 surface = at;
   while (surface.z + 1 < scene.base->size.z &&
@@ -136,10 +136,10 @@ TEST(ChunkWorker, ChunksOfASmallRequestComeFirst) {
   for (;;) {
     const std::vector<ChunkMesh> done = worker.take();
     if (std::any_of(done.begin(), done.end(), is_cut)) break;
-    ASSERT_GT(worker.remaining(), 0) << "it was never computed";
+    ASSERT_GT(worker.remaining(), 0) << "its chunk was not computed";
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  EXPECT_GT(worker.remaining(), all / 2) << "others were computed first";
+  EXPECT_GT(worker.remaining(), all / 2) << "most other chunks came first";
 }
 
 /// A detached piece has the colour of intact bone on the scanned surface, and of cut bone inside.

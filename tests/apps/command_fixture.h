@@ -62,7 +62,7 @@ class Command : public ::testing::Test {
                   .exit_code,
               0);
   }
-  /// A file that a failing command left behind, or "".
+  /// Returns the name of a file in the scratch folder that is not in `expected`, or "".
   std::string leftovers(const std::set<std::string>& expected) const {
     for (const auto& entry : fs::directory_iterator(folder_)) {
       const std::string name = entry.path().filename().string();
@@ -80,7 +80,7 @@ class Command : public ::testing::Test {
   const fs::path& folder_ = scratch_.path;
 };
 
-/// An NRRD file in text, cubes of 1 mm: value(x, y, z) of `size` voxels along each axis.
+/// Returns an NRRD file as text: `size` voxels of 1 mm along each axis, with the values value(x, y, z).
 template <class Value>
 std::string nrrd(int size, const Value& value, const std::string& keys = "") {
   const std::string n = std::to_string(size);

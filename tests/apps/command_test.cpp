@@ -136,8 +136,8 @@ TEST_F(Command, StepsAreExactCsv) {
   EXPECT_NEAR(deepest, 2, 0.1);
 }
 
-// The figures of drilling, from the command: rates within 0.1 %, three voxel sizes within 1 %, the proxy
-// within 2 %.
+// Volumes that the command removes: equal at all rates within 0.1 %, at three voxel sizes within 1 %, and
+// through the proxy within 2 %.
 TEST_F(Command, KinematicVolumesAgreeAtAllRatesAndVoxelSizes) {
   write("line.csv", "t,x,y,z\n0,-20,-8,3\n0.5,14,6,-5\n");
   const double length = std::sqrt(34.0 * 34 + 14 * 14 + 8 * 8), r = 4.2, pi = 3.14159265358979;
@@ -348,7 +348,7 @@ TEST_F(Command, PicturesAreDrawnWithoutADisplay) {
   const Json view = json("view head --screenshot v.png");
   EXPECT_EQ(view["is_offscreen"], true);
   EXPECT_GT(view["triangles"], 100000);
-  EXPECT_GT(view["counters"]["surfaces_made"], 50) << "the counter counts";
+  EXPECT_GT(view["counters"]["surfaces_made"], 50) << "surfaces are counted";
   EXPECT_EQ(view["counters"]["gl_contexts_made"], 1);
   const std::string png = read(file("v.png"));
   ASSERT_GT(png.size(), 20000u);
@@ -376,7 +376,7 @@ TEST_F(Command, NoOutputReplacesAnInput) {
     EXPECT_FALSE(fs::exists(folder_ / "h.mha"));
   }
   EXPECT_EQ(run("info case").exit_code, 0);
-  // A new file may be written there.
+  // A new file may be written to the folder of a case.
   EXPECT_EQ(run("touch case --path p.csv -o case/steps.csv").exit_code, 0);
   // Voxels in another folder, and voxels in many files.
   const std::string head =
@@ -429,7 +429,7 @@ TEST_F(Command, DemoLeavesPicturesAndAReport) {
   EXPECT_EQ(report["changes"], 1);
   EXPECT_GT(report["removed_mm3"]["label-2"], 30);
   EXPECT_EQ(demo["pictures"].size(), 3u);
-  // A recording that one of its own files would replace.
+  // A recording is refused if another file of the demo would replace it.
   fs::create_directory(folder_ / "out2");
   for (const char* file : {"1-touch.png", "report.json"})
     EXPECT_EQ(run(std::string("demo -o out2 --no-window --record out2/") + file).exit_code, 2) << file;
@@ -461,7 +461,7 @@ TEST_F(Command, WindowOpensUnderXvfbDrawsAndCloses) {
   ASSERT_EQ(r.exit_code, 0) << r.err;
   const Json view = Json::parse(r.out);
   EXPECT_EQ(view["is_offscreen"], false);
-  EXPECT_TRUE(view["frames"].is_number());  // a busy machine draws few; the screenshot proves one
+  EXPECT_TRUE(view["frames"].is_number());  // few on a busy machine; the screenshot proves one
   EXPECT_GT(view["servo"]["ticks"], 1000);
   EXPECT_EQ(view["servo"]["faults"].get<int>() & (1 | 16 | 32), 0);
   EXPECT_GT(fs::file_size(folder_ / "w.png"), 10000u);

@@ -35,7 +35,7 @@ void write_keys(const std::string& folder) {
   }
 }
 
-TEST_F(Command, DrawnObjectsAreTouchedRecordedReplayedAndAudited) {
+TEST_F(Command, ObjectsTouchedByDepthImagesAreRecordedReplayedAndAudited) {
   ASSERT_EQ(run("phantom plate --size 48 --psf 1 -o s.mha").exit_code, 0);
   write_keys(file("keys"));
   {
@@ -114,7 +114,7 @@ TEST_F(Command, AHandThatImagesDoNotHoldIsCounted) {
   EXPECT_NE(fine.err.find("choose larger pixels"), std::string::npos) << fine.err;
 }
 
-/// The sample: one hand drills, the other rests on a blade that yields; voxels, a burr and drawn objects.
+/// The sample: one hand drills, the other rests on a yielding blade; voxels, a burr and depth images.
 TEST_F(Command, ARetractorYieldsNextToABurrHole) {
   const std::string script = TREPHINE_SOURCE_DIR "/docs/examples/retractor.toml";
   EXPECT_EQ(run("run '" + script + "' --record r.session").exit_code, 0);
@@ -125,7 +125,7 @@ TEST_F(Command, ARetractorYieldsNextToABurrHole) {
   EXPECT_LT(audit["deepest_in_depth_object_mm"].get<double>(), 0.1);
 }
 
-/// The samples: voxels, a mesh and drawn objects in one scene; a depth video; the inside of a calabash.
+/// The samples: voxels, a mesh and depth images in one scene; a depth video; the inside of a calabash.
 TEST_F(Command, SamplesOfMixedScenesAreCertified) {
   for (const char* name : {"depth-video", "calabash", "mixed-scene"}) {
     if (!is_whole() && name == std::string("mixed-scene")) continue;  // drills for seconds
@@ -141,7 +141,7 @@ TEST_F(Command, SamplesOfMixedScenesAreCertified) {
   // An object at rest is judged during contact, and a proxy in its wall is detected.
   EXPECT_EQ(run("audit calabash.session --plant depth-images").exit_code, 1);
   if (is_whole()) {
-    EXPECT_EQ(run("audit calabash.session --plant fall").exit_code, 2) << "this fault has no judge there";
+    EXPECT_EQ(run("audit calabash.session --plant fall").exit_code, 2) << "a fall cannot be planted";
   }
 }
 

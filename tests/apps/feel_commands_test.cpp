@@ -1,5 +1,6 @@
-// One file: contact from the command line, by path, by benchmark and by effect.
-// Bench feel, bench stability and audit as users run them.
+// Contact from the command line: touch with methods, models and effects, bench feel, bench stability, bench
+// depth and audit, as users run them.
+// One file: all of its tests judge contact along paths.
 #include "haptics/methods/methods.h"
 #include "tests/apps/command_fixture.h"
 #include "tests/sim/crowd.h"
@@ -101,7 +102,8 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
   EXPECT_NE(instant.err.find("times above 0"), std::string::npos) << instant.err;
 }
 
-/// One scorer for all: our own answers, submitted, get our own row; a burr hole is exported as it is touched.
+/// All results have one scorer: our own results, submitted as a challenger's, have the scores of our row. A
+/// burr hole is exported as it is touched.
 TEST_F(Command, AChallengersAnswersAreScoredAsOurs) {
   const std::string id = "burr-hole-psf-1.5-round-its-wall-held";
   const std::string scenes = "bench feel -o out --quick --only " + id;
@@ -209,18 +211,18 @@ TEST_F(Command, AuditCertifiesEveryTickOfASession) {
 class FaultyMethod final : public haptics::ProxyMethod {
  public:
   FaultyMethod(long step, const glm::dvec3& aside) : step_(step), aside_(aside) {}
-  const haptics::MethodInfo& info() const noexcept override { return right_->info(); }
-  Status prepare(const haptics::TouchScene& scene) override { return right_->prepare(scene); }
+  const haptics::MethodInfo& info() const noexcept override { return inner_->info(); }
+  Status prepare(const haptics::TouchScene& scene) override { return inner_->prepare(scene); }
   haptics::ProxyStep step(const haptics::TouchScene& scene, const haptics::TouchState& seen,
                           haptics::ProxyState& state,
                           const haptics::ProxyInput& input) const noexcept override {
-    haptics::ProxyStep step = right_->step(scene, seen, state, input);
+    haptics::ProxyStep step = inner_->step(scene, seen, state, input);
     if (++count_ == step_) step.proxy_world += aside_;
     return step;
   }
 
  private:
-  std::unique_ptr<haptics::ProxyMethod> right_ = haptics::make_method(haptics::k_default_method).value();
+  std::unique_ptr<haptics::ProxyMethod> inner_ = haptics::make_method(haptics::k_default_method).value();
   long step_;
   glm::dvec3 aside_;
   mutable long count_ = 0;
@@ -379,7 +381,7 @@ TEST_F(Command, ATouchIsRecordedReplayedAndAudited) {
     // A ball in matter is found by samples of the scan, whatever its field is.
     EXPECT_GT(audit["balls_judged"], 100) << o;
     EXPECT_LT(audit["deepest_ball_mm"], audit["allowed_ball_mm"]) << o;
-    if (o.find("pop") != std::string::npos) continue;  // in its second half nothing holds the tip
+    if (o.find("pop") != std::string::npos) continue;  // after popping through, nothing holds the tip
     const Ended planted = run("audit t.session --scan s.mha --json --plant ball");
     EXPECT_EQ(planted.exit_code, 1) << o;
     EXPECT_EQ(Json::parse(planted.out)["balls_too_deep"], 1) << o;
@@ -421,15 +423,15 @@ TEST_F(Command, BenchDepthReproducesThePublishedTables) {
   ASSERT_EQ(bench["deforming"].size(), 1u);
   EXPECT_EQ(bench["deforming"][0]["passed"], 0);
   EXPECT_LT(bench["deforming"][0]["error_worst_mm"], 0.1);
-  // Six images of 100^2 pixels each: a depth buffer of 24 bits over 20 mm, Embree's rays and ours find the
-  // same points; a shift of ours by a pixel would be reported.
+  // Six images of 100^2 pixels each: a depth buffer of 24 bits over 20 mm, Embree's rays and our images show
+  // the same points; a shift of our images by a pixel would be reported.
   ASSERT_EQ(bench["images"].size(), 1u);
   for (const char* peer : {"gl_different_pixels", "embree_different_pixels"})
     if (const Json& apart = bench["images"][0][peer]; !apart.is_null()) {
       EXPECT_LT(apart, 30) << peer;
       EXPECT_GT(bench["images"][0]["moved_different_pixels"], 10'000);
     }
-  // Ours passes no wall; the published method passes those thinner than its voxels, and finds no cavity.
+  // "depth" passes no wall; the published method passes those thinner than its voxels, and finds no cavity.
   ASSERT_EQ(bench["falls"].size(), 8u);
   long lomi = 0;
   for (const Json& row : bench["falls"])

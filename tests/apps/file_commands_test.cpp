@@ -38,10 +38,10 @@ TEST_F(Command, ImportMakesACaseOfARawScanByAPreset) {
   const Ended plain = run("import raw.nii.gz --preset skull --fill-thin 0 -o plain");
   EXPECT_EQ(plain.err.find("thin walls"), std::string::npos) << plain.err;
   const Json quality = json("info raw.nii.gz --chart edges.png")["quality"];
-  EXPECT_EQ(result["quality"], quality) << "of the scan as it came, not as the preset left it";
+  EXPECT_EQ(result["quality"], quality) << "of the scan, without the preset";
   EXPECT_GT(quality["noise"].get<double>(), 5);
   EXPECT_GT(fs::file_size(file("edges.png")), 3000U);
-  EXPECT_FALSE(json("info raw.nii.gz").contains("quality")) << "unless it is asked for";
+  EXPECT_FALSE(json("info raw.nii.gz").contains("quality")) << "without a chart";
   EXPECT_EQ(run("info raw.nii.gz --list --chart no.png").exit_code, 2);
   EXPECT_FALSE(fs::exists(file("no.png")));
   EXPECT_EQ(run("import raw.nii.gz --preset knee -o k").exit_code, 2);
@@ -60,8 +60,8 @@ TEST_F(Command, ConvertWritesEveryFormatAndReplacesNothing) {
     const std::string words = std::string("convert s.vdb -o ") + as + " --as " + as;
     const Ended result = run(words);
     EXPECT_EQ(result.exit_code, 0) << result.err;
-    EXPECT_EQ(result.err.find("resampled"), std::string::npos) << "leaning stacks are kept";
-    EXPECT_EQ(run(words).exit_code, 2) << "what is there stays";
+    EXPECT_EQ(result.err.find("resampled"), std::string::npos) << "sheared stacks are kept";
+    EXPECT_EQ(run(words).exit_code, 2) << "existing output is kept";
   }
   EXPECT_EQ(json("info dicom")["size"], json("info s.vdb")["size"]);
   EXPECT_EQ(run("convert s.nrrd -o s.nrrd").exit_code, 2);
@@ -84,7 +84,7 @@ TEST_F(Command, ImportRefusesScansWithoutATouchableShape) {
   EXPECT_NE(refusal("even.nrrd --auto").find("every voxel is 7"), std::string::npos);
   EXPECT_NE(refusal("mr.nrrd --preset skull").find("--hounsfield"), std::string::npos);
   EXPECT_NE(refusal("scan.nrrd --name \"$(printf 'M\\374ller')\"").find("--name"), std::string::npos);
-  // It does not wait for a pipe.
+  // No command waits for a pipe.
   ASSERT_EQ(::mkfifo(file("pipe").c_str(), 0600), 0);
   EXPECT_EQ(run("info pipe").exit_code, 2);
   EXPECT_NE(refusal("scan.nrrd --plan pipe").find("plan cannot be read"), std::string::npos);
@@ -93,10 +93,10 @@ TEST_F(Command, ImportRefusesScansWithoutATouchableShape) {
 TEST_F(Command, HounsfieldOptionDeclaresAMissingUnit) {
   write("mr.nrrd", nrrd(8, [](int x, int, int) { return 100 * x; }));
   const Ended as_mr = run("convert mr.nrrd -o as-mr --as dicom");
-  EXPECT_NE(as_mr.err.find("says MR"), std::string::npos) << as_mr.err;
+  EXPECT_NE(as_mr.err.find("written as MR"), std::string::npos) << as_mr.err;
   EXPECT_EQ(json("info as-mr")["modality"], "MR");
   const Ended as_ct = run("convert mr.nrrd --hounsfield -o as-ct --as dicom");
-  EXPECT_EQ(as_ct.err.find("says MR"), std::string::npos) << as_ct.err;
+  EXPECT_EQ(as_ct.err.find("written as MR"), std::string::npos) << as_ct.err;
   const Json ct = json("info as-ct");
   EXPECT_EQ(ct["modality"], "CT");
   EXPECT_EQ(ct["is_hounsfield"], true);
@@ -127,7 +127,7 @@ TEST_F(Command, ImportWarnsOfImplausiblePlans) {
 
 TEST_F(Command, LabelsKeepTheirNamesNumbersAndColours) {
   write("scan.nrrd", nrrd(16, two_cubes));
-  // Numbers left out, a name in Latin-1, and a segment without a voxel.
+  // Gaps in the numbers, a name in Latin-1, and a segment without a voxel.
   write("parts.seg.nrrd",
         nrrd(
             16, [](int x, int y, int z) { return two_cubes(x, y, z) < 0 ? 0
@@ -156,7 +156,7 @@ TEST_F(Command, LabelsKeepTheirNamesNumbersAndColours) {
   // Written again, with colours.
   ASSERT_EQ(run("convert case -o again.nrrd --write-labels again.seg.nrrd").exit_code, 0);
   EXPECT_NE(read(file("again.seg.nrrd")).find("_Color:=1 0 0"), std::string::npos);
-  // The largest part of a case, if that is the only option.
+  // The largest part of a case, without another choice of the shape.
   const Ended largest = run("import case --largest -o largest");
   EXPECT_NE(largest.err.find("the largest part was kept"), std::string::npos) << largest.err;
   EXPECT_NE(read(file("largest/case.toml")).find("vertex"), std::string::npos) << "its plan is kept";
@@ -173,7 +173,7 @@ TEST_F(Command, TypingErrorsAreReportedWithTheirRemedy) {
   write("scan.nrrd", nrrd(16, two_cubes));
   write("one.png", "no matter");
   const struct {
-    const char *command, *says;
+    const char *command, *words;
   } cases[] = {{"convert scan.nrrd -o x.dcm", "--as dicom"},
                {"convert scan.nrrd -o x.png", "--as png"},
                {"convert scan.nrrd -o x.nrrd --as png", "the folder of slices has the extension of a file"},
@@ -184,10 +184,10 @@ TEST_F(Command, TypingErrorsAreReportedWithTheirRemedy) {
                {"import scan.nrrd --labels scan.nrrd -o x", "is a label map"},
                {"phantom spine --seed -3 -o x.mha", "not a whole number from 0"},
                {"phantom spine --seed 99999999999999999999 -o x.mha", "not a whole number from 0"}};
-  for (const auto& [command, says] : cases) {
+  for (const auto& [command, words] : cases) {
     const Ended r = run(command);
     EXPECT_EQ(r.exit_code, 2) << command;
-    EXPECT_NE(r.err.find(says), std::string::npos) << command << "\n" << r.err;
+    EXPECT_NE(r.err.find(words), std::string::npos) << command << "\n" << r.err;
   }
   EXPECT_EQ(leftovers({"scan.nrrd", "one.png"}), "");
   // The longest possible name.

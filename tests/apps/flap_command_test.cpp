@@ -9,7 +9,7 @@
 namespace trephine::command_tests {
 namespace {
 
-double length(const Json& p, double x, double y, double z) {
+double distance_to(const Json& p, double x, double y, double z) {
   return std::hypot(p[0].get<double>() - x, p[1].get<double>() - y, p[2].get<double>() - z);
 }
 
@@ -79,7 +79,7 @@ TEST_F(Command, AnInvalidFlapIsReportedAndDrawn) {
   EXPECT_EQ(none.exit_code, 1);
   const Json report = Json::parse(none.out);
   EXPECT_FALSE(report["refused"]["reason"].get<std::string>().empty());
-  EXPECT_LT(length(report["refused"]["position_world_mm"], -30, -25, 70), 40);
+  EXPECT_LT(distance_to(report["refused"]["position_world_mm"], -30, -25, 70), 40);
   EXPECT_FALSE(fs::exists(folder_ / "open.mha"));
   EXPECT_GT(fs::file_size(folder_ / "why.png"), 20000u);
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
@@ -105,7 +105,7 @@ TEST_F(Command, AnInvalidFlapIsReportedAndDrawn) {
   }
 }
 
-/// The flaps of docs/ that are cut without an outline.
+/// The flaps of docs/examples that are cut without an outline: by hand, and by a craniotome.
 TEST_F(Command, AFlapCutByHandIsDetachedAutomatically) {
   write("f.toml", read(TREPHINE_SOURCE_DIR "/docs/examples/free-hand-flap.toml"));
   const Json played = json("run f.toml --record f.session");
@@ -115,7 +115,7 @@ TEST_F(Command, AFlapCutByHandIsDetachedAutomatically) {
   const std::string timeline = run("timeline f.session").out;
   EXPECT_NE(timeline.find("free-pieces"), std::string::npos);
   EXPECT_EQ(timeline.find("job-discarded"), std::string::npos);
-  // Without the watch it stays.
+  // Without `free_pieces` the flap is not detached.
   std::string script = read(file("f.toml"));
   script.erase(script.find("free_pieces = 100"), 17);
   write("g.toml", script);
@@ -174,7 +174,7 @@ TEST_F(Command, ACraniotomyIsPlayedBranchedAndReplayed) {
   const std::string text = run("timeline c.session").out;
   EXPECT_NE(text.find("[flap] hold-body"), std::string::npos);
   EXPECT_NE(text.find("No bone flap: the outline crosses itself"), std::string::npos);
-  EXPECT_NE(text.find(" ..."), std::string::npos) << "long lists are cut";
+  EXPECT_NE(text.find(" ..."), std::string::npos) << "long lists are shortened";
 
   // Invalid places are refused before anything is opened.
   change("anchors={a};{b}", "anchors={a};{nowhere}");
@@ -190,7 +190,7 @@ TEST_F(Command, ACraniotomyIsPlayedBranchedAndReplayed) {
 /// A real head at 0.6 mm: the perforator passes both tables and the diploe between them, and stops by itself.
 TEST_F(Command, ABurrHoleInARealHead) {
   const std::string data = data_tools::real_data();
-  if (data.empty() || !is_whole()) GTEST_SKIP() << "long, and of real data: ./test.sh --all, TREPHINE_DATA";
+  if (data.empty() || !is_whole()) GTEST_SKIP() << "set TREPHINE_WHOLE and TREPHINE_DATA";
   ASSERT_EQ(
       run("convert " + data + "/head_real/pcir_head_0.6mm.dicom.tar.xz --padding-to-air -o h.mha").exit_code,
       0);

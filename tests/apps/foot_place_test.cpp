@@ -1,5 +1,5 @@
 // FootPose against shapes with closed forms: the foot is free, the bone is between the jaws, the edge is the
-// end of the shape. ToolGuide: moves a tool there.
+// end of the shape. ToolGuide moves a tool to that pose.
 #include "apps/view/foot_place.h"
 
 #include <cmath>
@@ -96,42 +96,43 @@ TEST(FootPose, AKerrisonDoesNotReachAcrossARidge) {
 /// A shell of bone between two spheres, with a diploe and a hole of two diameters.
 struct Vault {
   double outer = 70, inner = 63, hole = 7, hole_inside = 5.5;
-  bool was(const dvec3& p) const {
+  bool had_bone(const dvec3& p) const {
     const double r = glm::length(p);
     return r < outer && r > inner && !(std::abs(r - 67) < 0.5);  // a hollow of 1 mm: diploe
   }
-  bool is(const dvec3& p) const {
+  bool has_bone(const dvec3& p) const {
     const double off = std::hypot(p.x, p.y);
     const bool is_removed = p.z > 0 && (off < (p.z > inner + 2 ? hole : hole_inside));
-    return was(p) && !is_removed;
+    return had_bone(p) && !is_removed;
   }
 };
 
 TEST(FootPose, ACraniotomeFitsIntoABurrHole) {
   const Vault vault;
-  const auto is = [&](const dvec3& p) { return vault.is(p); };
-  const auto was = [&](const dvec3& p) { return vault.was(p); };
+  const auto is_bone = [&](const dvec3& p) { return vault.has_bone(p); };
+  const auto was_bone = [&](const dvec3& p) { return vault.had_bone(p); };
   for (const double off : {0.0, 3.0, 8.0}) {
     const dvec3 shaft = glm::normalize(dvec3(off, 0, vault.outer));
-    const FootSearch found = find_hole(is, was, k_craniotome, vault.outer * shaft, shaft);
+    const FootSearch found = find_hole(is_bone, was_bone, k_craniotome, vault.outer * shaft, shaft);
     ASSERT_TRUE(found.place) << off << ": " << found.reason;
-    EXPECT_TRUE(is_free(is, k_craniotome, *found.place));
+    EXPECT_TRUE(is_free(is_bone, k_craniotome, *found.place));
     EXPECT_NEAR(glm::length(found.place->at_world), vault.inner - 0.3, 0.5);
     EXPECT_NEAR(found.place->bone_thickness, vault.outer - vault.inner + 0.3, 0.4);
   }
   const dvec3 far = glm::normalize(dvec3(30, 0, 60));
-  EXPECT_NE(find_hole(is, was, k_craniotome, vault.outer * far, far).reason.find("no burr hole"),
+  EXPECT_NE(find_hole(is_bone, was_bone, k_craniotome, vault.outer * far, far).reason.find("no burr hole"),
             std::string::npos);
   // A perforator leaves a thin plate at the inner end of its hole.
   const Vault blind{.hole = 7, .hole_inside = 0};
-  const auto is_blind = [&](const dvec3& p) { return blind.is(p); };
-  EXPECT_NE(find_hole(is_blind, was, k_craniotome, dvec3(0, 0, 70), dvec3(0, 0, 1))
+  const auto is_blind = [&](const dvec3& p) { return blind.has_bone(p); };
+  EXPECT_NE(find_hole(is_blind, was_bone, k_craniotome, dvec3(0, 0, 70), dvec3(0, 0, 1))
                 .reason.find("too narrow at its inner end"),
             std::string::npos);
   const Vault narrow{.hole = 1.3, .hole_inside = 1.3};
-  const auto is_narrow = [&](const dvec3& p) { return narrow.is(p); };
-  EXPECT_NE(find_hole(is_narrow, was, k_craniotome, dvec3(0, 0, 70), dvec3(0, 0, 1)).reason.find("no room"),
-            std::string::npos);
+  const auto is_narrow = [&](const dvec3& p) { return narrow.has_bone(p); };
+  EXPECT_NE(
+      find_hole(is_narrow, was_bone, k_craniotome, dvec3(0, 0, 70), dvec3(0, 0, 1)).reason.find("no room"),
+      std::string::npos);
 }
 
 /// Frames of a window, 60 per second, with a cursor over a position.
@@ -178,7 +179,7 @@ TEST(ToolGuide, AClickSlidesTheFootUnderTheEdgeAndTheNextOneBites) {
   EXPECT_FALSE(first->is_pressed);
   const auto held = desk.frames(60);
   ASSERT_TRUE(held);
-  EXPECT_FALSE(held->is_pressed);  // still the click that moved it in
+  EXPECT_FALSE(held->is_pressed);  // still the click that moved the foot in
   EXPECT_FALSE(held->is_jump);
   EXPECT_NEAR(plate.local(held->at_world).z, -4.3, 0.2);
   desk.input.is_pressed = false;
@@ -224,7 +225,7 @@ TEST(ToolGuide, SearchesAgainWhenTheToolIsTiltedOrChanged) {
   desk.input.shaft = glm::normalize(shaft + 0.1 * (plate.turn * dvec3(0, 1, 0)));
   desk.frames(5);
   EXPECT_TRUE(desk.guide.edge().empty());
-  // Laid down and picked up again over the same position.
+  // The tool is removed and taken again over the same position.
   wall = 30, ++desk.version;
   desk.frames(5);
   ASSERT_FALSE(desk.guide.edge().empty());
@@ -295,7 +296,7 @@ TEST(ToolGuide, AFootStaysOnItsSideOfANarrowBridge) {
   }
 }
 
-/// Work is counted, not timed.
+/// Counts tested points, since times depend on the machine.
 TEST(ToolGuide, ASearchTestsABoundedNumberOfPoints) {
   long asked = 0, most = 0;
   const auto counted = [&](auto is_bone) {
@@ -313,26 +314,26 @@ TEST(ToolGuide, ASearchTestsABoundedNumberOfPoints) {
   find_edge(counted(thick), k_kerrison, thick.world({-3, 0, 0}), shaft, 0), take();
   find_edge(counted(sponge), k_kerrison, {0, 0, 0}, up, 0), take();
   for (const Vault& one : {vault, narrow, wide})
-    find_hole(counted([&](const dvec3& p) { return one.is(p); }),
-              counted([&](const dvec3& p) { return one.was(p); }), k_craniotome, {0, 0, 70}, up),
+    find_hole(counted([&](const dvec3& p) { return one.has_bone(p); }),
+              counted([&](const dvec3& p) { return one.had_bone(p); }), k_craniotome, {0, 0, 70}, up),
         take();
   EXPECT_GT(most, 1000);
   EXPECT_LT(most, 200000);
-  std::printf("at most %ld places\n", most);
+  std::printf("at most %ld points\n", most);
 }
 
 TEST(ToolGuide, ACraniotomeIsLedAlongTheVaultWithItsFootBelowIt) {
   const Vault vault;
   Desk desk;
-  desk.is_bone = [&](const dvec3& p) { return vault.is(p); };
-  desk.was_bone = [&](const dvec3& p) { return vault.was(p); };
+  desk.is_bone = [&](const dvec3& p) { return vault.has_bone(p); };
+  desk.was_bone = [&](const dvec3& p) { return vault.had_bone(p); };
   desk.input.tool = k_craniotome;
   desk.look_at({0, 0, 70}, {0, 0, 1});
   const auto standing = desk.frames(60);
   ASSERT_TRUE(standing);
   EXPECT_FALSE(standing->is_pressed);
   EXPECT_NEAR(glm::length(standing->at_world), vault.inner - 0.3, 0.4);
-  // Led away: the hand is at most 3 mm ahead of the bit, and the foot stays below the inner table.
+  // Led away: the hand is about 8 mm ahead of the bit, and the foot stays below the inner table.
   desk.input.is_pressed = true;
   for (int i = 1; i <= 60; ++i) {
     const dvec3 out = glm::normalize(dvec3(0.5 * i, 0.2 * i, 65));

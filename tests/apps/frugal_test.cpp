@@ -1,5 +1,5 @@
-// A scene pays for nothing that it does not hold: instructions per tick of the same contact, with and without
-// features in the program, in the operation's past, and around it.
+// Features that a scene does not use cost nothing: instructions per tick of the same contact, with and
+// without features in the program, in the operation's past, and in its plan.
 #include <cstdio>
 
 #include "apps/bench/instructions.h"
@@ -85,7 +85,7 @@ TEST(Frugal, AFeatureThatASceneDoesNotHoldCostsNoInstruction) {
   {
     FrugalScene scene(drilling_catalogue());
     apply(scene, SetEffect{Id{1}, "viscous damping=0.002"});
-    EXPECT_TRUE(differs("planted: a viscous effect", scene.cost())) << "the comparison is blind";
+    EXPECT_TRUE(differs("planted: a viscous effect", scene.cost())) << "no difference is detected";
     apply(scene, SetEffect{Id{1}, ""});
     EXPECT_FALSE(differs("an effect that ended", scene.cost()));
   }

@@ -64,7 +64,7 @@ TEST_F(FurtherVolumes, AreTouchedWhereTheirFilesStateAndReplayedFromTheSession) 
   EXPECT_NE(run("info s.session").out.find("volume 2"), std::string::npos) << run("info s.session").out;
 }
 
-// Without the second scan nothing stops the hand at its place: the check above can fail.
+// Without the second scan nothing stops the hand at its position: the test above can fail.
 TEST_F(FurtherVolumes, AreNotTouchedWithoutTheirFile) {
   ASSERT_EQ(run("touch a.nrrd --iso 300 --path p.csv -o t.csv --friction 0,0").exit_code, 0);
   double top = 0, side = 0;

@@ -44,7 +44,7 @@ class Identity : public Command {
   std::string file_in(const std::string& folder, const std::string& name) const {
     return (folder_ / folder / name).string();
   }
-  /// First output, by file name, that contains a planted name, or "".
+  /// Returns a file of the folder with the planted name that it contains, or "" if no file contains any.
   std::string named_in(const fs::path& folder) const {
     for (const auto& entry : fs::recursive_directory_iterator(folder)) {
       if (!entry.is_regular_file()) continue;
@@ -58,7 +58,7 @@ class Identity : public Command {
       if (text.find(name) != std::string::npos) return name;
     return "";
   }
-  std::string said(const std::string& arguments) const { return run(arguments + " --json").out; }
+  std::string json_output(const std::string& arguments) const { return run(arguments + " --json").out; }
 
   const std::string scan_ = "MUSTERMANN_Hans M\xfcLLER";
   const std::string quoted_ = "'" + scan_ + "'";
@@ -87,7 +87,7 @@ TEST_F(Identity, AppearsInNoOutput) {
       "replay VOGEL.ply", "mesh VOGEL.ply -o written/y.ply",
       "drill head --path SCHMIDT.csv -o written/y.mha"};
   for (const std::string& command : commands) {
-    const std::string answer = said(command);
+    const std::string answer = json_output(command);
     EXPECT_EQ(named(answer), "") << command << "\n" << answer;
     EXPECT_FALSE(answer.empty()) << command;
   }
@@ -115,7 +115,7 @@ TEST_F(Identity, AppearsInNoNoticeOfDisksAndArchives) {
   write_scan("two/LEHMANN", 12, "1.2.752.24.8");
   for (const char* what :
        {"info whole.tar", "info gap.tar", "info disk", "info two", "convert whole.tar -o w.mha"}) {
-    const std::string answer = said(what);
+    const std::string answer = json_output(what);
     EXPECT_EQ(named(answer), "") << what << "\n" << answer;
   }
   EXPECT_NE(run("info whole.tar").err.find("VOGEL"), std::string::npos) << "shown on the terminal";
@@ -127,8 +127,8 @@ TEST_F(Identity, IsSearchedWhereItCouldAppear) {
   ASSERT_EQ(run("import " + quoted_ + " --name VOGEL -o case").exit_code, 0);
   ASSERT_EQ(run("view case --screenshot v.png").exit_code, 0);
   EXPECT_EQ(named(read(file("v.png"))), "VOGEL") << "a name that was chosen is drawn, and found";
-  EXPECT_EQ(named(said("info case")), "VOGEL");
-  EXPECT_EQ(named(said("info " + quoted_ + " --keep-identity")), "MUSTERMANN");
+  EXPECT_EQ(named(json_output("info case")), "VOGEL");
+  EXPECT_EQ(named(json_output("info " + quoted_ + " --keep-identity")), "MUSTERMANN");
   EXPECT_NE(run("info " + quoted_ + " --keep-identity").err.find("--keep-identity"), std::string::npos);
 }
 
@@ -141,7 +141,7 @@ TEST_F(Identity, NamesDoNothingToATerminal) {
   EXPECT_NE(r.err.find("\\x1b]0;owned"), std::string::npos) << r.err;
   EXPECT_EQ(r.err.find("\xe2\x80\xae"), std::string::npos);
   EXPECT_NE(run("info 'x\nnote: all is well.mha'").err.find("x\\x0anote"), std::string::npos)
-      << "no line of ours";
+      << "the name imitates no note";
   ASSERT_EQ(run("phantom sphere --size 24 -o s.mha").exit_code, 0);
   fs::rename(folder_ / "s.mha", folder_ / "s\x1b[31m\xff\xc3\xbc.mha");
   const Ended info = run("info 's\x1b[31m\xff\xc3\xbc.mha'");

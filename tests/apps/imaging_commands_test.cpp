@@ -13,7 +13,7 @@
 namespace trephine::command_tests {
 namespace {
 
-/// The floats of a MetaImage of one slice.
+/// Returns the floats of a MetaImage.
 std::vector<float> floats_of(const std::string& file) {
   const std::string marker = "ElementDataFile = LOCAL\n";
   const std::size_t at = file.find(marker);
@@ -182,8 +182,8 @@ TEST_F(Command, ACArmGoesAroundTwoScrews) {
   // The part of a screw beyond the picture is reported.
   const Json narrow = json("section spine --screw=-18.8,37.8,6.6:-6.5,-9.5,4.1:6.5 --width 40" + plane);
   EXPECT_GT(narrow["models_beyond_picture_mm2"], 100);
-  // The judge: the planned screw is in bone except for its head, which does not count; the one on the left
-  // side reaches into the canal.
+  // The planned screw is in bone except for its head, which does not count; the screw on the left side
+  // reaches into the canal.
   const Json planned = json("section spine --screw=-18.8,37.8,6.6:-6.5,-9.5,4.1:6.5" + plane);
   const Json wrong = json("section spine --screw=15.8,37.8,6.6:-3.5,-5.5,4.1:6.5" + plane);
   EXPECT_LT(planned["models_outside_bone_mm2"], 5);
@@ -227,7 +227,7 @@ TEST_F(Command, ASliceShowsTheScanUnchanged) {
         cut["probe"]["before"]);
   }
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
-           {"--level 40", "invalid window"},
+           {"--level 40", "invalid grey window"},
            {"--probe 0,0,900", "outside the scan"},
            {"--slab -1", "out of range"},
            {"--at 0,0,900", "does not intersect the scan"}}) {
@@ -316,7 +316,7 @@ TEST_F(Command, InvalidXraysAreRefused) {
   EXPECT_EQ(leftovers({"open.ply", "no.dcm", "inward.ply"}), "");
 }
 
-/// Through the faces of a block: breach and its side; through a cavity; outside all bone.
+/// Screws through the faces of a block, through a cavity, and outside all bone: breach and its side.
 TEST_F(Command, ABreachIsMeasuredWithItsSide) {
   write("block.nrrd", nrrd(40, [](int x, int y, int z) {
           const bool is_block = std::min({x, y, z}) >= 8 && x < 24 && y < 30 && z < 32;
@@ -410,7 +410,7 @@ TEST_F(Command, AScanIsRenderedDirectly) {
   EXPECT_GT(fs::file_size(folder_ / "a.png"), 5000u);
   EXPECT_NEAR(bone["window"]["low"].get<double>(), 160 + 0.1 / 0.55 * 160, 1);
   EXPECT_TRUE(bone["window"]["high"].is_null());
-  // Fewer slices, fewer samples; matter that is clipped, hidden or behind a screw is not sampled.
+  // Fewer samples per ray; matter that is clipped, hidden or behind a screw is not sampled.
   const double whole = bone["samples"].get<double>();
   EXPECT_LT(json("render spine --from back --pixels 160 --samples 200 --hide L4 --clip 0,0,0:0,1,0 --cutout "
                  "\"L4 left "

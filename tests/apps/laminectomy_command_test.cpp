@@ -52,7 +52,7 @@ TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
   }
   if (!is_whole()) return;
-  // Before that column both sides were equal.
+  // Before the last column both sides were equal.
   const Json earlier = json("laminectomy l.session --vertebra L4 --until 121.7");
   EXPECT_NEAR(earlier["pars"][0]["now_mm"].get<double>(), earlier["pars"][1]["now_mm"].get<double>(), 1);
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{

@@ -77,7 +77,7 @@ TEST(MotionStats, AMotionOfMinimumJerkIsTheSmoothest) {
   EXPECT_NEAR(motion.path, k_length, 1e-6);
   EXPECT_NEAR(motion.peak_speed, 1.875 * k_length / k_seconds, 0.01);
   EXPECT_NEAR(motion.mean_speed, k_length / k_seconds, 0.01);
-  // A tremor of 8 Hz and 0.3 mm raises it.
+  // A tremor of 8 Hz and 0.3 mm raises the jerk.
   const HandMotion tremor = shaky.stats.hand(0);
   EXPECT_GT(tremor.log_jerk, motion.log_jerk + 3);
   EXPECT_GT(tremor.jerk, 5 * motion.jerk);
@@ -147,7 +147,7 @@ TEST(MotionStats, AGapIsNotAMotion) {
   EXPECT_TRUE(std::isfinite(motion.jerk));
 }
 
-/// A mouse's tool that is lifted over is not a hand at 300 m/s.
+/// A jump of the mouse's tool to another position is not a motion at 300 m/s.
 TEST(MotionStats, AJumpIsNotAMotion) {
   Feed feed(1000);
   feed.play(1, [](double t) { return dvec3(10 * t, 0, 0); });

@@ -61,7 +61,7 @@ TEST(MouseDevice, APressGrowsSlowlyAndEndsAtOnce) {
   device.set(dvec3(0), {1, 0, 0, 0}, false);
   for (int i = 401; i <= 500; ++i) device.read(1e-3 * i, pose);
   EXPECT_GT(pose.position_world.z, -0.1);
-  // A press that comes with a jump grows, too.
+  // A press that comes with a jump grows slowly, too.
   device.set({40, 0, -12}, {1, 0, 0, 0}, true, dvec3(40, 0, 1), {0, 0, -12});
   device.read(0.501, pose);
   EXPECT_GT(pose.position_world.z, -0.1);

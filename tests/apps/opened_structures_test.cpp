@@ -1,4 +1,4 @@
-// OpenedStructures: structures below an opening are drawn, and drawn whole until something penetrates them.
+// OpenedStructures: structures below an opening are drawn, and drawn intact until a cut penetrates them.
 #include "apps/view/opened_structures.h"
 
 #include <cmath>
@@ -181,8 +181,8 @@ TEST(OpenedStructures, BordersBetweenThemAreSmooth) {
   EXPECT_GT(deviation(planted), 0.18);
 }
 
-/// In a spine the dural sac is drawn whole without an opening, other structures only near one. In a head
-/// nothing is.
+/// In a spine the dural sac is drawn completely without an opening, other structures only near an opening. In
+/// a head, no structure is drawn without an opening.
 TEST(OpenedStructures, TheDuralSacIsVisibleInNaturalGaps) {
   const auto label_of = [](int x, int, int z) { return z < k_inner_table - 6 ? 0 : x < 20 ? 2 : 3; };
   const haptics::TouchScene spine =

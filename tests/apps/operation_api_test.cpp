@@ -1,4 +1,4 @@
-// trephine::Operation gives the bits of the libraries below it, and its errors state problem and remedy.
+// trephine::Operation equals the libraries below it to the bit, and its errors state problem and remedy.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -26,7 +26,7 @@ std::vector<Pose> poses() {
   return result;
 }
 
-/// The error has all parts that its reader needs.
+/// Expects an error with a problem, the found and the expected value, and a remedy.
 template <class T>
 void expect_error(const Result<T>& result, const std::string& what, const std::string& found) {
   ASSERT_FALSE(result.is_ok());
@@ -148,7 +148,7 @@ TEST(OperationApi, RecordsReopensAndVerifies) {
     drill(operation, 3);
     hash = operation.hash(), removed = operation.removed_mm3();
     ASSERT_FALSE(operation.end());
-    // Only queries remain.
+    // After the end only queries are allowed.
     EXPECT_TRUE(operation.end());
     EXPECT_FALSE(operation.step(Pose()).is_ok());
     EXPECT_TRUE(operation.undo());
@@ -169,7 +169,7 @@ TEST(OperationApi, RecordsReopensAndVerifies) {
   EXPECT_FALSE(different) << different->message();
   EXPECT_EQ(operation.removed_mm3(), removed);
   EXPECT_EQ(operation.hash(), hash);
-  // It is read-only.
+  // A recorded operation is read-only.
   EXPECT_EQ(operation.step(Pose()).error().what, "a recorded operation cannot be changed");
   EXPECT_TRUE(operation.undo() && operation.command("note", "text=no") && operation.reset());
 
@@ -187,7 +187,7 @@ TEST(OperationApi, RecordsReopensAndVerifies) {
   auto cut = Operation::reopen(part);
   ASSERT_TRUE(cut.is_ok());
   EXPECT_FALSE(cut.value().is_whole());
-  // A changed byte in the middle is damage, which verify() reports.
+  // Changed bytes in the middle are damage, which reopen() or verify() reports.
   std::fstream bytes(part, std::ios::in | std::ios::out | std::ios::binary);
   bytes.seekp(static_cast<std::streamoff>(std::filesystem::file_size(part) / 2));
   bytes.write("damage", 6);
@@ -272,7 +272,7 @@ TEST(OperationApi, SurfacesBodiesAndScenesInText) {
   Operation operation = opened();
   const auto whole = operation.surface();
   ASSERT_TRUE(whole.is_ok());
-  // The volume below the surface: that of the cube, by the divergence theorem, positive if it faces outward.
+  // Enclosed volume by the divergence theorem, positive if the surface faces outward.
   const auto volume_of = [](const Surface& surface) {
     double sum = 0;
     for (std::size_t i = 0; i + 2 < surface.triangles.size(); i += 3) {
@@ -289,7 +289,7 @@ TEST(OperationApi, SurfacesBodiesAndScenesInText) {
               0.1 * operation.removed_mm3());
   EXPECT_FALSE(operation.surface(1).is_ok());
 
-  // A saw cut through the cube, by an instrument in a scene in text, frees a body.
+  // A cut through the cube, by an instrument of a scene in text, detaches a body.
   auto scene = Operation::open_scene("structure=bone\nlow=300\nhand=burr\nparameters=diameter=4 kinematic=1",
                                      {cube()});
   ASSERT_TRUE(scene.is_ok()) << scene.error().message();

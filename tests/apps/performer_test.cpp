@@ -68,7 +68,7 @@ TEST(Performer, TremorHasTheRequestedSizeAndRate) {
   }
   EXPECT_NEAR(std::sqrt(squares / count), 0.25, 0.01);
   EXPECT_NEAR(crossings / 2 / 40, 10, 2) << "Hz";
-  // Another seed and another hand tremble in another way; the same ones do not.
+  // The tremor depends on seed and hand only.
   const auto x_at_1s = [&](std::uint64_t seed, std::size_t hand) {
     return Performer(shaky, seed, 40).perform(still, hand).at(1).position_world.x;
   };

@@ -132,7 +132,7 @@ TEST(PanelLabels, AreOnTheSideOfTheirOwnEntryAndCoverNothing) {
       EXPECT_GE(placed[i].box.low.x, 250) << placed[i].text;
     }
   }
-  // The sides do not depend on the picture's centre, and are exchanged with the picture.
+  // The sides do not depend on the picture's centre.
   imaging::Panel moved = plan;
   for (imaging::Panel::Label& label : moved.labels) label.place.x += 12;
   for (imaging::Panel::Line& line : moved.lines)
@@ -285,7 +285,7 @@ TEST_F(PictureLayout, LabelsCoverNeitherTheirPointsNorTheTool) {
   }
 }
 
-/// Labels keep off the boxes of another layer, here those at which they would be without it.
+/// Labels keep off the boxes of another layer, here their own boxes without that layer.
 TEST_F(PictureLayout, LabelsKeepOffThoseOfAnotherLayer) {
   picture_->set_plan(names(4, 2));
   picture_->draw();
@@ -345,7 +345,7 @@ TEST_F(PictureLayout, TurningKeepsTheHeadUp) {
     camera->GetPosition(after.x, after.y, after.z);
     EXPECT_NEAR(glm::length(after - target), glm::length(at - target), 1e-6);
   }
-  // At the poles it turns by the full angle, also in small steps.
+  // At the poles the camera turns by the full angle, also in small steps.
   for (const char side : {'S', 'I'}) {
     picture_->look_from(side);
     dvec3 up;

@@ -36,7 +36,7 @@ haptics::MeshTree ball() {
   return {std::move(vertices), std::move(triangles)};
 }
 
-/// Moves the piece in frames of at most 30 mm until it stays.
+/// Moves the piece toward `to` in 20 frames, each of at most 30 mm.
 Placement carry(PieceGuard& guard, Placement from, const Placement& to,
                 const PieceGuard::Obstacle& obstacle) {
   for (int i = 0; i < 20; ++i) from = guard.move(from, to, obstacle);
@@ -74,7 +74,7 @@ TEST(PieceGuard, APieceDoesNotPassAPlateInOneFrame) {
   EXPECT_GT(reached.position_world.z, 2 + k_radius - 0.1);
 }
 
-/// In a kerf of a shell, a piece whose inner side touches what is below it leaves along its axis.
+/// In the kerf of a shell, a piece whose inner side touches the structure below it leaves along its axis.
 TEST(PieceGuard, APieceLeavesItsGapAlthoughItTouchesTheStructureBelow) {
   const auto bed = [](const dvec3& p) { return p.z < -4.6 || (p.z < 4 && std::hypot(p.x, p.y) > 6); };
   PieceGuard guard(ball(), {});
@@ -85,7 +85,7 @@ TEST(PieceGuard, APieceLeavesItsGapAlthoughItTouchesTheStructureBelow) {
   EXPECT_GT(held.position_world.z, -0.5) << "not deeper into the structure";
 }
 
-/// Random motion over a skull-like shell: no sample enters it. Without the guard, most frames would.
+/// Random motion over a skull-like shell: no sample enters it. Without the guard, over 40 frames would.
 TEST(PieceGuard, RandomMotionNeverEntersAShell) {
   const auto shell = [](const dvec3& p) { return glm::length(p) > 70 && glm::length(p) < 78; };
   const haptics::MeshTree piece = ball();

@@ -33,7 +33,7 @@ TEST_F(Command, ProceduresAreShown) {
   EXPECT_EQ(run("procedure show craniotomy -o c.png").exit_code, 0);
   EXPECT_GT(fs::file_size(folder_ / "c.png"), 10000u);
   EXPECT_EQ(run("procedure show craniotomy -o c.jpg").exit_code, 2);
-  // A report that is longer than the buffer of a full disk.
+  // A long report to a full disk ends with 3.
   const int full = std::system("'" TREPHINE_COMMAND "' modules --json > /dev/full 2> /dev/null");
   EXPECT_EQ(WEXITSTATUS(full), 3);
 }
@@ -42,7 +42,7 @@ TEST_F(Command, ProceduresAreShown) {
 TEST_F(Command, ExamplesOfProceduresArePlayedScoredAndReplayed) {
   struct Row {
     const char* name;
-    double points;  // least share of the possible ones
+    double points;  // least share of the possible points
   };
   std::vector<Row> rows{{"procedure-laminectomy-screws", 0.85}};
   if (is_whole())
@@ -143,7 +143,7 @@ TEST_F(Command, NamesOfAProcedureAreCompared) {
     EXPECT_EQ(checked.exit_code, code) << to << checked.err;
     EXPECT_NE((checked.out + checked.err).find(words), std::string::npos) << checked.out << checked.err;
   }
-  // A script does not start under it.
+  // A script with an invalid procedure does not start.
   write("other.toml", std::string(text).replace(text.find("burr kin"), 4, "burx"));
   write("s.toml",
         "schema = 1\nscan = \"head\"\nprocedure = \"other.toml\"\n[[hands]]\npoints = [[0, 0, 0, 90]]\n");

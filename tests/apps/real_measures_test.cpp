@@ -32,7 +32,7 @@ class RealMeasures : public ::testing::Test {
   }
 };
 
-/// Trilinear between eight voxels, independently.
+/// Trilinear interpolation between eight voxels, independent of volume::Field.
 double value_at(const volume::Volume& v, const dvec3& world) {
   const dvec3 p = v.frame.volume_from_world(world), low = glm::floor(p), f = p - low;
   double sum = 0;
@@ -66,8 +66,8 @@ TEST_F(RealMeasures, RulersOnSlicesAndTouchAgreeOnRoundInserts) {
     double ends[2];
     for (const int side : {0, 1}) {
       double r = 0.3 * inserts[i].diameter;
-      const dvec3 way(side == 0 ? -1 : 1, 0, 0);
-      while (value_at(scan, middle + r * way) > level) r += 0.01;
+      const dvec3 direction(side == 0 ? -1 : 1, 0, 0);
+      while (value_at(scan, middle + r * direction) > level) r += 0.01;
       ends[side] = r;
     }
     on_ct[i] = ends[0] + ends[1];
@@ -82,11 +82,11 @@ TEST_F(RealMeasures, RulersOnSlicesAndTouchAgreeOnRoundInserts) {
     const dvec3 middle = frame.world_from_volume(inserts[i].voxel);
     dvec3 touched[2];
     for (const int side : {0, 1}) {
-      const dvec3 way(side == 0 ? -1 : 1, 0, 0);
+      const dvec3 direction(side == 0 ? -1 : 1, 0, 0);
       sim::Lockstep run(scene, *method, {}, {}, 1000);
       haptics::ServoRecord tick;
       for (double r = 0.5 * inserts[i].diameter + 4; r > 0.5 * inserts[i].diameter - 1.5; r -= 0.005)
-        tick = run.step({middle + r * way, {1, 0, 0, 0}, 0});
+        tick = run.step({middle + r * direction, {1, 0, 0, 0}, 0});
       ASSERT_TRUE(tick.has_contact) << inserts[i].name;
       touched[side] = tick.proxy_world;
     }
@@ -161,9 +161,9 @@ TEST_F(RealMeasures, ALesionIsFoundAgainOnTheSkullByTape) {
     const haptics::Surface strip(std::move(near), std::move(corners));
     haptics::Surface::Point from, to;
     ASSERT_TRUE(strip.nearest(line.front(), from) && strip.nearest(line.back(), to));
-    const double is = haptics::searched(strip, from, to);
-    std::printf("tape on the skull %.2f mm, by search %.2f\n", along, is);
-    EXPECT_NEAR(along / is, 1, 0.01);
+    const double by_search = haptics::edge_path_length(strip, from, to);
+    std::printf("tape on the skull %.2f mm, by search %.2f\n", along, by_search);
+    EXPECT_NEAR(along / by_search, 1, 0.01);
   }
   ASSERT_GT(to_brow, 50);
   ASSERT_GT(to_vertex, 50);

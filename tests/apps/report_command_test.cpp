@@ -145,7 +145,7 @@ TEST(Report, PathsOfToolsAreStrokesOfFewPoints) {
   EXPECT_LE(count, workbench::ToolPath::k_most_points);
   EXPECT_GT(count, workbench::ToolPath::k_most_points / 4);
   EXPECT_GT(std::count(is_visited.begin(), is_visited.end(), true), 80);
-  // Each side shows the path; a working stroke is a line of its own.
+  // Each view shows the path; a working stroke is a separate line.
   const std::vector<std::string> views = cli::svgs_of(std::vector{path});
   ASSERT_EQ(views.size(), 3u);
   for (const std::string& svg : views) EXPECT_NE(svg.find("tool hand1 working"), std::string::npos);
@@ -223,7 +223,7 @@ TEST(Report, ScenesHaveNamedParts) {
   EXPECT_EQ(gltf["accessors"][1]["count"], 3);
 }
 
-/// Records a hole in a case whose name and structure are hostile. The case is in a folder of a patient's
+/// Records a hole and a hostile note in a case with a hostile name. The folder of the case has a patient's
 /// name.
 class ReportPage : public Command {
  protected:
@@ -262,11 +262,11 @@ TEST_F(ReportPage, HasTheScoreThePicturesAndNoNames) {
   EXPECT_EQ(page.find("<script>alert(1)"), std::string::npos);
   EXPECT_NE(page.find("&lt;script&gt;alert(1)"), std::string::npos);
   EXPECT_EQ(page.find("<img src=x"), std::string::npos);
-  // Names of folders and files, and requests.
+  // The page names no folder and no file, and requests nothing.
   for (const char* name : {"Mustermann", "Erika", "page.html", "s.mha", "a.toml", "/tmp"})
     EXPECT_EQ(page.find(name), std::string::npos) << name;
   const std::regex request(R"re((src|href|action|data)="(?!data:image/png;base64,)[^"]*"|url\(|@import)re");
-  std::string outside = page;  // scripts are checked by the policy, and are too long for a regex
+  std::string outside = page;  // scripts are limited by the policy, and too long for a regex
   for (std::size_t at; (at = outside.find("<script")) != std::string::npos;)
     outside.erase(at, outside.find("</script>", at) + 9 - at);
   for (std::size_t at = 0; (at = outside.find("base64,", at)) != std::string::npos; at += 7)
@@ -292,7 +292,7 @@ TEST_F(ReportPage, HasTheScoreThePicturesAndNoNames) {
   EXPECT_EQ(read(file("Erika.session")), session);
 }
 
-/// An injury of the beginning, and matter that was removed later: the picture of the injury does not lack it.
+/// The picture of an early injury contains matter that was removed later.
 TEST_F(ReportPage, AnInjuryIsShownInItsOwnState) {
   write("a.toml", R"(schema = 1
 scan = "spine"

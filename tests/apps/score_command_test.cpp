@@ -67,7 +67,7 @@ TEST_F(Command, AScoreEqualsTheJudgementsOfScrews) {
         << "tracks are no laminectomy";
   EXPECT_GT(read(file("a.csv")).size(), 500u);
 
-  // Twice the same bytes; neither names the file. Before the second screw there was one.
+  // The folder's score has the same bytes, and does not name the file. Before the second screw there was one.
   fs::create_directory(folder_ / "course");
   fs::rename(folder_ / "s.session", folder_ / "course" / "Jane Doe.session");
   const Ended folder = run("score course --json --csv course.csv");
@@ -89,7 +89,7 @@ TEST_F(Command, AScoreEqualsTheJudgementsOfScrews) {
   EXPECT_NEAR(value(earlier, "time"), 12.15, 0.01);
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
            {"'course/Jane Doe.session' --until 500", "does not contain this time"},
-           {"course --until 1", "applies to one session"},
+           {"course --until 1", "cannot be applied to a folder"},
            {".state-of-nothing", ""},
            {"'course/Jane Doe.session' --csv a.txt", ".csv"}}) {
     const Ended bad = run("score " + arguments);
@@ -98,7 +98,7 @@ TEST_F(Command, AScoreEqualsTheJudgementsOfScrews) {
   }
 }
 
-/// All procedures and errors in the whole run, an error of the one that is played fastest otherwise.
+/// The whole run plants all errors in all procedures; other runs plant one error in the fastest procedure.
 TEST_F(Command, PlantedErrorsChangeOnlyTheirFindings) {
   std::string scripts;
   for (const char* name : {"laminectomy-screws", "ventriculostomy", "craniotomy"})
@@ -119,7 +119,7 @@ TEST_F(Command, AFolderWithoutSessionsIsRefused) {
   EXPECT_NE(bad.err.find("no sessions"), std::string::npos) << bad.err;
 }
 
-// ---- by the library ----
+// Scores by the library, without the command.
 
 /// Records a drilling stroke on a small plate, its motion included.
 workbench::HandMotion record_stroke(const std::string& path, double depth) {
@@ -174,7 +174,7 @@ TEST(SessionScore, AReplayGivesTheMotionOfTheRecording) {
   EXPECT_NEAR(half.value().motion[0].seconds, 0.3, 1e-9);
   EXPECT_LT(half.value().motion[0].path, motion.path);
   EXPECT_FALSE(workbench::score_session(*session.value(), 2.0));
-  // A listener stops it.
+  // A listener stops the scoring.
   workbench::Listener stop;
   stop.progress = [](const char*) { return [](double) { return false; }; };
   const auto stopped = workbench::score_session(*session.value(), {}, stop);
@@ -213,7 +213,7 @@ TEST(SessionScore, StructuresAreJudgedByTheirTears) {
   EXPECT_EQ(find("root: nearest distance").value, 4);
   EXPECT_EQ(find("undos").value, 2);
   EXPECT_EQ(find("time").value, 2);
-  EXPECT_EQ(sim::score(all, {}).points, 4) << "the dura has lost its points, the root has its";
+  EXPECT_EQ(sim::score(all, {}).points, 4) << "all points for the root, none for the dura";
 }
 
 TEST(SessionScore, HostileNamesStayText) {

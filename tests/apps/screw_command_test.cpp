@@ -43,7 +43,8 @@ TEST_F(Command, PedicleScrewsArePlayedJudgedAndReplayed) {
   }
 }
 
-/// A job that fails is not done: the script says so, and a later undo would remove an earlier change.
+/// A job that fails changes nothing. The script reports it, since a later undo would remove an earlier
+/// change.
 TEST_F(Command, AScriptReportsAJobThatFails) {
   const std::string head =
       "schema = 1\nscan = \"spine\"\nrate = 250\n[[hands]]\npoints = [[0, 0, 0, 90], [1, 0, 0, 90]]\n"
@@ -61,7 +62,7 @@ TEST_F(Command, AScriptReportsAJobThatFails) {
   }
 }
 
-/// Slices of 3 mm do not decide a grade near its limit, and the judgement states that.
+/// On slices of 3 mm a grade near its limit is uncertain, which the judgement states.
 TEST_F(Command, APedicleScrewOnARealScanIsMarkedUncertain) {
   if (data_tools::real_data().empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
   import_real_spine(data_tools::real_data());

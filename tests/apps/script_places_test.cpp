@@ -55,7 +55,7 @@ TEST_F(Command, AScriptsPlaceIsOnTheSurfaceOfAnyScan) {
     EXPECT_EQ(run("run up.toml --pictures shots").exit_code, 0) << up;
     EXPECT_GT(fs::file_size(folder_ / "shots" / "p.png"), 20000u) << up;
   }
-  // Walls that are too thin are skipped: the outside of the far wall faces away, and so does its inside.
+  // Walls thinner than the limit are skipped; if all are thinner, the script is refused.
   write("thin.toml",
         "schema = 1\nscan = \"cubes.mha\"\n[[places]]\nname = \"left\"\nthickness = 5\n"
         "from = [[1, 0, 0]]\n[[hands]]\nplace = \"left\"\npoints = [[0, 0, 0, 9]]\n");
@@ -273,16 +273,16 @@ TEST_F(Command, ErrorsInPlacesAndPicturesAreReportedWithTheirLine) {
       {"[[pictures]]\nfile = \"a.png\"\ncaption = \"{force_n N\"\n", "digits"},
       {"[[pictures]]\nfile = \"a.png\"\nhand = 1\n", "hand"},
       {"[[expect]]\nwhat = \"events nothing\"\nleast = 1\n", "events piece-freed"},
-      {"[[hands]]\nplace = \"left\"\npoints = [[0, 0, 0, 9, 1, 900000]]\n", "below 1e6"},
+      {"[[hands]]\nplace = \"left\"\npoints = [[0, 0, 0, 9, 1, 900000]]\n", "out of range"},
       {"[[hands]]\nstiffness = 0\npoints = [[0, 0, 0, 9]]\n", "stiffness"}};
-  for (const auto& [more, said] : wrong) {
+  for (const auto& [more, words] : wrong) {
     write("w.toml", slide("s.mha", "", more));
     const Ended answer = run("run w.toml");
     EXPECT_EQ(answer.exit_code, 2) << more;
     EXPECT_NE(answer.err.find("line"), std::string::npos) << answer.err;
-    EXPECT_NE(answer.err.find(said), std::string::npos) << more << answer.err;
+    EXPECT_NE(answer.err.find(words), std::string::npos) << more << answer.err;
   }
-  // A scan without such a place.
+  // A place that no hand uses is allowed.
   write("none.toml", slide("s.mha", "", "[[places]]\nname = \"void\"\nfrom = [[0, 1, 0]]\n"));
   EXPECT_EQ(run("run none.toml").exit_code, 0);
 }

@@ -20,7 +20,8 @@ TEST_F(Command, ARecordedDrillReplaysVerifiesAndContinues) {
   EXPECT_DOUBLE_EQ(info["removed_mm3"], drill["removed_mm3_total"].get<double>());
   EXPECT_EQ(read(file("d.session")).find("s.mha"), std::string::npos);
 
-  // Without the scan it names its need; another scan is refused; with its own scan the replay is the same.
+  // Without the scan the error names --scan; another scan is refused; with its own scan the replay is the
+  // same.
   const Ended missing = run("replay d.session --verify");
   EXPECT_EQ(missing.exit_code, 2);
   EXPECT_NE(missing.err.find("--scan"), std::string::npos);
@@ -35,6 +36,19 @@ TEST_F(Command, ARecordedDrillReplaysVerifiesAndContinues) {
   const std::string steps = read(file("steps.csv"));
   EXPECT_EQ(static_cast<std::size_t>(std::count(steps.begin(), steps.end(), '\n')),
             drill["steps"].get<std::size_t>() + 1);
+  // The parts of a tick's force add up to it, and to the force of the table.
+  const Json parts = json("explain d.session --scan s.mha --at 0.5");
+  double sum = 0;
+  for (const Json& part : parts["parts"]) sum += part["force_world_n"][2].get<double>();
+  EXPECT_NEAR(sum, parts["force_world_n"][2].get<double>(), 1e-9);
+  EXPECT_GT(sum, 0.1);
+  EXPECT_EQ(parts["tick"], 500);
+  EXPECT_EQ(parts["has_contact"], true);
+  EXPECT_NE(run("explain d.session --scan s.mha --at 0.5").out.find("spring "), std::string::npos);
+  const Ended outside = run("explain d.session --scan s.mha --at 99");
+  EXPECT_EQ(outside.exit_code, 2);
+  EXPECT_NE(outside.err.find("the time is not in the session"), std::string::npos) << outside.err;
+  EXPECT_EQ(run("explain d.session --scan s.mha --at 0.5 --hand 2").exit_code, 2);
   // Up to a time.
   const Json half = json("replay d.session --scan s.mha --until 0.5 --screenshot half.png");
   EXPECT_EQ(half["ticks"], 500);
@@ -169,13 +183,13 @@ TEST_F(Command, VerifyRefusesAChangedFileAndReportsWhere) {
             0);
   EXPECT_EQ(run("replay d.session --verify").exit_code, 0) << "the scan is in it";
   const std::string whole = read(file("d.session"));
-  // An invalid header cannot be read at all.
+  // A session with a changed header is refused.
   std::string bytes = whole;
   const std::size_t at = bytes.find("stiffness=0.5");
   ASSERT_NE(at, std::string::npos);
   bytes[at + 12] = '6';
-  write("lie.session", bytes);
-  EXPECT_EQ(run("replay lie.session --verify").exit_code, 2);
+  write("changed.session", bytes);
+  EXPECT_EQ(run("replay changed.session --verify").exit_code, 2);
   // A changed byte in the last block: the recording was not interrupted there, it is damaged.
   bytes = whole;
   bytes[bytes.size() - 100] = static_cast<char>(bytes[bytes.size() - 100] ^ 0x55);
@@ -190,12 +204,12 @@ TEST_F(Command, VerifyRefusesAChangedFileAndReportsWhere) {
   const Json report = Json::parse(damaged.out, nullptr, false);
   EXPECT_EQ(report["is_same"], false);
   EXPECT_EQ(report["mismatch"]["what"], "file");
-  EXPECT_GT(report["ticks"], 100) << "blocks are short, so most of it is there";
+  EXPECT_GT(report["ticks"], 100) << "blocks are short, so most ticks are readable";
   EXPECT_EQ(run("resume damaged.session --path p.csv").exit_code, 2);
   const Ended audited = run("audit damaged.session");
   EXPECT_EQ(audited.exit_code, 1);
   EXPECT_NE(audited.out.find("the session is damaged"), std::string::npos) << audited.out;
-  // A torn end is not damage: it replays up to there, and continues.
+  // A truncated session is not damaged: it is replayed up to its end, and can be continued.
   write("torn.session", whole.substr(0, whole.size() - 3000));
   EXPECT_EQ(run("replay torn.session --verify").exit_code, 0);
   EXPECT_EQ(run("resume torn.session --path p.csv").exit_code, 0);
@@ -211,7 +225,7 @@ TEST_F(Command, ResumeLocksTheSessionBeforeReadingIt) {
   const Ended refused = run("resume d.session --scan s.mha --path p.csv", "flock d.session env -u DISPLAY");
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_NE(refused.err.find("being recorded"), std::string::npos) << refused.err;
-  EXPECT_EQ(refused.err.find("note"), std::string::npos) << "nothing of it was read: " << refused.err;
+  EXPECT_EQ(refused.err.find("note"), std::string::npos) << "it was read: " << refused.err;
   EXPECT_EQ(read(file("d.session")), before);
   EXPECT_EQ(run("resume d.session --scan s.mha --path p.csv").exit_code, 0);
 }

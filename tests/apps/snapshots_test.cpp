@@ -49,7 +49,7 @@ TEST(Snapshots, EqualInputGivesEqualBits) {
     EXPECT_EQ(operation.tick(), tick);
     EXPECT_EQ(operation.event_count(), events);
     EXPECT_EQ(operation.removed_mm3(), removed);
-    EXPECT_TRUE(operation.take_changed().has_value()) << "what was cut later looks different";
+    EXPECT_TRUE(operation.take_changed().has_value()) << "later cuts are reverted";
     const After again = go_on();
     EXPECT_EQ(again.forces, first.forces);
     EXPECT_EQ(again.hash, first.hash);
@@ -69,7 +69,7 @@ TEST(Snapshots, BelongToOneUnrecordedOperation) {
   ASSERT_TRUE(error);
   EXPECT_NE(error->what.find("another operation"), std::string::npos);
   Operation moved = std::move(operation);
-  EXPECT_FALSE(moved.restore(snapshot.value())) << "an operation that was moved is the same one";
+  EXPECT_FALSE(moved.restore(snapshot.value())) << "a moved object is the same operation";
   ASSERT_FALSE(moved.end());
   EXPECT_TRUE(moved.restore(snapshot.value()));
   const scenes::Scratch scratch;

@@ -32,8 +32,7 @@ TEST(StepText, DescribesEachReasonOfARefusal) {
                     .where = "step plan",
                     .found = "anchors 2, screws unknown; hand 1: burr"};
   EXPECT_EQ(describe_refusal(step, "cut", unmet),
-            "At least 3 anchors are needed; there are 2. At least 1 screw is needed; there may be another "
-            "number.");
+            "At least 3 anchors are needed; there are 2. At least 1 screw is needed; the number is unknown.");
   EXPECT_EQ(describe_refusal(step, "cut", {.what = "x", .found = "hand 2: burr"}),
             "Hand 2 holds the burr, which the next step does not allow. Choose another tool, or no tool.");
   // A name that ends like another one, and limits that hold.

@@ -213,19 +213,19 @@ class TranslucentPicture : public testing::Test {
   std::unique_ptr<DrawSurface> surface_;
   std::unique_ptr<haptics::TouchScene> scene_;
   std::unique_ptr<Viewport> picture_;
-  const dvec3 middle_ = k_middle + dvec3(-2, 0, 2), beside_ = k_middle + dvec3(-12, 0, 2);
+  const dvec3 middle_ = k_middle + dvec3(-2, 0, 2), aside_ = k_middle + dvec3(-12, 0, 2);
 };
 
 TEST_F(TranslucentPicture, IsTheMixOfBoneAndOfWhatIsBehind) {
-  const Rgb bone = at(middle_), bone_beside = at(beside_);
+  const Rgb bone = at(middle_), bone_aside = at(aside_);
   picture_->set_opacity(0, 0);
-  const Rgb brain = at(middle_), background = at(beside_), in_front = at(k_in_front);
+  const Rgb brain = at(middle_), background = at(aside_), in_front = at(k_in_front);
   EXPECT_GT(brain.r, brain.b + 20) << "the brain's own colour";
   EXPECT_LT(background.r, 120);
   for (const double opacity : {0.25, 0.6}) {
     picture_->set_opacity(0, opacity);
     expect_mix(at(middle_), bone, brain, opacity);
-    expect_mix(at(beside_), bone_beside, background, opacity);
+    expect_mix(at(aside_), bone_aside, background, opacity);
     expect_mix(at(k_in_front), {0, 0, 0}, in_front, 0);
   }
   picture_->set_opacity(0, 1);
@@ -234,7 +234,7 @@ TEST_F(TranslucentPicture, IsTheMixOfBoneAndOfWhatIsBehind) {
 
 TEST_F(TranslucentPicture, HidesStructures) {
   picture_->set_opacity(0, 0);
-  const Rgb brain = at(middle_), background = at(beside_);
+  const Rgb brain = at(middle_), background = at(aside_);
   picture_->set_opacity(1, 0);
   const Rgb hidden = at(middle_);
   EXPECT_NEAR(hidden.r, background.r, 12) << "the gradient of the background";
@@ -264,12 +264,12 @@ TEST_F(TranslucentPicture, FollowsCuts) {
 /// Half of the shell is clipped: the picture shows the cut faces of bone and brain, and between them the
 /// inner side of the far half.
 TEST_F(TranslucentPicture, ClippedBoneAndStructuresHaveCutFaces) {
-  const Rgb bone = at(middle_), bone_beside = at(beside_);
+  const Rgb bone = at(middle_), bone_aside = at(aside_);
   picture_->set_clip({.axis = ClipChoice::Axis::view, .share = 0.5});
   const auto difference = [](const Rgb& a, const Rgb& b) {
     return std::abs(a.r - b.r) + std::abs(a.g - b.g) + std::abs(a.b - b.b);
   };
-  const Rgb face = at(middle_), inside = at(beside_), ring = at(k_middle + dvec3(-17, 0, 0));
+  const Rgb face = at(middle_), inside = at(aside_), ring = at(k_middle + dvec3(-17, 0, 0));
   EXPECT_GT(face.r, face.b + 20) << "the brain's own colour";
   EXPECT_LT(difference(at(k_middle + dvec3(-6.5, 0, 0)), face), 6) << "the face is plane";
   EXPECT_GT(difference(inside, face), 30) << "the inner side of bone";
@@ -282,7 +282,7 @@ TEST_F(TranslucentPicture, ClippedBoneAndStructuresHaveCutFaces) {
   picture_->set_opacity(1, 1);
   picture_->set_clip({});
   expect_mix(at(middle_), bone, bone, 1);
-  expect_mix(at(beside_), bone_beside, bone_beside, 1);
+  expect_mix(at(aside_), bone_aside, bone_aside, 1);
   EXPECT_FALSE(picture_->view().structures()->is_active());
 }
 

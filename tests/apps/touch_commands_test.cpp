@@ -25,11 +25,11 @@ TEST_F(Command, TheForceAloneReturnsNoMoreThanSamplingAllows) {
     EXPECT_GT(e["returned_at_most"].get<double>(), 1) << options;
   }
   const double plain = energy("")["returned"], passive = energy("--passive")["returned"];
-  EXPECT_GT(plain, 1) << "the figure sees it";
+  EXPECT_GT(plain, 1) << "the returned energy is measured";
   EXPECT_LT(passive, 0.05 * plain);
 }
 
-/// A tool that rests on a model by depth images is held by it, and not stuck on the scan behind.
+/// A tool that rests on a model by depth images is held by the model, and not stuck on the scan behind it.
 TEST_F(Command, ATouchOfAModelByImagesIsNotStuck) {
   ASSERT_EQ(run("phantom sphere --size 128 --psf 1 -o s.mha").exit_code, 0);
   // 4 mm into the plate from above, next to the ball of the scan, and a second of rest.

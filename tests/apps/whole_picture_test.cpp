@@ -74,19 +74,19 @@ class DeepVoxels {
   /// a ray that only grazes a voxel's corner may miss the surface drawn around it.
   double distance(const Ray& ray) const {
     const glm::dvec3 from = frame_.volume_from_world(ray.origin),
-                     way = frame_.vector_volume_from_world(ray.direction);
+                     direction = frame_.vector_volume_from_world(ray.direction);
     double near = 0, far = 1e9;
     for (int a = 0; a < 3; ++a) {
-      if (std::abs(way[a]) < 1e-12) {
+      if (std::abs(direction[a]) < 1e-12) {
         if (from[a] < 0 || from[a] > size_[a] - 1) return -1;
         continue;
       }
-      const double t = -from[a] / way[a], u = (size_[a] - 1 - from[a]) / way[a];
+      const double t = -from[a] / direction[a], u = (size_[a] - 1 - from[a]) / direction[a];
       near = std::max(near, std::min(t, u)), far = std::min(far, std::max(t, u));
     }
-    const double step = 0.25 / glm::length(way);
+    const double step = 0.25 / glm::length(direction);
     for (double t = near; t < far; t += step) {
-      const glm::dvec3 p = from + t * way;
+      const glm::dvec3 p = from + t * direction;
       const glm::ivec3 v(glm::floor(p + 0.5));
       const glm::dvec3 off = glm::abs(p - glm::dvec3(v));
       if (std::max({off.x, off.y, off.z}) > 0.35) continue;
@@ -129,7 +129,7 @@ class Silhouette {
   Faults faults(const Picture& picture, vtkCamera* camera, int margin, double slack) const {
     double range[2];
     camera->GetClippingRange(range);
-    const double* way = camera->GetDirectionOfProjection();
+    const double* direction = camera->GetDirectionOfProjection();
     Faults f;
     for (int y = 0; y < k_height; y += k_step)
       for (int x = 0; x < k_width; x += k_step) {
@@ -138,7 +138,8 @@ class Silhouette {
         const std::size_t i = Picture::index(x, y);
         const double z = static_cast<double>(picture.depth[i]);
         const double ahead = range[0] * range[1] / (range[1] - z * (range[1] - range[0]));
-        const double seen = ahead / glm::dot(rays_[i].direction, glm::dvec3(way[0], way[1], way[2]));
+        const double seen =
+            ahead / glm::dot(rays_[i].direction, glm::dvec3(direction[0], direction[1], direction[2]));
         ++f.inside;
         f.missing += !picture.is_drawn(x, y) || seen > bone + slack;
         f.black += picture.light(x, y) < 12;
@@ -197,7 +198,7 @@ void expect_whole(const haptics::TouchScene& scene, const std::string& name) {
   int view_number = 0;
   for (const char side : {'\0', 'A', 'P', 'L', 'S', 'I'})
     for (const double nearer : {1.0, 2.5}) {
-      if (!is_whole() && view_number++ % 5 != 0) continue;  // 0 from afar, P near, S from afar
+      if (!is_whole() && view_number++ % 5 != 0) continue;  // 0 from afar, P near, I from afar
       const std::string view = name + "-" + (side ? side : '0') + (nearer > 1 ? "-near" : "");
       SCOPED_TRACE(view);
       subject.aim_camera(side, nearer);
@@ -318,7 +319,7 @@ TEST(WholePicture, ACompletePictureIsShown) {
   }
 }
 
-/// Planted faults: a cut that hides a part, and clipping planes of the camera that do.
+/// Planted fault: a clip that hides a part.
 TEST(WholePicture, MissingPartsAreDetected) {
   const haptics::TouchScene scene = scenes::phantom_scene("head", {});
   Subject subject(scene);

@@ -146,7 +146,8 @@ TEST_F(Window, TheDrawnSurfaceIsTouched) {
   const ScreenDepth::Counters before = operation.viewport().view().screen_depth()->counters();
   EXPECT_GT(before.reads, 0u);
   EXPECT_LT(before.reads, 40u) << "at rest nothing is read";
-  // Held down while the view turns: it stays, and every new view is read. No frame is drawn for that.
+  // Pressed while the view turns, the tool stays on the sheet, and every new view is read without another
+  // frame.
   const int frames = operation.frames();
   constexpr int k_turns = 12;
   for (int i = 0; i < k_turns; ++i) {

@@ -20,6 +20,7 @@
 #include <QScreen>
 #include <QSlider>
 #include <QSurfaceFormat>
+#include <QTableWidget>
 #include <QTest>
 #include <QVTKOpenGLNativeWidget.h>
 #include <algorithm>
@@ -68,7 +69,7 @@ inline std::shared_ptr<const haptics::TouchScene> ball(int size) {
   return std::make_shared<const haptics::TouchScene>(scenes::phantom_scene("sphere", small(size)));
 }
 
-/// Start of an operation on it, with a burr of 4 mm.
+/// Returns the start of an operation on a scene, with a burr of 4 mm.
 inline WindowStart start_on(const std::shared_ptr<const haptics::TouchScene>& scene) {
   auto method = std::make_shared<haptics::SubvoxelProxy>();
   EXPECT_FALSE(method->prepare(*scene));

@@ -44,7 +44,7 @@ TEST_F(ToolWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
   EXPECT_TRUE(reaches([&] { return !hand().guide().is_holding(); }));
 }
 
-/// A click where there is no edge for the foot moves nothing while it is held: a press entered the dural sac.
+/// A click where the foot finds no edge moves nothing while it is held; a press would enter the dural sac.
 TEST_F(ToolWindow, AKerrisonIsNotPressedWhereItsClickWasRefused) {
   workbench::SourceChoice source("spine");
   source.uses_plan = true;
@@ -261,7 +261,8 @@ TEST_F(ToolWindow, AnIdleBurrOverAHoleDoesNotEnterTheDura) {
   keep(*window_, "burr-over-hole");
 }
 
-/// A deep press at an edge of the lamina does not pull the tool past it: it tore the dural sac at once.
+/// A deep press at an edge of the lamina does not pull the tool past the edge, where it would tear the dural
+/// sac.
 TEST_F(ToolWindow, APressAtAnEdgeOfBoneDoesNotSlipToItsOtherSide) {
   workbench::SourceChoice source("spine");
   source.uses_plan = true;
@@ -292,7 +293,7 @@ TEST_F(ToolWindow, APressAtAnEdgeOfBoneDoesNotSlipToItsOtherSide) {
   EXPECT_GE(places, 4);
 }
 
-/// A deep press does not move a craniotome whose foot has no place: it was drawn through structures.
+/// A deep press does not move a craniotome whose foot has no room; it would pass through structures.
 TEST_F(ToolWindow, ACraniotomeIsNotPressedWhereItsFootHasNoPlace) {
   workbench::SourceChoice source("spine");
   source.uses_plan = true;
@@ -372,12 +373,12 @@ TEST_F(ToolWindow, TheShaftIsTiltedByTheMiddleButtonAndByKeys) {
     return std::abs(std::acos(std::min(1.0, glm::dot(before, shaft()))) * 180 / 3.14159265 - degrees) < 1;
   };
   EXPECT_TRUE(reaches([&] { return leans(20); }));
-  // Toward the right edge; seen from the back that is the patient's right.
+  // Toward the right edge, which is the patient's right in the view from the back.
   EXPECT_LT(glm::dot(shaft() - before, dvec3(1, 0, 0)), -0.2);
   // The tip stays in place.
   EXPECT_LT(glm::length(hand().state().newest.pose.position_world - tip), 1.5);
   keep(*window_, "tilted");
-  // Back by the mouse, which turns it about the tip.
+  // Back by the mouse, which turns the shaft about the tip.
   const QPoint at = pixel_of(place);
   QTest::mousePress(window_->canvas(), Qt::MiddleButton, {}, at);
   for (int i = 1; i <= 10; ++i) QTest::mouseMove(window_->canvas(), at - QPoint(6 * i, 0));

@@ -59,13 +59,13 @@ TEST_F(Window, OffersTheWholeCatalogue) {
   EXPECT_TRUE(QTest::qWaitFor(has_erased, k_patience));
   keep(window, "eraser");
   QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
-  // The flag that it plants: a line and a label.
+  // The eraser's flag: a line and a label.
   EXPECT_TRUE(
       QTest::qWaitFor([&] { return window.operation()->viewport().overlay_count() == 2; }, k_patience));
   let_run(100);
   keep(window, "flag");
 
-  // Its command, submitted through a form.
+  // The eraser's command, submitted through a form.
   in_next_dialog([](QDialog& dialog) {
     if (const char* folder = std::getenv("TREPHINE_SCREENSHOTS"))
       dialog.grab().save(QString("%1/command.png").arg(folder));
@@ -83,7 +83,7 @@ TEST_F(Window, OffersTheWholeCatalogue) {
   window.close();
 }
 
-/// Prepares for flaps: a lattice as fine as the saw, in `scene` too, and a burr in the hand.
+/// Prepares `options` and `scene` for flaps: a cut lattice as fine as the saw, and a burr in the hand.
 void begin_flaps(std::shared_ptr<const haptics::TouchScene>& scene, const drilling::Burr& burr,
                  WindowOptions& options) {
   static const drilling::Drilling drilling;
@@ -188,7 +188,7 @@ TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
       },
       k_patience));
 
-  // As in the handles of the overlay.
+  // Positions of the anchors, by the handles of the overlay.
   const auto anchors = [&] {
     std::vector<glm::dvec3> places;
     if (window.operation()->state().overlays)
@@ -230,8 +230,8 @@ TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
   window.close();
 }
 
-/// A tool with another ball to touch with is adopted when that is ready, moves no faster than it can, and
-/// stops after breakthrough: the hand is not led on to the far side. Then a burr again, as a point.
+/// A tool that touches with another ball is adopted when its offset field is ready, and drills. Then a burr
+/// is taken again, with the touch geometry of the start.
 TEST_F(Window, AToolIsAdoptedWithItsTouchGeometry) {
   begin_flaps(scene_, {}, options_);
   MainWindow window(scene_, options_);

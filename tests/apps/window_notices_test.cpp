@@ -99,12 +99,15 @@ TEST_F(Window, AMessageAvoidsTheLabelsAroundTheTool) {
   const QPoint tip(300, 200);
   const QRect free = place("Dura torn.", tip, {});
   EXPECT_TRUE(free.left() > tip.x() && free.top() > tip.y());
-  // A message that is shown does not move away.
+  // A shown message does not move away.
   EXPECT_EQ(place("Dura torn.", tip, {free}), free);
   const QRect second = place("Dura touched.", tip, {free});
   EXPECT_FALSE(second.intersects(free));
   EXPECT_LT(second.right(), tip.x());
   EXPECT_LT(place("No bite.", tip, {free, second}).bottom(), tip.y());
+  // Labels on all sides: it is placed beyond them.
+  const QRect around(tip - QPoint(250, 60), QSize(500, 120));
+  EXPECT_FALSE(place("The foot is in bone.", tip, {around}).intersects(around));
   // At the border of the picture it changes its side.
   EXPECT_LT(place("Bite of 3 mm\u00b3.", {590, 390}, {}).right(), 590);
 }
@@ -193,7 +196,7 @@ TEST_F(Window, APerforatorContinuesInAnUnfinishedHole) {
 }
 
 }  // namespace
-/// After work the window shows the path of the previous session, and resumes a recorded one.
+/// The window resumes a recorded session. Without earlier work it does not report a saved session.
 TEST_F(Window, ASessionIsResumedFromTheMenu) {
   std::string asked;
   options_.host.resume = [&](const std::string& session, const WindowHost::Listener&) -> Result<OpenedScene> {
@@ -215,7 +218,7 @@ TEST_F(Window, ASessionIsResumedFromTheMenu) {
   window.close();
 }
 
-/// A session is played in a window of its own. Its error is shown here, and closing this window stops it.
+/// A session is played in another window. An error of it is shown in this window, whose closing stops it.
 TEST_F(Window, ASessionIsPlayedFromTheMenu) {
   std::atomic<int> started = 0, stopped = 0;
   options_.scan = "folder";

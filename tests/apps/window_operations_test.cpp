@@ -24,7 +24,7 @@ class WholeOperation : public ToolWindow {
     });
     child<QAction>(*window_, action)->trigger();
   }
-  /// Waits for a message of the log that begins so, and returns it; empty without one.
+  /// Waits for a message of the log that begins with `begin`, and returns it; empty without such a message.
   std::string logged(const std::string& begin) {
     std::string found;
     reaches([&] {
@@ -145,7 +145,7 @@ TEST_F(WholeOperation, AFlapIsLiftedOffByTheMouse) {
     return count;
   };
   const int in_gap = vertices_in_bone();
-  // Seen from above, the piece would follow the cursor into the vault: it stays outside.
+  // In the view from above the cursor leads into the vault; the piece stays outside.
   QTest::keyClick(window_.get(), Qt::Key_S, Qt::ShiftModifier);
   int most = 0;
   for (int i = 0; i < 30; ++i) {

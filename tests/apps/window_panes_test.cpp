@@ -106,11 +106,11 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   EXPECT_EQ(panes.blend(), ct_viewer::Blend::before);
   QTest::keyClick(pane, Qt::Key_T);
   ASSERT_TRUE(settle(window));
-  EXPECT_GT(middle_colour()[0], middle_colour()[2] + 40) << "what was cut away is amber";
+  EXPECT_GT(middle_colour()[0], middle_colour()[2] + 40) << "removed matter is amber";
   keep(window, "panes_amber");
   QTest::keyClick(pane, Qt::Key_T);
 
-  // A slice on, a slice back; shift and the mouse; greys; zoom and reset.
+  // Next and previous slice; shift and the mouse; windowing; zoom and reset.
   const glm::dvec3 before = panes.focus();
   QTest::keyClick(pane, Qt::Key_Right);
   EXPECT_NEAR(std::abs(panes.focus().z - before.z), scene_->base->frame.spacing().z, 1e-9);
@@ -129,7 +129,7 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   const glm::dvec3 fixed = *panes.world(axial, corner);
   panes.zoom(axial, 2, corner);
   EXPECT_NEAR(panes.plane(axial)->pixel, pixel / 2, 1e-12);
-  EXPECT_NEAR(glm::length(*panes.world(axial, corner) - fixed), 0, 1e-9) << "what one points at stays";
+  EXPECT_NEAR(glm::length(*panes.world(axial, corner) - fixed), 0, 1e-9) << "under the cursor";
   QTest::keyClick(pane, Qt::Key_R);
   EXPECT_NEAR(panes.plane(axial)->pixel, pixel, 1e-12);
 
@@ -164,7 +164,7 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   MainWindow window(scene_, options_);
   open(window);
   imaging::Panes& panes = window.pane_controller().panes();
-  EXPECT_EQ(window.panes()->arrangement(), Layout::xray) << "as it was left";
+  EXPECT_EQ(window.panes()->arrangement(), Layout::xray) << "as stored";
   constexpr std::size_t xray = 1, section = 2;
   ASSERT_EQ(panes.kind(xray), imaging::PaneKind::xray);
   ASSERT_TRUE(settle(window));
@@ -185,7 +185,7 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   EXPECT_EQ(panes.panel(xray)->pixels, held) << "bone was cut, but no X-ray was taken";
   keep(window, "panes_held");
 
-  // Live it follows, and costs dose; released, the last image stays.
+  // A live X-ray follows the cuts, and costs dose; its last image is held.
   auto* live = child<QToolButton>(window, "xray_live_1");
   live->click();
   ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(xray)->columns == 256; }, k_patience));
@@ -254,8 +254,8 @@ TEST_F(WindowPanes, SeenFromTheBackThePatientsLeftIsOnTheLeftInEveryPane) {
   const auto goes_left = [&](std::size_t pane) {
     return panes.pixel(pane, at + glm::dvec3(5, 0, 0))->x < panes.pixel(pane, at)->x - 1;
   };
-  const auto goes_up = [&](std::size_t pane, const glm::dvec3& way) {
-    return panes.pixel(pane, at + 5.0 * way)->y < panes.pixel(pane, at)->y - 1;
+  const auto goes_up = [&](std::size_t pane, const glm::dvec3& direction) {
+    return panes.pixel(pane, at + 5.0 * direction)->y < panes.pixel(pane, at)->y - 1;
   };
   std::vector<imaging::Panel::Colour> first;
   auto* from_back = child<QAction>(window, "from_back");
@@ -294,7 +294,7 @@ TEST_F(WindowPanes, SeenFromTheBackThePatientsLeftIsOnTheLeftInEveryPane) {
     }
     first = is_from_back ? first : xray.pixels;
   }
-  // An X-ray taken then is mirrored, too.
+  // An X-ray taken in the view from the back is mirrored, too.
   from_back->trigger();
   child<QToolButton>(window, "xray_shoot_1")->click();
   const std::uint64_t made = panes.image_count(1);
@@ -332,7 +332,7 @@ TEST_F(WindowPanes, TheScanIsRenderedWithTheViewOfThePicture) {
   ASSERT_TRUE(
       QTest::qWaitFor([&] { return panes.panel(drawn)->pixels != whole && settle(window); }, k_patience));
   keep(window, "panes_drawn_open");
-  // The touched shape is the drawn one.
+  // The drawn matter becomes the touched shape.
   child<QAction>(window, "transfer_skin")->trigger();
   child<QAction>(window, "touch_what_is_drawn")->trigger();
   EXPECT_LT(child<QDoubleSpinBox>(window, "low")->value(), -300);
@@ -469,7 +469,7 @@ TEST_F(WindowPanes, InvalidLayoutsAreRefused) {
     EXPECT_EQ(panes.kind(1), imaging::PaneKind::tool);
     grid.maximise(2);
     for (const QString& share : grid.remember().section(' ', 5).split(' '))
-      EXPECT_NEAR(share.toInt(), 500, 20) << "one alone says nothing of the others";
+      EXPECT_NEAR(share.toInt(), 500, 20) << "shares before a pane was maximised";
   }
 }
 

@@ -123,7 +123,7 @@ struct Opened {
     run.engine().freeze();
     engine = run.engine();
   }
-  /// Sets the start of a window over it, seen from above, without a recording.
+  /// Sets the start of a window on this scene, in a view from above, without a recording.
   void start(WindowOptions& options) const {
     options.start = WindowStart{*engine};
     options.recorder = nullptr;

@@ -43,8 +43,8 @@ TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyTime) {
   EXPECT_FALSE(window.replay()->seek(1.9).has_value());
   let_run(60);
   EXPECT_NEAR(window.replay()->seconds(), 1.9, 0.01);
-  // Seen from where the work was done: from above. Events are shown at the tool, and hidden again before
-  // their time.
+  // The view is from the side of the work, here from above. Events are shown at the tool, and hidden again
+  // before their time.
   EXPECT_LT(window.replay()->viewport().camera().forward.z, -0.7);
   EXPECT_TRUE(QTest::qWaitFor([&] { return child<QLabel>(window, "notice_at_tool")->text() == "Dura torn."; },
                               k_patience));
@@ -66,6 +66,28 @@ TEST_F(Window, PlaysASessionPausedAtAnySpeedAndToAnyTime) {
   EXPECT_LT(window.replay()->engine().removed_mm3(), late);
   EXPECT_TRUE(
       QTest::qWaitFor([&] { return child<QLabel>(window, "notice_at_tool")->isHidden(); }, k_patience));
+  // The parts of the force of a paused tick, and of its neighbour.
+  EXPECT_FALSE(window.replay()->seek(1.9).has_value());
+  QTest::keyClick(&window, Qt::Key_X);
+  auto* table = child<QTableWidget>(window, "force_table");
+  const auto shows_force = [&] {
+    const std::optional<haptics::ForceParts>& parts = window.replay()->force_parts();
+    const int last = table->rowCount() - 1;
+    return parts && last > 0 &&
+           static_cast<long long>(parts->record.tick) + 1 ==
+               std::llround(1000 * window.replay()->seconds()) &&
+           table->item(last, 4)->text() ==
+               QString::number(glm::length(window.replay()->record().force_world), 'f', 3);
+  };
+  EXPECT_TRUE(QTest::qWaitFor(shows_force, k_patience));
+  EXPECT_TRUE(child<QLabel>(window, "force_text")->text().contains("The tool touches"));
+  keep(window, "replay-force");
+  const double before_step = window.replay()->seconds();
+  QTest::mouseClick(child<QPushButton>(window, "previous_tick"), Qt::LeftButton);
+  EXPECT_NEAR(window.replay()->seconds(), before_step - 0.001, 1e-9);
+  EXPECT_TRUE(QTest::qWaitFor(shows_force, k_patience));
+  QTest::keyClick(&window, Qt::Key_X);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return !window.replay()->force_parts(); }, k_patience));
   child<QComboBox>(window, "speed")->setCurrentIndex(5);
   QTest::mouseClick(child<QPushButton>(window, "play"), Qt::LeftButton);
   EXPECT_TRUE(QTest::qWaitFor([&] { return window.replay()->seconds() >= 2; }, k_patience))

@@ -1,4 +1,4 @@
-// The window with a procedure: its panel, the tools and commands of a step, and what happens without one.
+// The window with a procedure: its panel, and the tools and commands of a step; and without a procedure.
 #include <QMainWindow>
 #include <QScrollArea>
 #include <QScrollBar>
@@ -234,7 +234,7 @@ TEST_F(WindowSteps, ButtonsGoThroughTheStepsAndUndoGoesBack) {
   ASSERT_TRUE(QTest::qWaitFor([&] { return marks(window) == "dd>"; }, k_patience));
   EXPECT_EQ(window.findChild<QPushButton*>("next_judge"), nullptr);
   child<QAction>(window, "next_step")->trigger();
-  EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("this step is the last one"));
+  EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("This is the last step"));
 
   window.operation()->undo();
   ASSERT_TRUE(is_in_step(window, 1));

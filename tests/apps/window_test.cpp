@@ -13,7 +13,7 @@ TEST_F(Window, DrillsNothingInTheBackground) {
       QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, k_patience));
   const QPoint middle = window.canvas()->rect().center();
   for (const bool is_key : {true, false}) {
-    QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));  // from its own position it would be no move
+    QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));  // a move to the same position is no event
     QTest::mouseMove(window.canvas(), middle);
     ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, k_patience));
     const double before = window.operation()->state().removed_mm3;
@@ -315,7 +315,7 @@ TEST_F(Window, OpensOtherScenesShowsErrorsAndChangesTheShape) {
   EXPECT_TRUE(box->text().contains("check the spelling"));
   box->close();
   EXPECT_TRUE(window.windowTitle().startsWith("ball"));
-  EXPECT_EQ(window.operation()->viewport().overlay_count(), 2u) << "as long as its scan is there";
+  EXPECT_EQ(window.operation()->viewport().overlay_count(), 2u) << "the plan stays with its scan";
 
   // A folder is dropped.
   QMimeData mime;
@@ -440,7 +440,7 @@ TEST_F(Window, FramesCostWhatChangedInThem) {
   QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
   EXPECT_GT(most, 0u);
   EXPECT_LT(most, picture.triangle_count() / 3);
-  // Seen from behind it is whole again, though only the cut was drawn last.
+  // In the view from behind the bone is whole, although only the cut was drawn last.
   QTest::mouseMove(window.canvas(), QPoint(5, 5));
   let_run(100);
   ASSERT_TRUE(turn_to('P'));
@@ -461,7 +461,7 @@ TEST(DrillVoice, IsSilentAtRestHumsWhenPressedAndNeverClips) {
   const double free = loudness(0, true, false), cutting = loudness(4, true, true);
   EXPECT_GT(free, 300);
   EXPECT_GT(cutting, 1.2 * free);
-  EXPECT_LT(loudness(0, false, false), 60) << "it runs down";
+  EXPECT_LT(loudness(0, false, false), 60) << "it fades";
   loudness(1e6, true, true);
   for (const std::int16_t s : samples) ASSERT_LE(std::abs(s), 22000);
 }

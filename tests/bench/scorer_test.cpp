@@ -61,7 +61,7 @@ TEST(Scorer, DetectsAProxyThatSticksInAGrooveAndAtRest) {
   const Scored scored("groove-90-psf-1-circle-held");
   EXPECT_EQ(scored.score().stuck, 0);
   EXPECT_EQ(scored.score().other_rest, 0);
-  // It stays behind for 40 steps, for most of which the hand is at rest.
+  // The proxy stays behind for 40 steps, for most of which the hand is at rest.
   const FeelRow stuck = scored.score([&](std::size_t i, ProxyStep& step) {
     if (i % 300 >= 240 && i % 300 < 280) step.proxy_world = scored.steps()[i / 300 * 300 + 239].proxy_world;
   });
@@ -71,7 +71,7 @@ TEST(Scorer, DetectsAProxyThatSticksInAGrooveAndAtRest) {
 
 TEST(Scorer, DetectsAStuckBallInABurrHole) {
   const Scored scored("burr-hole-psf-1.5-radius-2-mm-round-its-wall");
-  // It is in the hole, and on its wall.
+  // The exact proxy is in the hole, and on its wall.
   long on_wall = 0;
   for (std::size_t i = 200; i < scored.exact().size(); ++i) {
     const dvec3& p = scored.exact()[i];

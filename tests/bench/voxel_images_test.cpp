@@ -1,5 +1,5 @@
-// The six images of voxels: against rows queried voxel by voxel, through cuts and their undo, and against the
-// images with every layer.
+// VoxelImages, six images of voxels: against rows queried voxel by voxel, through cuts and their undo, and
+// against the images with every layer.
 #include "apps/bench/voxel_images.h"
 
 #include <gtest/gtest.h>

@@ -4,7 +4,7 @@
 namespace trephine::data_tools {
 namespace {
 
-// ---- positions of slices --------------------------------------------------------------------------------
+// Positions of slices.
 
 TEST_F(Dicom, TheOrderFollowsPositions) {
   write_series(4, [](int k, SliceOf& s) { s.position.z = -2.0 * k; });
@@ -125,7 +125,7 @@ TEST_F(Dicom, CopiesAreDroppedAndOtherSlicesAtOnePositionAreRefusedByName) {
   expect_refused({"several slices have the same position", "IM1002 and IM1002 copy"});
 }
 
-// ---- other files next to the slices ---------------------------------------------------------------------
+// Other files next to the slices.
 
 TEST_F(Dicom, OtherFilesAreSkippedAndNamed) {
   write_series(4);

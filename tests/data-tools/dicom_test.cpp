@@ -5,7 +5,7 @@
 namespace trephine::data_tools {
 namespace {
 
-// ---- encoding of a file ---------------------------------------------------------------------------------
+// Encoding of a file.
 
 TEST_F(Dicom, EveryPlainTransferSyntaxIsRead) {
   for (const Syntax syntax :
@@ -157,7 +157,7 @@ TEST_F(Dicom, NumbersAreReadAsEachSliceStoresThem) {
   for (const std::int16_t value : twelve.voxels.span()) ASSERT_EQ(value, 1024);
 }
 
-// ---- meaning of a number --------------------------------------------------------------------------------
+// Meaning of a number.
 
 TEST_F(Dicom, HounsfieldUnitsRequireTheScannersDeclaration) {
   write_series(4);

@@ -16,7 +16,7 @@ std::vector<SlicePosition> stack(int count) {
   std::vector<SlicePosition> slices;
   for (int i = 0; i < count; ++i) {
     SlicePosition s;
-    const int k = (i * 7) % count;  // in no order
+    const int k = (i * 7) % count;  // not sorted
     s.position = {-100, 50, 12.0 + 1.25 * k};
     s.row_spacing = 0.5;
     s.column_spacing = 0.4;

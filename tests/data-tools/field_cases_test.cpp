@@ -139,7 +139,7 @@ TEST_F(FieldCases, NrrdUnitsApplyPerAxis) {
                             "kinds: RGB-color domain domain domain\n",
                             "3 5 4 3", 4, std::string(180, '\1'), "uchar"));
   EXPECT_NE(refusal("colour.nrrd").find("colours"), std::string::npos) << refusal("colour.nrrd");
-  // "space dimension" names no axes: the caller must.
+  // "space dimension" names no axes: the caller must name them.
   write("unnamed.nrrd",
         nrrd("space dimension: 3\nspace directions: (1,0,0) (0,1,0) (0,0,1.5)\n", "5 4 3", 3, body));
   EXPECT_NE(refusal("unnamed.nrrd").find("option axes"), std::string::npos) << refusal("unnamed.nrrd");

@@ -1,12 +1,12 @@
 #!/usr/bin/python3
-"""Runs the cases from public bug reports in the shared data: field_files.py TREPHINE DATA. 77: no data."""
+"""Runs the cases from public bug reports in the shared data: field_files.py TREPHINE DATA. Exit code 77: no data."""
 import os
 import subprocess
 import sys
 
 
 def wrong_cases(script, binary):
-    """Returns the lines of the cases that are wrong, and whether the script came to its end."""
+    """Returns the lines of the wrong cases, and whether the script ran to its end."""
     out = subprocess.run([sys.executable, script, binary], capture_output=True, text=True).stdout
     lines = [line for line in out.splitlines() if line.startswith("WRONG")]
     return lines, out.rstrip().endswith(f"{len(lines)} wrong")
@@ -19,6 +19,6 @@ if not os.path.exists(script):
     sys.exit(77)
 lines, is_complete = wrong_cases(script, binary)
 print("\n".join(lines) or "no case is wrong")
-# A command that answers nothing must be found wrong, or the cases judge nothing.
+# Planted fault: most cases must be wrong for a command without output.
 planted, _ = wrong_cases(script, "/bin/false")
 sys.exit(not is_complete or bool(lines) or len(planted) < 40)

@@ -16,11 +16,11 @@ inline std::string read_text(const std::string& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// The folder of real data, or "" (then the test is reported as skipped).
+/// Returns the folder of real data, or "", for which tests are skipped.
 inline std::string real_data() {
   if (const char* given = std::getenv("TREPHINE_DATA")) return given;
-  const std::filesystem::path beside = std::filesystem::path(TREPHINE_SOURCE_DIR) / ".." / "shared" / "data";
-  return std::filesystem::exists(beside / "GOLDEN.json") ? beside.string() : "";
+  const std::filesystem::path folder = std::filesystem::path(TREPHINE_SOURCE_DIR) / ".." / "shared" / "data";
+  return std::filesystem::exists(folder / "GOLDEN.json") ? folder.string() : "";
 }
 
 }  // namespace trephine::data_tools

@@ -50,11 +50,11 @@ class Formats : public ::testing::Test {
   std::string notices_;
 };
 
-/// `count` numbers from 0 up, times `of`.
+/// Returns the numbers from 0 to `count` - 1, times `factor`.
 template <class T>
-std::vector<T> ramp(double of = 1, int count = 24) {
+std::vector<T> ramp(double factor = 1, int count = 24) {
   std::vector<T> values;
-  for (int i = 0; i < count; ++i) values.push_back(static_cast<T>(of * i));
+  for (int i = 0; i < count; ++i) values.push_back(static_cast<T>(factor * i));
   return values;
 }
 
@@ -74,7 +74,7 @@ TEST_F(Formats, EverySpaceOfAnNrrdIsConvertedToLps) {
       {"left-anterior-superior", {1, -1, 1}},   {"LAS", {1, -1, 1}},
   };
   for (const auto& s : spaces) {
-    // Axes that are neither straight nor in order.
+    // Oblique and permuted axes.
     put("a.nrrd", nrrd(std::string("space: ") + s.space +
                        "\nspace directions: (0,0.5,0) (-0.25,0,0.01) (0,0,2)\nspace origin: (10,-20,30)\n") +
                       bytes_of(ramp<std::int16_t>()));
@@ -311,7 +311,7 @@ TEST_F(Formats, FractionsLoseLessThanTheirNoiseOrAreRefused) {
   expect_refused("a.nii", {"option scale"});
 }
 
-/// Hounsfield units are recognized by air, not by a number that no other modality should have.
+/// Hounsfield units are recognized by the amount of air, not by single values.
 TEST_F(Formats, HounsfieldUnitsNeedEvidence) {
   const glm::ivec3 size(10, 10, 10);
   std::vector<std::int16_t> mr(1000, 300);

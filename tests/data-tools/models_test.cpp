@@ -67,7 +67,7 @@ TEST(PolygonModels, ACrashOfTheLibraryIsAnError) {
           field +
           "<Piece Extent=\"0 1 0 1 0 1\"><PointData Scalars=\"v\"><DataArray type=\"Int16\" Name=\"v\" "
           "format=\"ascii\">1 2 3 4 5 6 7 8</DataArray></PointData></Piece></ImageData></VTKFile>");
-  // Whatever the library does, this process continues, with an error or the whole file.
+  // The library may crash; this process continues, with an error or the whole file.
   for (int i = 0; i < 5; ++i) {
     const auto model = read_polygon_model(scratch / "m.vtp");
     if (model) {
@@ -164,7 +164,7 @@ TEST(PolygonModels, DamagedModelsAreRefusedWithoutOutput) {
   }
   write_text(scratch / "good.ply", head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
   EXPECT_TRUE(read_polygon_model(scratch / "good.ply"));
-  // A polygon that the triangle filter would have cut up; quads without points.
+  // A polygon that the triangle filter would split; quads without points.
   std::string quad = head;
   quad.replace(quad.find("vertex 3"), 8, "vertex 4");
   write_text(scratch / "quad.ply", quad + "0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 999999\n");
@@ -182,7 +182,7 @@ TEST(PolygonModels, DamagedModelsAreRefusedWithoutOutput) {
   EXPECT_FALSE(read_polygon_model(scratch / "missing.ply"));
 }
 
-/// VTK reads the triangles that are there, whatever the file states.
+/// VTK reads the existing triangles, even if the file states another number.
 TEST(PolygonModels, AnIncompleteStlIsRefused) {
   const Scratch scratch;
   std::string binary(80, '\0');

@@ -141,7 +141,7 @@ TEST_F(Outputs, AFullDiskReplacesNothing) {
 /// A signal that ends the program leaves no partial file; the files of a killed program are removed by the
 /// next one, but only those of processes that have ended.
 TEST_F(Outputs, NoPartialFileRemains) {
-  const auto end_in_the_middle = [&](bool is_kind) {
+  const auto end_in_the_middle = [&](bool is_catchable) {
     const pid_t child = ::fork();
     if (child == 0) {
       std::signal(SIGTERM, [](int) {
@@ -152,7 +152,7 @@ TEST_F(Outputs, NoPartialFileRemains) {
         return write_atomically(made + "/v", [&](const std::string& temporary) -> Status {
           std::ofstream(temporary) << "half" << std::flush;
           std::ofstream(made + "/v") << "half" << std::flush;
-          ::raise(is_kind ? SIGTERM : SIGKILL);
+          ::raise(is_catchable ? SIGTERM : SIGKILL);
           return std::nullopt;
         });
       });
@@ -160,7 +160,7 @@ TEST_F(Outputs, NoPartialFileRemains) {
     }
     int status = 0;
     ::waitpid(child, &status, 0);
-    return is_kind ? WIFEXITED(status) && WEXITSTATUS(status) == 0 : WIFSIGNALED(status);
+    return is_catchable ? WIFEXITED(status) && WEXITSTATUS(status) == 0 : WIFSIGNALED(status);
   };
   ASSERT_TRUE(end_in_the_middle(true));
   EXPECT_EQ(count(), 0u);
@@ -173,7 +173,7 @@ TEST_F(Outputs, NoPartialFileRemains) {
     });
   };
   ASSERT_FALSE(write_case().has_value());
-  EXPECT_EQ(count(), 2u) << "it may be a program of another machine that writes there";
+  EXPECT_EQ(count(), 2u) << "another machine may write there";
   for (const auto& entry : fs::directory_iterator(folder_))
     fs::last_write_time(entry, fs::file_time_type::clock::now() - std::chrono::hours(2));
   ASSERT_FALSE(write_case().has_value());
@@ -181,7 +181,7 @@ TEST_F(Outputs, NoPartialFileRemains) {
   EXPECT_TRUE(
       write_folder_atomically(file("case"), {}, [](const std::string&) -> Status { return std::nullopt; })
           .has_value())
-      << "what is there is not replaced";
+      << "an existing folder is not replaced";
 }
 
 }  // namespace

@@ -47,7 +47,7 @@ TEST(Phantoms, BoxPegAndHoleHaveTheirVolumes) {
   }
 }
 
-/// Linear between voxels.
+/// Trilinear interpolation between voxels; air outside the volume.
 double value_at(const Volume& v, const dvec3& world) {
   const dvec3 p = v.frame.volume_from_world(world), base = glm::floor(p), f = p - base;
   double sum = 0;
@@ -85,7 +85,7 @@ double vault_ripple(const Volume& v) {
   return std::sqrt(sum / count);
 }
 
-/// Kocher's point by another measure: a tape over the vault, sampled by height and width.
+/// Kocher's point by another measure: a tape over the vault, made of short chords.
 TEST(Phantoms, LandmarksOfTheHeadLieWhereAnatomistsPutThem) {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
     SCOPED_TRACE(seed);
@@ -154,7 +154,7 @@ TEST(Phantoms, TheHeadsVaultIsTwoToNineMillimetresThickWithoutRings) {
     if (seed == 1) {
       const double ripple = vault_ripple(v);
       EXPECT_LT(ripple, 0.03) << "mm";
-      options.psf_sigma_voxels = 0.3;  // nearly the earlier phantom
+      options.psf_sigma_voxels = 0.3;  // nearly without blur
       EXPECT_GT(vault_ripple(make_phantom("head", options).value()), 2 * ripple) << "the judge detects rings";
     }
     const HeadAnatomy anatomy = head_anatomy(seed);
@@ -210,7 +210,7 @@ TEST(Phantoms, SeedsGiveDifferentPatientsReproducibly) {
 double clearance(const SpinePhantom& spine, std::size_t vertebra, const dvec3& entry, const dvec3& target) {
   double least = 1e3;
   const double length = glm::length(target - entry);
-  for (double t = 6; t <= length; t += 0.25)  // nearer to the entry it may leave the bone again
+  for (double t = 6; t <= length; t += 0.25)  // near the entry the axis may leave the bone again
     least = std::min(least, -spine.bone_distances(entry + (target - entry) * (t / length))[vertebra]);
   return least;
 }
@@ -269,10 +269,10 @@ TEST(Phantoms, FacetsKeepAGap) {
     for (int i = 0; i < 200'000; ++i) {
       const dvec3 p(across(random), 25 + 0.625 * (20 + across(random)), 2.5 * across(random));
       const auto d = spine.bone_distances(p);
-      EXPECT_FALSE((d[0] < 0 && d[1] < 0) || (d[1] < 0 && d[2] < 0)) << "two bones in one place";
+      EXPECT_FALSE((d[0] < 0 && d[1] < 0) || (d[1] < 0 && d[2] < 0)) << "two bones at one position";
       near += (d[0] < 1.5 && d[1] < 1.5 && d[0] > 0 && d[1] > 0);
     }
-    EXPECT_GT(near, 100) << "and are joints";
+    EXPECT_GT(near, 100) << "the facets are close together";
   }
 }
 

@@ -60,7 +60,7 @@ TEST_F(Plans, MarkupsKeepTheirFrame) {
     ASSERT_EQ(plan.value().landmarks.size(), 1U);
     EXPECT_EQ(plan.value().landmarks[0].name, "nasion");
     EXPECT_EQ(plan.value().landmarks[0].position_world, signs * glm::dvec3(0, 80, 5));
-    EXPECT_EQ(plan.value().notices.size(), 1U) << "the point that was not placed";
+    EXPECT_EQ(plan.value().notices.size(), 1U) << "a point without a position";
   }
   expect_refused("a.mrk.json", markups("scanner"), "LPS or RAS");
   expect_refused("a.mrk.json", markups(""), "LPS or RAS");
@@ -77,7 +77,7 @@ TEST_F(Plans, TablesDeclareTheirColumnsAndFrame) {
   EXPECT_EQ(plain.value().trajectories[0].diameter, 5.5);
   EXPECT_EQ(plain.value().trajectories[1].name, "right, lower");
   EXPECT_EQ(plain.value().trajectories[1].target_world, glm::dvec3(-4, 5, 6));
-  EXPECT_EQ(plain.value().notices.size(), 1U) << "the frame was not said";
+  EXPECT_EQ(plain.value().notices.size(), 1U) << "the frame is not stated";
   const auto slicer = read("a.fcsv",
                            "# Markups fiducial file version = 4.11\n# CoordinateSystem = RAS\n"
                            "# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n"
@@ -148,7 +148,7 @@ TEST_F(Plans, CasesKeepPlansAndMaterials) {
   }
 }
 
-/// Case with two structures, one per line number in the test below.
+/// A case; the test below names its lines by number.
 constexpr const char* k_case = R"(schema = 2
 name = "x"
 hounsfield = true
@@ -323,7 +323,7 @@ TEST_F(Plans, DicomSegmentationsAreLabelsWithNames) {
   };
   expect_near(coloured.value().colours[1], {255, 0, 0});
   expect_near(coloured.value().colours[4], {0, 0, 255});
-  // Bytes in words of the other order.
+  // Pixels in big-endian words.
   for (const int bits : {1, 8}) {
     const auto words = write({bits, false, 16, false, scenes::Syntax::explicit_big});
     ASSERT_TRUE(words.is_ok()) << words.error().message();

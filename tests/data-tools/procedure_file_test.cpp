@@ -128,7 +128,7 @@ TEST(ProcedureFile, ErrorsHaveTheirLine) {
         << row.words << "\n"
         << refused.error().message();
   }
-  // A transition without a cause, and files without what every procedure needs.
+  // A transition without a cause, and files without schema, name or steps.
   const std::string no_cause = changed(
       "on = \"request\"\nwhen = [{measurement = \"removed_mm3\", min = 2.5},\n        {measurement = "
       "\"changes\", min = 1, max = 9}]\n",
@@ -259,7 +259,7 @@ TEST_F(ProcedureCase, RefusesWhatItCannotUse) {
   }
 }
 
-TEST(ProcedureFile, ScriptsNameTheirs) {
+TEST(ProcedureFile, ScriptsNameTheirProcedure) {
   const std::string script =
       "schema = 1\nscan = \"head\"\nprocedure = \"craniotomy\"\n[[hands]]\npoints = [[0, 0, 0, 9]]\n";
   const auto read = parse_script(script, "s.toml");

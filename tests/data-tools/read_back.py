@@ -1,6 +1,6 @@
-"""Others read what trephine writes: pydicom, nibabel and dcmtk, where they are installed.
+"""Reads files of trephine by pydicom, nibabel and dcmtk, as far as these are installed.
 
-usage: read_back.py TREPHINE FOLDER; exit 77: none of them is here.
+usage: read_back.py TREPHINE FOLDER; exit code 77: none of these, or no numpy, is installed.
 """
 import glob
 import os
@@ -21,7 +21,7 @@ def run(*words):
 
 
 def phantom(trephine, folder):
-    """A volume with shear and noise; as raw bytes, what it is, without a reader."""
+    """Writes a noisy anisotropic phantom. Returns its voxels, axes and origin from the raw bytes, without a library."""
     path = f"{folder}/v.nrrd"
     run(trephine, "phantom", "shell", "--size", "31,27,23", "--spacing", "2.5,3.5,4", "--seed", "7", "-o", path)
     head, voxels = open(path, "rb").read().split(b"\n\n", 1)
@@ -65,7 +65,7 @@ def check_pydicom(trephine, folder, voxels, axes, origin):
 
 
 def check_dcmtk(folder):
-    """dcmtk reads every file to its end, finds nothing to complain of, and makes a picture of it."""
+    """Checks that dcmtk reads every file to its end without a warning, and makes a picture of one slice."""
     for path in glob.glob(f"{folder}/series/*.dcm"):
         done = subprocess.run(("dcmdump", "-q", path), capture_output=True, text=True)
         assert done.returncode == 0 and done.stderr == "", (path, done.stderr)
@@ -79,7 +79,7 @@ def main(trephine, folder):
     os.makedirs(folder)
     voxels, axes, origin = phantom(trephine, folder)
     run(trephine, "convert", f"{folder}/v.nrrd", "-o", f"{folder}/series", "--as", "dicom")
-    asked = []
+    readers = []
     for name, check in (("nibabel", lambda: check_nibabel(trephine, folder, voxels, axes, origin)),
                         ("pydicom", lambda: check_pydicom(trephine, folder, voxels, axes, origin))):
         try:
@@ -87,13 +87,13 @@ def main(trephine, folder):
         except ImportError:
             continue
         check()
-        asked.append(name)
+        readers.append(name)
     if shutil.which("dcmdump"):
         check_dcmtk(folder)
-        asked.append("dcmtk")
-    print("read the same by:", ", ".join(asked) or "no program: none is installed")
+        readers.append("dcmtk")
+    print("read the same by:", ", ".join(readers) or "no program, since none is installed")
     shutil.rmtree(folder)
-    return 0 if asked else 77
+    return 0 if readers else 77
 
 
 if __name__ == "__main__":

@@ -67,7 +67,7 @@ TEST(ScanQuality, OfAHeadEqualsThatOfItsPhantom) {
   const ScanQuality q = scan_quality(make_phantom("head", options).value(), volume::Shape{});
   ASSERT_TRUE(q.noise && q.blur_in_plane && q.blur_across);
   EXPECT_NEAR(*q.noise / 20, 1, 0.1);
-  // Its edges are drawn softly before they are blurred: a third-order step over 1.7 voxels.
+  // The phantom's edges are soft before they are blurred: a third-order step over 1.7 voxels.
   const double drawn = 1.7 / std::sqrt(20.0), expected = 0.8 * std::sqrt(blur * blur + drawn * drawn);
   EXPECT_NEAR(*q.blur_in_plane / expected, 1, 0.1);
   EXPECT_NEAR(*q.blur_across / expected, 1, 0.13) << "across, its vault has layers as thin as the blur";
@@ -90,7 +90,7 @@ TEST(ScanQuality, TheNoiseOfASmallScanExcludesItsEdges) {
   EXPECT_NEAR(*q.noise, 10, 2);
 }
 
-/// Its ends are shells over softer bone, and few: no blur across slices is reported.
+/// The ends of the vertebrae are shells over softer bone, and few: no blur across slices is reported.
 TEST(ScanQuality, OfASpineReportsNoBlurAcrossSlices) {
   PhantomOptions options;
   options.spacing_mm = glm::dvec3(0.9);
@@ -111,12 +111,12 @@ TEST(ScanQuality, WallsHaveTheirThickness) {
   }
 }
 
-/// The least value for which `is` is true, mm.
-template <class Is>
-double least_of(const Is& is) {
+/// Returns the least value (mm) for which `condition` is true.
+template <class Condition>
+double least_of(const Condition& condition) {
   double low = 0.2, high = 8;
-  EXPECT_TRUE(!is(low) && is(high));
-  while (high - low > 0.02) (is(0.5 * (low + high)) ? high : low) = 0.5 * (low + high);
+  EXPECT_TRUE(!condition(low) && condition(high));
+  while (high - low > 0.02) (condition(0.5 * (low + high)) ? high : low) = 0.5 * (low + high);
   return high;
 }
 

@@ -28,17 +28,17 @@ TEST(Subprocess, OnlySharedBytesAreReturned) {
 
 /// Each kind of failure, with the number of the task.
 TEST(Subprocess, CrashesAreErrorsWithALocation) {
-  const std::pair<const char*, void (*)()> ways[] = {
+  const std::pair<const char*, void (*)()> failures[] = {
       {"damaged", [] { std::raise(SIGSEGV); }},
       {"damaged", [] { std::abort(); }},
       {"reported an error", [] { throw 3; }},
       {"reported an error", [] { std::_Exit(7); }},
       {"does not end", [] { std::this_thread::sleep_for(std::chrono::hours(1)); }}};
-  for (const auto& [word, way] : ways) {
+  for (const auto& [word, fail] : failures) {
     const SubprocessResult ended = run_in_subprocess(
         50,
-        [way = way](int i) {
-          if (i == 31) way();
+        [fail = fail](int i) {
+          if (i == 31) fail();
         },
         {}, 0.3);
     EXPECT_EQ(ended.end, End::failed);

@@ -29,7 +29,7 @@ const sim::Catalogue& catalogue() {
   return all;
 }
 
-/// A checkpoint with valid other parts and `rest` as its last one.
+/// Returns a checkpoint whose last part is `rest`; its other parts are valid.
 std::string as_checkpoint(const std::string& rest) {
   std::string bytes;
   put(bytes, std::uint64_t{0});
@@ -88,7 +88,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const std::string k_path =
       (std::filesystem::temp_directory_path() / "trephine-fuzz-session-").string() + std::to_string(getpid());
   static const auto k_scan = small_scan();
-  // Even: raw bytes as a file; odd: bytes within valid blocks.
+  // Bit 2 of the first byte: the other bytes are a raw file, or are within valid blocks.
   const std::string bytes =
       data[0] & 4 ? as_session(data, size) : std::string(reinterpret_cast<const char*>(data) + 1, size - 1);
   std::ofstream(k_path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# run.sh BUILD SECONDS: runs each fuzzer for SECONDS, from the corpora in the source; fails at the first finding.
+# run.sh BUILD SECONDS: runs each fuzzer for SECONDS, starting with the corpora of this folder; fails at the first
+# finding.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 build=$1 seconds=$2

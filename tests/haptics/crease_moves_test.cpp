@@ -1,5 +1,5 @@
-// Balls in creases: random motions in grooves, pits and slots. The judge is the closed form of the distance;
-// a ball must not rest while a free path leads nearer to the hand.
+// Balls in creases: random motions in grooves and pits. The judge is the closed form of the distance; a ball
+// must not rest while a free path leads nearer to the hand.
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -20,7 +20,7 @@ using volume::Volume;
 
 constexpr double k_degree = 0.017453292519943295;
 
-/// A concave shape of planes: the distance to the nearest one is the distance of every free point.
+/// Free space between planes: the distance of a free point to the solid is that to the nearest plane.
 struct Crease {
   const char* name;
   std::vector<dvec3> normals;  ///< into free space; all planes contain the origin
@@ -43,8 +43,9 @@ Crease crease(const char* name, int flanks, double degrees, double radius, const
 }
 
 struct Moves {
-  int contacts = 0, hangs = 0, resting = 0;
-  double deepest = 0;  ///< mm of penetration of the ball
+  int contacts = 0, hangs = 0;  ///< steps in contact; steps in which the ball hangs
+  int resting = 0;              ///< rests that were judged
+  double deepest = 0;           ///< mm of penetration of the ball
 };
 
 /// Moves the hand at random around the crease, and counts the steps in which the ball rests although the
@@ -161,7 +162,7 @@ TEST(BallsInCreases, FollowTheHandWhereverTheClosedFormIsFree) {
   EXPECT_GT(faulty.hangs, faulty.contacts / 50) << "planted: the proxy is held";
 }
 
-/// Distances of a traverse along a groove from the closed form, mm.
+/// Errors of a traverse along a groove by the closed form; distances in mm.
 struct Traverse {
   double lag = 0;     ///< behind the hand, along the groove
   double height = 0;  ///< of the centre at rest, above that of the formula
@@ -235,8 +236,8 @@ Traverse traverse(double degrees, double radius, int seed, double friction, doub
   return result;
 }
 
-/// Tangent spheres of 1 mm touch wide grooves near their rounded bottom, whose normals are between those of
-/// the flanks: it must not count where the ball cannot touch it.
+/// The bottom of a wide groove is rounded, with normals between those of the flanks. Its points must not
+/// count where the ball cannot touch them.
 TEST(BallsInCreases, FollowTheHandAlongWideGrooves) {
   Traverse worst;
   for (const double degrees : {60.0, 82.0, 96.0, 108.0})
@@ -266,7 +267,7 @@ TEST(BallsInCreases, FrictionIsThatOfTheTouchedFlank) {
   EXPECT_GT(rough.outside, rough.one_flank / 20) << "planted: twice the friction";
 }
 
-/// A hand may leap to where rounding is larger than the distance that a proxy keeps from a wall.
+/// A hand may leap to a position at which rounding exceeds the distance that a proxy keeps from a wall.
 TEST(LongLeaps, EndOutsideTheSolid) {
   const ivec3 size(30);
   Volume volume = volume::make_volume(size, Frame::from_axes(dvec3(-7.25), glm::dmat3(0.5)).value()).value();

@@ -1,4 +1,4 @@
-// Who may include whom: the table of docs/layout.md, read off every source file.
+// Directions of includes: every source file is checked against the table of docs/layout.md.
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -140,7 +140,8 @@ TEST(House, TheRuleFindsForbiddenDirections) {
   EXPECT_EQ(fault("apps/view/window.cpp", "vtkActor.h", false), "");
 }
 
-/// Functions whose last bits are another C library's, or another CPU's: a replay would differ.
+/// Returns true if the line calls a function whose last bits depend on the C library or the CPU. A replay
+/// would differ on another machine.
 bool is_inexact(const std::string& line) {
   static const std::regex inexact(
       R"((std::(sin|cos|tan|asin|acos|atan2?|exp|log(10|2)?|pow|cbrt|hypot)|glm::(slerp|angleAxis|rotate))\()");

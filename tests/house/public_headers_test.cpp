@@ -1,5 +1,5 @@
 // Tests that few headers are installed, that headers outside the lists of the CMakeLists.txt are private to
-// their libraries, and that long files say why.
+// their libraries, and that long files state the reason.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -170,8 +170,8 @@ TEST(House, VersionOfModulesIsThatOfTheProject) {
   EXPECT_EQ(project[1], module[1]);
 }
 
-/// Returns true if the comment at the head of a file explains why it is "one file".
-bool says_why(const std::string& text) {
+/// Returns true if the comment at the head of a file states why it is "one file".
+bool states_reason(const std::string& text) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line) && line.starts_with("//");)
     if (line.find("One file") != std::string::npos || line.find("one file") != std::string::npos) return true;
@@ -188,10 +188,12 @@ TEST(House, LongFilesSayWhy) {
       const std::string text = read_file(entry.path());
       if (std::count(text.begin(), text.end(), '\n') <= 500) continue;
       ++long_files;
-      EXPECT_TRUE(says_why(text)) << fs::relative(entry.path(), root) << " has more than 500 lines";
+      EXPECT_TRUE(states_reason(text))
+          << fs::relative(entry.path(), root)
+          << " has more than 500 lines: state the reason in its first comment, or split it";
     }
   EXPECT_GT(long_files, 0);
-  EXPECT_FALSE(says_why("// A file.\n#include <map>\n// One file: too late\n"));
+  EXPECT_FALSE(states_reason("// A file.\n#include <map>\n// One file: too late\n"));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// The words of docs/glossary.md in comments, messages and docs. Each room has a count of phrases that the
-// glossary does not write; it may only fall.
+// The words of docs/glossary.md in comments, messages and docs. Each folder has a count of phrases that the
+// glossary does not write, which must not increase.
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -36,7 +36,7 @@ constexpr std::array<Phrase, 6> k_phrases{
 constexpr Phrase k_opening{R"(^(Of|What|Where|Which|Whence|How|The same)\b)",
                            "begin with the subject or a verb"};
 
-/// The most phrases that each room may have. Lower a count when phrases go; never raise one.
+/// Number of phrases in each folder or file. Lower a count when phrases are removed; never raise one.
 const std::map<std::string, int> k_max_phrases{
     {"README.md", 0},  {"volume", 0},  {"haptics", 0}, {"sim", 0},           {"modules", 0},
     {"data-tools", 0}, {"apps", 0},    {"tests", 0},   {"docs", 0},          {"cmake", 0},
@@ -122,7 +122,7 @@ std::optional<std::vector<Text>> texts_of(const fs::path& path) {
   return extension == ".md" ? texts_of_page(text) : texts_of_code(text);
 }
 
-/// Calls found(line, phrase) for each phrase that is not written.
+/// Calls found(text, phrase) for each phrase that the project does not write.
 template <class Found>
 void check(const std::vector<Text>& texts, const Found& found) {
   static const std::vector<std::pair<std::regex, Phrase>> phrases = [] {

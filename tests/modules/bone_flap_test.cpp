@@ -29,13 +29,12 @@ TEST(BoneFlap, AreaWallsAndKerfEqualAShells) {
   }
 }
 
-/// Points of the lattice's cells that are bone, by outcome: counting them again gives the numbers of the
-/// ledger.
+/// Points of bone in the lattice's cells, by outcome. A recount must give the numbers of the ledger.
 struct Points {
   std::int64_t before = 0, kerf = 0, flap = 0, rest = 0, elsewhere = 0;
 };
 
-/// Counts all of them one by one, in units of the masks, on a lattice of voxels.
+/// Counts all points one by one, in units of the masks, on a lattice of voxels.
 Points count_points(const Vault& vault, const volume::Version& left, const CutSurface& sheet, double width) {
   Points points;
   const volume::Field& bone = vault.scene.items[0].field;
@@ -152,7 +151,7 @@ TEST(BoneFlap, VoxelsOnLinesLeaveHoles) {
     return kerf.count_holes(bone, *editor.freeze());
   };
   const std::int64_t uncut = kerf.count_holes(bone, *untouched);
-  EXPECT_GT(uncut, 10000);  // every path through is one
+  EXPECT_GT(uncut, 10000);  // every path through the bone is a hole
   EXPECT_EQ(holes_after(kerf, kerf.samples()), 0);
   TracedVoxels dense(sheet, *untouched, 0.2), sparse(sheet, *untouched, 1.5);
   const std::int64_t of_dense = holes_after(dense, dense.samples()),
@@ -290,7 +289,7 @@ TEST(BoneFlap, ReportsReasonAndLocationOfInvalidOutlinesAndCutsNothing) {
     EXPECT_EQ(run.engine().current()->content_hash(), before);
     EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
     EXPECT_FALSE(run.engine().can_undo());
-    // Shown until a flap is cut.
+    // The error is shown until a flap is cut.
     bool is_shown = false;
     for (const sim::Overlay& overlay : run.engine().overlays())
       is_shown = is_shown || (overlay.kind == sim::Overlay::Kind::warning && !overlay.labels.empty());
@@ -318,7 +317,7 @@ TEST(BoneFlap, PiecesAreNamedDetachedOrKeptAndRestored) {
   EXPECT_TRUE(pieces[0].first.is_detached && pieces[0].first.is_seed && !pieces[0].first.is_at_border);
   EXPECT_FALSE(pieces[1].first.is_detached);
   ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
-  // The kept piece is still there, the detached one is not.
+  // The kept piece is bone, the detached piece is not.
   const volume::Version& left = *run.engine().current();
   const auto is_kept = [&](const dvec3& p) {
     return left.distance(vault.scene.base->frame.volume_from_world(p)) > 0;
@@ -381,7 +380,7 @@ TEST(BoneFlap, AnOutlineIsDrawnAnchorByAnchor) {
   EXPECT_EQ(drawn().size(), 5u);
   EXPECT_FALSE(run.apply({MoveAnchor{2, outline.anchors[1]}, 0}).refused);
   EXPECT_EQ(cut(run, request), "");
-  // It is kept, for another try after undo; the outline of another command does not mix with it.
+  // The outline is kept for another attempt after undo; anchors of a request do not mix with it.
   EXPECT_EQ(drawn(), outline.anchors);
   run.undo();
   EXPECT_EQ(cut(run, request), "");

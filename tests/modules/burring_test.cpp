@@ -42,12 +42,12 @@ struct Hand {
   double thrust = 4;     // N
   double mass = 0.15;    // kg
   double damping = 0.1;  // N s/mm, of a braced arm
-  dvec3 at{0.05, -0.1, 8}, moved{0.0};
+  dvec3 at{0.05, -0.1, 8}, velocity{0.0};
   double reaction = 0.2;  // s from the loss of resistance to a hand that no longer presses
-  void feel(const dvec3& force, double press, double dt) {
-    const double pushed = moved.z + 1e3 * (force.z - press) / mass * dt;
-    moved.z = pushed / (1 + 1e3 * damping / mass * dt);  // stable at any rate
-    at.z += moved.z * dt;
+  void advance(const dvec3& force, double press, double dt) {
+    const double pushed = velocity.z + 1e3 * (force.z - press) / mass * dt;
+    velocity.z = pushed / (1 + 1e3 * damping / mass * dt);  // stable at any rate
+    at.z += velocity.z * dt;
   }
 };
 
@@ -89,7 +89,7 @@ Trace press_on(const haptics::TouchScene& scene, const Burr& burr, double rate, 
     if (!is_past) free_since = -1;
     if (is_past && free_since < 0) free_since = t;
     const bool has_noticed = free_since >= 0 && t - free_since > hand.reaction;
-    hand.feel(record.force_world, has_noticed ? -hand.thrust : hand.thrust, 1 / rate);
+    hand.advance(record.force_world, has_noticed ? -hand.thrust : hand.thrust, 1 / rate);
     trace.ticks.push_back(
         {t, 6.8 - record.proxy_world.z, run.engine().removed_mm3(), glm::length(record.contact_force_world)});
     if (has_noticed && hand.at.z > 4) break;
@@ -134,8 +134,8 @@ TEST(Burring, SteadyThrustRemovesTheSameAtAnyVoxelSizeAndLoopRate) {
   EXPECT_GT(all[0][1], 1.5 * all[0][2]);
 }
 
-/// Rate as in docs/drilling.md: a third of the contact force is drag at the rim's speed, friction is lost,
-/// and 4 J remove one mm3 of bone of 1.8 g/cm3, scaled by the square of its density.
+/// Rate as in docs/drilling.md: 0.3 of the contact force, less friction, is drag at the rim's speed, and 4 J
+/// remove one mm3 of bone of 1.8 g/cm3; the energy scales with the square of the density.
 double documented_rate(const Burr& burr, double press, double engaged, double hounsfield) {
   const bool is_diamond = burr.grade == Grade::diamond;
   const double speed = 3.14159265358979 * burr.diameter * 1e-3 * burr.rpm / 60;  // m/s
@@ -160,7 +160,7 @@ TEST(Burring, RateFollowsForceSpeedGradeAndDensity) {
         EXPECT_NEAR(found / exact, 1, 0.04) << hounsfield << " HU, " << thrust << " N";
       }
   }
-  // With too little force it only rubs, once enough of it is engaged.
+  // With too little force the burr only rubs, once enough of it is engaged.
   Hand hand;
   hand.thrust = 0.3;
   const Trace trace = press_on(vault(dvec3(0.45), solid(1600)), Burr{}, 1000, hand, 60);
@@ -323,7 +323,7 @@ struct RoundBench {
 TEST(Burring, AHoleHasTheBurrsWidth) {
   for (const Shape shape : {Shape::sphere, Shape::cylinder, Shape::barrel, Shape::match_head})
     for (const double spacing : k_spacings) {
-      // takes seconds
+      // Each case takes seconds.
       if (shape != Shape::sphere && spacing != (shape == Shape::barrel ? 0.45 : 0.6)) continue;
       const Burr burr{.diameter = 4, .removal_rate = 1000, .is_round = true, .shape = shape};
       const RoundBench bench(spacing, burr);
@@ -366,7 +366,7 @@ TEST(Burring, ATurningBurrDragsTheHandSidewaysAndShakesIt) {
   const haptics::TouchScene scene = vault(dvec3(0.45));
   const auto method = haptics::make_method(haptics::k_default_method).value();
   ASSERT_FALSE(method->prepare(scene).has_value());
-  // Along a groove's wall on its left, with and without the button, and with a burr of a fixed rate.
+  // Pressed on flat bone with and without the button, and with a burr of a fixed rate.
   double aside[3] = {}, shake[3] = {};
   for (int kind = 0; kind < 3; ++kind) {
     sim::Lockstep run(scene, *method, burr(kind == 2 ? Burr{.removal_rate = 1e-3} : Burr{.feed_limit = 1e-3}),
@@ -394,7 +394,7 @@ TEST(Burring, ATurningBurrDragsTheHandSidewaysAndShakesIt) {
 }
 
 TEST(Burring, TheForceOfABurrFollowsTheInstrument) {
-  // Another burr in the hand has another force, and none when laid down; another effect stays.
+  // Another burr has another force, a removed burr has no force, and other effects stay.
   const haptics::TouchScene scene = vault(dvec3(0.6));
   const auto method = haptics::make_method(haptics::k_default_method).value();
   ASSERT_FALSE(method->prepare(scene).has_value());
@@ -439,7 +439,7 @@ TEST(Burring, OtherShapesThanBallsFollowTheForceToo) {
       const double tilt = 0.004 * std::sin(0.05 * i);
       const haptics::ServoRecord record =
           run.step(haptics::Pose{hand.at, glm::dquat(std::sqrt(1 - tilt * tilt), tilt, 0, 0), 1});
-      hand.feel(record.force_world, hand.thrust, 1e-3);
+      hand.advance(record.force_world, hand.thrust, 1e-3);
       if (i == 12000) at_first = run.engine().removed_mm3();
     }
     const double rate = (run.engine().removed_mm3() - at_first) / 8, area = 3.14159265358979 * 4;
@@ -472,7 +472,7 @@ TEST(Burring, ASlidingBurrIsWatchedWhereItTouches) {
     worst = std::max(worst, glm::length(ball.centre - (record.proxy_world + dvec3(0, 0, 2))));
   }
   EXPECT_GT(count, 1000);
-  EXPECT_LT(worst, 0.5);  // 4 mm by the cut
+  EXPECT_LT(worst, 0.5);  // 4 mm at the position of the cut
 }
 
 TEST(Burring, ABurrAtRestWarmsNothing) {

@@ -75,7 +75,7 @@ struct ToolBench {
   const State& state() const {
     return *run->engine().now().settings.hands[0].state.as<State>();
   }
-  bool is_gone(const dvec3& p) const {
+  bool is_removed(const dvec3& p) const {
     return run->engine().current()->distance(scene.base->frame.volume_from_world(p)) <= 0;
   }
 };
@@ -98,11 +98,11 @@ TEST(Perforator, StopsByItselfAtTheEndOfTheBone) {
     ASSERT_EQ(stops.size(), 1u) << spacing;
     EXPECT_NEAR(stops[0].first.depth, 7, 0.8);
     EXPECT_NEAR(stops[0].second.z, 0, 0.8);
-    EXPECT_TRUE(bench.is_gone({0, 0, 1}));
-    EXPECT_TRUE(bench.is_gone({3.6, 0, 5}));   // the outer drill, behind the inner one
-    EXPECT_FALSE(bench.is_gone({3.6, 0, 1}));  // a ledge is left, on which it rests
-    EXPECT_FALSE(bench.is_gone({4.3, 0, 5}));
-    // The clutch cuts nothing any more at any force, and the hand does not pass the ledge.
+    EXPECT_TRUE(bench.is_removed({0, 0, 1}));
+    EXPECT_TRUE(bench.is_removed({3.6, 0, 5}));   // the outer drill, behind the inner one
+    EXPECT_FALSE(bench.is_removed({3.6, 0, 1}));  // a ledge on which the outer drill rests
+    EXPECT_FALSE(bench.is_removed({4.3, 0, 5}));
+    // After the release of the clutch no force cuts, and the hand does not pass the ledge.
     const double removed = run.engine().removed_mm3();
     for (int i = 0; i < 500; ++i) run.step(haptics::Pose{{0.1, 0.2, -6}, {1, 0, 0, 0}, 1});
     EXPECT_EQ(run.engine().removed_mm3(), removed);
@@ -156,8 +156,8 @@ TEST(Perforator, ASpurUnderTheTipDoesNotHoldIt) {
   EXPECT_NEAR(stops[0].second.z, -0.4, 0.9);
 }
 
-/// On a ridge most of the drill's end is still outside the bone while its tip drills. It is not through
-/// there.
+/// On a ridge most of the drill's end is still outside the bone while its tip drills. The clutch does not
+/// release there.
 TEST(Perforator, ARidgeDoesNotReleaseItAtItsEntry) {
   const auto ridge = [](const dvec3& p) { return vault_at(p + dvec3(0, 0, 2 * std::abs(p.x - 0.1))); };
   ToolBench bench(perforator({.diameter = 14, .inner = 11, .feed = 3}), ridge, dvec3(0.7), {-10, -10, -16},
@@ -205,7 +205,7 @@ TEST(Craniotome, StartsOnlyInABurrHole) {
   sim::Lockstep& run = *bench.run;
   std::size_t refused = 0;
   for (const auto& place : places) {
-    // Placed there from the air, through anything: a device may be anywhere when the button is pressed.
+    // Placed directly at the position: a device may be anywhere when the button is pressed.
     const double removed = run.engine().removed_mm3();
     sim::Lockstep there(sim::Engine(bench.scene, *bench.method, craniotome({}), 1e-3, bench.catalogue), {},
                         1000);
@@ -221,12 +221,12 @@ TEST(Craniotome, StartsOnlyInABurrHole) {
   EXPECT_EQ(refused, 3u);
 }
 
-/// Lowers it into the hole, with its foot below the vault.
+/// Lowers the craniotome into the hole, with its foot below the vault.
 void lower(sim::Lockstep& run) {
   for (int i = 0; i < 210; ++i)
     run.step(haptics::Pose{{0, 0, std::max(-1.0, 12 - 0.065 * i)}, {1, 0, 0, 0}, i < 205 ? 0u : 1u});
 }
-/// Pulls it by `by` mm in direction `side` from its position.
+/// Pulls the craniotome by `by` mm in direction `side` from its position.
 void pull(sim::Lockstep& run, const dvec3& side, double by = 4) {
   const dvec3 at = run.last_record().proxy_world + by * side;
   run.step(haptics::Pose{{at.x, at.y, -1}, {1, 0, 0, 0}, 1});
@@ -243,13 +243,13 @@ TEST(Craniotome, CutsAKerfOfItsWidthAboveItsFoot) {
   EXPECT_LT(std::abs(state.centre.y), 0.1);
   for (const double x : {5.3, 5.8})
     for (const double z : {1.0, 3.0, 6.0}) {
-      EXPECT_TRUE(bench.is_gone({x, 0, z})) << x << " " << z;
+      EXPECT_TRUE(bench.is_removed({x, 0, z})) << x << " " << z;
       for (const double side : {-1.0, 1.0}) {
-        EXPECT_TRUE(bench.is_gone({x, 1.0 * side, z})) << x << " " << z;
-        EXPECT_FALSE(bench.is_gone({x, 1.3 * side, z})) << x << " " << z;
+        EXPECT_TRUE(bench.is_removed({x, 1.0 * side, z})) << x << " " << z;
+        EXPECT_FALSE(bench.is_removed({x, 1.3 * side, z})) << x << " " << z;
       }
     }
-  // Pulled up it is held: its foot is wider than the kerf.
+  // Pulled up, the craniotome is held by its foot, which is wider than the kerf.
   const double removed = run.engine().removed_mm3();
   const dvec3 at = run.last_record().proxy_world;
   for (int i = 0; i < 600; ++i) run.step(haptics::Pose{{at.x - 1, at.y, -1 + 1e-2 * i}, {1, 0, 0, 0}, 0});
@@ -265,7 +265,7 @@ TEST(Craniotome, TurnsAtMostAsTightAsItsFootAllows) {
     const CraniotomeState& state = bench.state<CraniotomeState>();
     lower(run);
     for (int i = 0; i < 3000 && state.centre.x < 4.8; ++i) pull(run, {1, 0, 0});
-    // Then the hand pulls it sideways, as sharply as it can.
+    // Then the hand pulls obliquely to the side.
     double path = 0;
     dvec3 last = state.centre;
     const dvec3 before = state.heading;
@@ -298,7 +298,7 @@ TEST(Craniotome, CutsNothingBackwardSidewaysAndOutside) {
   for (const double x : {5.0, 5.5, 6.0})
     for (const double side : {-1.0, 1.0})
       for (const double z : {1.0, 3.5, 6.0})
-        EXPECT_FALSE(bench.is_gone({x, 1.35 * side, z})) << x << " " << z;
+        EXPECT_FALSE(bench.is_removed({x, 1.35 * side, z})) << x << " " << z;
   // Lifted out with the button down, and pressed against the vault's edge from above.
   for (int i = 0; i < 300; ++i)
     run.step(haptics::Pose{{0, 0, std::min(12.0, -1 + 0.05 * i)}, {1, 0, 0, 0}, 1});
@@ -308,7 +308,7 @@ TEST(Craniotome, CutsNothingBackwardSidewaysAndOutside) {
   EXPECT_EQ(run.engine().removed_mm3(), outside);
 }
 
-/// A brushed wall does not set its direction, and back in its hole it may cut elsewhere.
+/// A touched wall does not set the craniotome's direction; back in its hole it may cut another wall.
 TEST(Craniotome, OutOfItsKerfAnyDirectionIsOpen) {
   CraniotomeBench bench({}, 0.8);
   sim::Lockstep& run = *bench.run;
@@ -320,16 +320,16 @@ TEST(Craniotome, OutOfItsKerfAnyDirectionIsOpen) {
   for (int i = 0; i < 3000 && state.centre.x < 6; ++i)
     pull(run, glm::normalize(dvec3(1, -0.3 * run.last_record().proxy_world.y, 0)));
   ASSERT_GE(state.centre.x, 6);
-  EXPECT_TRUE(bench.is_gone({5.5, 0, 3}));
+  EXPECT_TRUE(bench.is_removed({5.5, 0, 3}));
   // Back through the hole, with the button held, and into the wall beyond it.
   for (int i = 0; i < 3000 && !(state.centre.y > 6); ++i) {
     const dvec3 at = run.last_record().proxy_world;
     pull(run, glm::normalize(at.x > 1 ? dvec3(-1, 0, 0) : dvec3(-0.3 * at.x, 1, 0)), at.x > 1 ? 0.5 : 4);
   }
   ASSERT_GE(state.centre.y, 6);
-  EXPECT_TRUE(bench.is_gone({0, 5.5, 3}));
-  EXPECT_FALSE(bench.is_gone({2, 6, 3}));
-  EXPECT_FALSE(bench.is_gone({-2, 6, 3}));
+  EXPECT_TRUE(bench.is_removed({0, 5.5, 3}));
+  EXPECT_FALSE(bench.is_removed({2, 6, 3}));
+  EXPECT_FALSE(bench.is_removed({-2, 6, 3}));
 }
 
 /// From one burr hole around to another and back on the other side: the enclosed piece is detached
@@ -346,7 +346,7 @@ TEST(Craniotome, JoinsBurrHolesAndDetachesTheEnclosedPiece) {
   run.watch_pieces(50);
   const CraniotomeState& state = bench.state<CraniotomeState>();
   for (const double side : {1.0, -1.0}) {
-    // Down the hole, then along the ring to the middle of the other one.
+    // Down the hole, then along the ring to the middle of the other hole.
     for (int i = 0; i < 300; ++i)
       run.step(haptics::Pose{{side * k_ring, 0, std::max(-1.0, 14 - 0.1 * i)}, {1, 0, 0, 0}, 0});
     const auto has_come = [&] {
@@ -360,7 +360,7 @@ TEST(Craniotome, JoinsBurrHolesAndDetachesTheEnclosedPiece) {
     }
     ASSERT_TRUE(has_come()) << side << " " << state.centre.x << " " << state.centre.y;
     EXPECT_EQ(run.engine().now().undoable.bodies.size(), 0u);
-    // Its top arrives last: continue until it is upright in the hole. Then release it and draw it out.
+    // The top of the bit arrives last: continue until the bit is upright in the hole, then draw it out.
     for (int i = 0; i < 3000 && glm::length(run.last_record().turn_world) > 0.05; ++i)
       run.step(haptics::Pose{{-side * k_ring, -2 * side, -1}, {1, 0, 0, 0}, 1});
     for (int i = 0; i < 350; ++i)
@@ -393,7 +393,7 @@ TEST(Perforator, SetDownElsewhereItStartsAgain) {
   for (int i = 0; i < 50; ++i) run.step(haptics::Pose{{-8 + 0.32 * i, 0, 14}, {1, 0, 0, 0}, 1});
   for (int i = 0; i < 60; ++i) run.step(haptics::Pose{{8, 0, std::max(8.5, 14 - 0.1 * i)}, {1, 0, 0, 0}, 1});
   for (const double x : {-3.0, 0.0, 3.0})
-    for (const double z : {6.9, 5.0, 3.0}) EXPECT_FALSE(bench.is_gone({x, 0, z})) << x;  // no trench
+    for (const double z : {6.9, 5.0, 3.0}) EXPECT_FALSE(bench.is_removed({x, 0, z})) << x;  // no trench
   EXPECT_TRUE(bench.events<PerforatorStopped>().empty());
 }
 

@@ -96,10 +96,10 @@ TEST(CrossSection, OfMeshesEqualsTheJudgeAtEveryPixel) {
       for (int i = 0; i < 65; ++i) {
         const std::array<std::int64_t, 3> p{(i - 32) * (std::int64_t{1} << 18),
                                             (32 - j) * (std::int64_t{1} << 18), 0};
-        const bool is = verify::winding(whole, p) > 0;
+        const bool is_inside = verify::winding(whole, p) > 0;
         const auto at = static_cast<std::size_t>(i + 65 * j);
-        ASSERT_EQ(cut.value().inside[at] != 0, is) << "mesh " << n << ", pixel " << i << ", " << j;
-        ++pixels, inside += is;
+        ASSERT_EQ(cut.value().inside[at] != 0, is_inside) << "mesh " << n << ", pixel " << i << ", " << j;
+        ++pixels, inside += is_inside;
         if (n < 4) found += (verify::winding(broken, p) > 0) != (cut.value().inside[at] != 0);
       }
   }
@@ -180,7 +180,8 @@ TEST(CrossSection, OfAVolumeEqualsTouch) {
           EXPECT_EQ(cut.inside[static_cast<std::size_t>(i + 240 * j)] != 0,
                     bone.value(p) >= 0 && version->distance(p) > 0);
         }
-      // The hole is along x: seen end-on it is a disk, along it a strip as long as the ball is wide there.
+      // The hole is along x: in a sagittal plane it is a disk, in an axial one a strip as long as the ball is
+      // wide.
       const double hole = std::string(name) == "sagittal" ? 3.14159265 * 2.5 * 2.5
                           : std::string(name) == "axial"  ? 5 * 2 * std::sqrt(400 - 9.0)
                                                           : 0;

@@ -19,7 +19,7 @@ namespace {
 using glm::dvec3;
 using glm::ivec3;
 
-/// Against every layer by itself, summed in double precision.
+/// Compares a pixel with its layers, computed one by one and summed in double precision.
 TEST(CtViewer, SlabsShowRemovedMatterInEveryLayer) {
   const glm::dmat3 leaning(dvec3(0.8, 0, 0), dvec3(0, 0.8, 0), dvec3(0.2, 0.4, 2.5));
   for (const glm::dmat3& axes : {fluoroscopy::straight(dvec3(1)), leaning}) {

@@ -20,7 +20,7 @@ namespace {
 using glm::dvec3;
 using sim::Finding;
 
-/// Frozen input of findings, made by hand.
+/// Frozen input of findings, set by the tests.
 struct Judged {
   haptics::TouchScene scene;
   sim::OperationState state;
@@ -34,7 +34,7 @@ struct Judged {
     state.dt = 1e-3;
   }
   template <class T>
-  void set_world(const T& value) {
+  void set_undoable(const T& value) {
     state.undoable.modules = {std::make_shared<const sim::Value>(value)};
   }
   template <class T>
@@ -91,7 +91,7 @@ volume::Volume plain_bone() {
   return scenes::sampled({-4, -4, -4}, {4, 4, 4}, dvec3(1), [](const dvec3& p) { return p.z < 0 ? 800 : 0; });
 }
 
-TEST(Findings, AnOperationThatDidNotUseAModuleHasNoneOfIt) {
+TEST(Findings, AnUnusedModuleHasNoFindings) {
   Judged judged(plain_bone());
   const auto expect_none = [&](const sim::Module& module) {
     EXPECT_TRUE(judged.of(module).empty()) << module.name();  // without its state
@@ -110,7 +110,7 @@ TEST(Findings, AnOperationThatDidNotUseAModuleHasNoneOfIt) {
   expect_none(drilling::Drilling());
 }
 
-// ---- bone flap ----
+// Bone flap.
 
 constexpr double k_ball = 6;
 const dvec3 k_ball_centre(4, 0, 58);
@@ -146,7 +146,7 @@ TEST(Findings, AFlapIsComparedWithItsTargetsAndTheNearestOutline) {
   EXPECT_TRUE(BoneFlap().findings({*run.engine().snapshot(), vault.scene, {}, {}}).empty());
 }
 
-// ---- laminectomy and pedicle ----
+// Laminectomy and pedicle screws.
 
 /// The spine phantom, with and without a block removed behind the canal of L4.
 struct Spine {
@@ -178,7 +178,7 @@ TEST(Findings, ALaminectomyIsJudgedAgainAfterItsJudgement) {
   Spine spine(1.6);
   const auto before = judge(spine.bone(), spine.l4(), nullptr, *spine.judged.state.undoable.version);
   ASSERT_TRUE(before) << before.error().reason;
-  // The operation judged the intact vertebra, and stored that.
+  // The operation judged the intact vertebra, and stored the judgement.
   const Judgement stored = judgement_of(before.value(), "L4");
   spine.judged.set_result(stored);
   spine.judged.state.chronicle.add({1, 0, before.value().frame.middle, stored});
@@ -202,7 +202,7 @@ TEST(Findings, ALaminectomyIsJudgedAgainAfterItsJudgement) {
   EXPECT_EQ(found.size(), all.size());
   EXPECT_EQ(value(found, "L4: opened length"), j.opened_length);
   for (const Finding& finding : found) EXPECT_EQ(finding.name.rfind("L4", 0), 0u) << finding.name;
-  // A label that is no vertebra was requested: its reason.
+  // A requested label that is no vertebra is reported with the reason.
   spine.judged.state.chronicle.add({1, 0, dvec3(0), JudgementFailed{"disc", "no"}});
   expect_reason(spine.judged.of(Laminectomy()), "disc: canal gained", "not judged");
 }
@@ -226,7 +226,7 @@ TEST(Findings, ScrewsEqualTheirJudgeAndTheClosedFormOfThePlan) {
     world.track_depths.push_back(depth), world.track_outside.push_back(track == 1 ? 0.7 : 0.0);
   };
   place(screw(15), 1, 37), place(screw(12), 0, 0), place(screw(-15), 2, 40);
-  spine.judged.set_world(world);
+  spine.judged.set_undoable(world);
   ScrewJudgements stale;  // an old judgement that the findings ignore
   stale.bodies = {sim::Id{1}}, stale.names = "L4 left\n";
   stale.breaches = {99}, stale.fronts = {99}, stale.grades = {4}, stale.scores = {0};
@@ -252,7 +252,7 @@ TEST(Findings, ScrewsEqualTheirJudgeAndTheClosedFormOfThePlan) {
   EXPECT_EQ(value(all, "tracks: beyond bone"), 0.7);
   expect_reason(all, "L4 left 2: length to track", "without a track");
   expect_reason(all, "L4 right: entry to plan", "no trajectory");
-  // A screw 3 mm farther medially has a larger breach, by the same distance as far as voxels show it.
+  // A screw 3 mm farther medially has a larger breach.
   EXPECT_GT(value(all, "L4 left 2: breach"), value(all, "L4 left: breach"));
 }
 
@@ -263,7 +263,7 @@ TEST(Findings, AScrewWithoutALabelIsComparedWithThePlanOnly) {
   world.screw_bodies = {sim::Id{5}};
   world.screw_entries = {dvec3(0, 0, 0)}, world.screw_tips = {dvec3(0, 0, -3)};
   world.screw_diameters = {6}, world.screw_tracks = {0};
-  judged.set_world(world);
+  judged.set_undoable(world);
   judged.plan->trajectories.push_back(
       {.name = "plan", .entry_world = {1, 0, 0}, .target_world = {0, 2, -3}, .side = "left"});
   const auto all = judged.of(Pedicle());
@@ -272,7 +272,7 @@ TEST(Findings, AScrewWithoutALabelIsComparedWithThePlanOnly) {
   EXPECT_EQ(value(all, "screw 1: target to plan"), 2);
 }
 
-// ---- ventriculostomy ----
+// Ventriculostomy.
 
 const std::vector<std::string> k_layers{"", "dura", "brain", "ventricle_left", "ventricle_right", "sinus"};
 
@@ -339,7 +339,7 @@ TEST(Findings, ACatheterIsJudgedInClosedForm) {
   EXPECT_EQ(plain.of(module).size(), all.size());
 }
 
-// ---- skull clamp ----
+// Skull clamp.
 
 constexpr dvec3 k_radii(76, 92, 72);  // mm
 dvec3 on_shell(const dvec3& direction) { return direction / glm::length(direction / k_radii); }
@@ -389,7 +389,7 @@ TEST(Findings, AClampIsFittedAgainToItsCurrentPins) {
   EXPECT_NE(find(all, "clamp: fitted").reason.find("does not fit"), std::string::npos);
 }
 
-// ---- drilling and X-rays ----
+// Drilling and X-rays.
 
 TEST(Findings, TheDeepestPlungeCounts) {
   Judged judged(plain_bone());
@@ -414,7 +414,7 @@ TEST(Findings, ShotsAreReportedWithoutPoints) {
   EXPECT_EQ(score.possible, 0);
 }
 
-// ---- the score itself ----
+// The score.
 
 TEST(Findings, PointsAreLinearBetweenTheLimits) {
   const auto finding = [](double value) {
@@ -435,7 +435,7 @@ TEST(Findings, PointsAreLinearBetweenTheLimits) {
               verdict == Verdict::bad ? std::vector<std::string>{"a"} : std::vector<std::string>());
   }
   EXPECT_TRUE(sim::score(finding(20), {{"a", 2, 10, 3.9}}).critical.empty()) << "of less weight";
-  // A plan replaces limits. One without a finding is not judged.
+  // A plan replaces limits. A limit without a finding is not judged.
   const sim::Score score = sim::score(finding(6), {{"a", 6, 8, 1}, {"b", 0, 1, 3}});
   EXPECT_EQ(score.points, 1);
   EXPECT_EQ(score.possible, 1);

@@ -98,7 +98,7 @@ TEST(FlapJudgement, EqualsTheClosedFormOfABallUnderTheOpening) {
   // Without names: the target of the plan, and the nearest outline.
   ASSERT_FALSE(run.apply_whole({JudgeFlap{}, 0}).refused);
   EXPECT_EQ(sim::Value(events_of<FlapJudged>(run.engine())[1].first).words(), sim::Value(j).words());
-  // A smaller flap exposes less of it: the circles of the ball and of the opening overlap.
+  // A smaller flap exposes less of the ball: the circles of the ball and of the opening overlap.
   sim::Lockstep small = scene.run();
   ASSERT_EQ(cut(small, Outline(6, 12).request()), "");
   ASSERT_FALSE(small.apply_whole({JudgeFlap{"tumour", "planned flap"}, 0}).refused);
@@ -153,7 +153,7 @@ TEST(FlapJudgement, BelongsToItsFlap) {
   run.apply_whole({sim::Undo{}, 0});
   EXPECT_TRUE(std::isnan(measure(run.engine(), "flap length")));
   ASSERT_EQ(cut(run, Outline(12, 8).request()), "");
-  EXPECT_TRUE(std::isnan(measure(run.engine(), "flap length"))) << "the judgement is of the flap before";
+  EXPECT_TRUE(std::isnan(measure(run.engine(), "flap length"))) << "the judgement is of the previous flap";
 }
 
 }  // namespace

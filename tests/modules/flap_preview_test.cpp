@@ -70,7 +70,7 @@ TEST(BoneFlap, APreviewShowsTheFlap) {
     cuts.anchors.clear();
     EXPECT_EQ(cut(run, cuts), "");
     EXPECT_TRUE(shown().summary.empty());
-    // Each raised an event; bone that was sawn already is not detached again.
+    // Each preview raised an event; bone that was sawn already is not detached again.
     EXPECT_FALSE(run.apply_whole({request, 0}).refused);
     EXPECT_NE(shown().problem.find("no bone left along the outline"), std::string::npos) << shown().summary;
     const auto seen = events_of<FlapPreviewed>(run.engine());

@@ -1,4 +1,4 @@
-// Vault: the top of a skull with a formula, with outlines on it and the events of a flap.
+// Vault: the top of a skull in closed form; outlines on it, and a function that cuts a flap.
 #pragma once
 
 #include <algorithm>

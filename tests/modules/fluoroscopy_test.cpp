@@ -35,7 +35,7 @@ TEST(CArm, PosesFollowDicom) {
   const double s = std::sqrt(0.5), c40 = std::cos(glm::radians(40.0)), s40 = std::sin(glm::radians(40.0));
   for (const Pose& pose :
        {Pose{"ap", {0, -1, 0}, {1, 0, 0}, {0, 0, 1}},      // patient's left to the right
-        Pose{"lateral", {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},  // seen from the left: back right
+        Pose{"lateral", {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},  // from the left: back to the right
         Pose{"left-oblique", {s, -s, 0}, {s, s, 0}, {0, 0, 1}},
         Pose{"right-oblique", {-s, -s, 0}, {s, -s, 0}, {0, 0, 1}},
         Pose{"inlet", {0, -c40, s40}, {1, 0, 0}, {0, s40, c40}},

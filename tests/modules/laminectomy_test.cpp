@@ -140,8 +140,8 @@ struct Pixels {
   }
 };
 
-/// A skull that lost bone is no vertebra, which is known without a search for its canal. Stray voxels of a
-/// vertebra do not make it large.
+/// A label of the size of a skull is refused without a search for its canal. Stray voxels of a vertebra's
+/// label do not make it large.
 TEST(LaminectomyOutcome, ALabelOfTheSizeOfASkullIsNoVertebra) {
   const Spine spine(dvec3(1), 20, 0);
   volume::Volume copy = volume::copy_of(*spine.scan).value();
@@ -238,7 +238,7 @@ TEST(LaminectomyOutcome, PartsEqualThoseOfTheExactBone) {
     const Cut cut = block(exact, 10, 0, -30, 30, 4);
     const Outcome o = spine.judged(*spine.cut(cut));
     std::array<double, 6> size{},
-        gone{};  // lamina, process, upper left, upper right, lower left, lower right
+        removed{};  // lamina, process, upper left, upper right, lower left, lower right
     constexpr double k_step = 0.5;
     const double middle = (o.pedicle_low + o.pedicle_high) / 2,
                  below = o.pedicle_low - (middle - o.pedicle_low);
@@ -254,15 +254,15 @@ TEST(LaminectomyOutcome, PartsEqualThoseOfTheExactBone) {
           else if (std::abs(x) >= 0.7 * o.half_width)
             part = z > middle ? (x > 0 ? 2 : 3) : z < below ? (x > 0 ? 4 : 5) : 0;
           size[static_cast<std::size_t>(part)] += k_step * k_step * k_step;
-          if (cut(w) < 0) gone[static_cast<std::size_t>(part)] += k_step * k_step * k_step;
+          if (cut(w) < 0) removed[static_cast<std::size_t>(part)] += k_step * k_step * k_step;
         }
     const std::array<const Part*, 6> parts{&o.lamina,         &o.spinous_process, &o.upper_facet[0],
                                            &o.upper_facet[1], &o.lower_facet[0],  &o.lower_facet[1]};
     for (std::size_t i = 0; i < parts.size(); ++i) {
       EXPECT_NEAR(parts[i]->size / size[i], 1, 0.06) << i << " " << spacing.z;
-      EXPECT_NEAR(parts[i]->share_removed(), gone[i] / size[i], 0.03) << i << " " << spacing.z;
+      EXPECT_NEAR(parts[i]->share_removed(), removed[i] / size[i], 0.03) << i << " " << spacing.z;
     }
-    // It extends 14 mm to the left of the middle and 6 to the right.
+    // The cut extends 14 mm to the left of the middle and 6 mm to the right.
     EXPECT_GT(o.lower_facet[0].share_removed(), 0.3);
     EXPECT_LT(o.lower_facet[1].share_removed(), 0.1);
     EXPECT_LT(o.pars[0].after, o.pars[1].after - 4);

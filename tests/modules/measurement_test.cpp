@@ -114,7 +114,7 @@ TEST(Measurement, PatchesAndPartsFollowClosedForms) {
         ASSERT_EQ(measured.problem, "");
         EXPECT_NEAR(measured.area / area, 1, 0.015) << corners;
       }
-    // A belt around the equator has no inside in a plane's view.
+    // A belt around the equator has no inside: the surface is too curved.
     EXPECT_NE(
         measure({Kind::patch, {{30, 0, 5}, {0, 30, 5}, {-30, 0, -5}, {0, -30, 5}}, 5, 0}, bone, untouched)
             .problem,

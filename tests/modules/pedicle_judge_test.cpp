@@ -9,7 +9,7 @@
 namespace trephine::pedicle {
 namespace {
 
-// ---- a canal in a box: everything is a plane ----
+// A canal in a box, whose walls are planes.
 
 constexpr double k_canal = 11, k_front = 8;  // mm: half width of the canal, half of its depth
 constexpr double k_wide = 10, k_high = 8;    // mm: width of a pedicle, half of its height
@@ -173,7 +173,7 @@ TEST(PedicleJudge, ScoresByThePlan) {
   EXPECT_FALSE(judge({sim::Id{1}, screw}, box.found, nullptr, {}).value().has_score);
 }
 
-// ---- the spine phantom ----
+// The spine phantom.
 
 constexpr int k_l4 = 1;
 

@@ -27,7 +27,7 @@ TEST(PedicleProbe, MakesATrackAgainstItsResistance) {
     ASSERT_EQ(bench.events<ProbeEntered>().size(), 1u);
     EXPECT_NEAR(bench.events<ProbeEntered>()[0].first.direction.z, -1, 1e-9);
     EXPECT_GT(bench.run->engine().overlays().size(), 0u) << "the ruler";
-    // Through the far side: the force ends, and the hand goes on by what it was behind.
+    // Through the far side: the force ends, and the tip reaches the hand.
     bench.move(origin, k_down, 10, 13.5);
     const auto out = bench.events<ProbeOut>();
     ASSERT_EQ(out.size(), 1u);
@@ -91,7 +91,7 @@ TEST(PedicleProbe, EntersOnlyWhenPressedUpright) {
   EXPECT_EQ(bench.run->engine().removed_mm3(), 0);
 }
 
-TEST(PedicleProbe, AnExtendedTrackIsOneAndAnotherDirectionIsAnother) {
+TEST(PedicleProbe, AnExtendedTrackStaysOneTrackAndAnotherEntryMakesAnother) {
   ProbeBench bench(plate_scene(k_thickness, dvec3(0.5)), {});
   const dvec3 origin(0.3, 0.2, 5);
   bench.move(origin, k_down, -3, 6), bench.move(origin, k_down, 6, -3);
@@ -167,7 +167,7 @@ TEST(PedicleProbe, WallsOfTheCarvedTrackGiveTheSameForce) {
   }
 }
 
-// The end of the track may be farther ahead for a fast hand: it is not stuck, and resists little more.
+// The end of the track may be farther ahead for a fast hand: the probe is not stuck, and resists little more.
 TEST(PedicleProbe, FollowsFastHandsBetweenWalls) {
   const struct {
     double rate, diameter, speed, most;  // Hz, mm, mm/s, N

@@ -1,4 +1,4 @@
-// Screws: their surface, their way into bone as a function of time, and what removes them.
+// Screws: their surface, their motion into bone as a function of time, and their removal.
 #include <map>
 
 #include "tests/modules/pedicle_bench.h"
@@ -76,8 +76,8 @@ TEST(PedicleScrew, IsTurnedIntoItsTrackByTheClock) {
   const sim::Body& body = bench.run->engine().now().undoable.bodies[0];
   EXPECT_EQ(body.matter, volume::Matter::titanium);
   EXPECT_TRUE(body.is_fixed && body.is_implant);
-  // A whole screw above its place at first; half of the way after half of the time, and turned by as many
-  // pitches: its thread follows one helix.
+  // The screw starts at its whole length above its place, and covers half of the path in half of the time.
+  // It turns once per pitch: its thread follows one helix.
   const std::uint64_t begin = bench.run->engine().now().next_tick;
   EXPECT_NEAR(bench.place().position_world.z, 9 + 20, 0.2);
   const auto thread_phase = [&] {
@@ -102,7 +102,7 @@ TEST(PedicleScrew, IsTurnedIntoItsTrackByTheClock) {
   EXPECT_TRUE(record.has_contact);
   EXPECT_NEAR(record.proxy_world.z, 9 + k_head_length, 0.2);
   for (double z = 15; z < 30; z += 0.1) bench.run->step({{0.2, 0.1, z}, {1, 0, 0, 0}, 0});
-  // Undo takes it away, and redo places it again; remove-screw leaves the track.
+  // Undo removes the screw, and redo places it again; remove-screw leaves the track.
   bench.run->undo();
   EXPECT_EQ(bench.bodies(), 0u);
   EXPECT_TRUE(bench.world().screw_bodies.empty());
@@ -117,7 +117,7 @@ TEST(PedicleScrew, IsTurnedIntoItsTrackByTheClock) {
   bench.run->undo();
   EXPECT_EQ(bench.bodies(), 1u);
   EXPECT_EQ(bench.world().screw_bodies.size(), 1u);
-  // Discarded as a body, it is no screw either.
+  // A screw that is discarded as a body is not listed any more.
   ASSERT_FALSE(bench.run->apply({sim::DiscardBody{bench.world().screw_bodies[0]}, 0}).refused);
   EXPECT_TRUE(bench.world().screw_bodies.empty());
   const std::uint64_t state = bench.run->engine().now().hash();
@@ -137,7 +137,7 @@ TEST(PedicleScrew, IsTurnedIntoItsTrackByTheClock) {
   }
 }
 
-TEST(PedicleScrew, RefusesWhatCannotBe) {
+TEST(PedicleScrew, RefusesImpossibleScrews) {
   ScrewBench bench;
   for (int i = 0; i < 3; ++i) bench.run->step({{0, 0, 30}, {1, 0, 0, 0}, 0});
   const auto reason = [&](const PlaceScrew& request) {
@@ -151,7 +151,7 @@ TEST(PedicleScrew, RefusesWhatCannotBe) {
   EXPECT_NE(reason({.entry = {dvec3(0)}, .target = {dvec3(0)}}).find("at its entry"), std::string::npos);
   EXPECT_NE(reason({.entry = {dvec3(0, 0, 20)}, .target = {dvec3(0, 0, 40)}}).find("no bone"),
             std::string::npos);
-  // A plate of 18 mm: 40 mm are too long, unless that is wanted.
+  // In a plate of 18 mm, a screw of 40 mm is too long, unless it is forced.
   PlaceScrew longer{.entry = {dvec3(0, 0, 9)}, .target = {dvec3(0, 0, 0)}, .length = Length::l40};
   EXPECT_NE(reason(longer).find("22 mm in front"), std::string::npos) << reason(longer);
   EXPECT_EQ(bench.bodies(), 0u);

@@ -49,7 +49,7 @@ std::vector<Event> events(const sim::Lockstep& run) {
   return all;
 }
 
-/// Holds it for `ticks` ticks; `squeeze` below 0: the button is pressed.
+/// Holds the rongeur for `ticks` ticks; `squeeze` below 0: the button is pressed.
 void hold(sim::Lockstep& run, const dvec3& at, double squeeze, int ticks = 500,
           const glm::dquat& turn = {1, 0, 0, 0}) {
   haptics::Pose pose{at, turn, squeeze < 0 ? 1u : 0u};
@@ -70,13 +70,13 @@ TEST(Rongeur, AKerrisonBitesTheBoneInItsJaws) {
     const double exact = 0.5 * std::numbers::pi * 4 * k_thick;
     EXPECT_NEAR(bites[0].size / exact, 1, spacing.z > 1 ? 0.05 : 0.03) << spacing.z;
     EXPECT_NEAR(run.engine().removed_mm3(), bites[0].size, 1e-9);
-    // Kept closed it bites no more; opened and closed again it does, if there is bone.
+    // Closed jaws do not bite again; jaws that open and close again do, if there is bone.
     hold(run, {0, 0, -0.6}, -1);
     hold(run, {-1, 0, -0.6}, 0, 10);
     EXPECT_EQ(events<Bite>(run).size(), 1u);
     hold(run, {-1, 0, -0.6}, -1);
     EXPECT_EQ(events<Bite>(run).size(), 2u);
-    // Undoable stroke by stroke.
+    // Bites are undone stroke by stroke.
     hold(run, {-1, 0, -0.6}, 0, 10);
     run.undo();
     EXPECT_NEAR(run.engine().removed_mm3(), bites[0].size, 1e-9);
@@ -107,7 +107,7 @@ TEST(Rongeur, ASqueezeClosesTheJaws) {
   const Lamina lamina(dvec3(0.5));
   sim::Lockstep run = lamina.with({.kind = Kind::kerrison});
   const dvec3 at(0, 0, -0.6);
-  // Picked up while squeezed it must open first; an invalid position leaves the state of the hand unknown.
+  // A tool taken while squeezed must open first; after an invalid position the state of the hand is unknown.
   hold(run, at, 1);
   hold(run, at * std::nan(""), 0, 3);
   hold(run, at, 1);
@@ -160,7 +160,7 @@ TEST(Rongeur, TwoCupsBiteAnEdgeBetweenThem) {
   hold(run, {-2, 0, 2}, -1, 500, turn);
   const auto bites = events<Bite>(run);
   ASSERT_EQ(bites.size(), 1u);
-  // Its throat stops at the edge; all bone between the cups is removed.
+  // The throat stops at the edge; all bone between the cups is removed.
   EXPECT_NEAR(bites[0].size / (std::numbers::pi * 4 * k_thick), 1, 0.05);
 }
 

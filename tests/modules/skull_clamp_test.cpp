@@ -109,7 +109,7 @@ Pins level_pins() {
   return {dvec3(-k_radii.x, 0, 0), dvec3(x, y, 0), dvec3(x, -y, 0)};
 }
 
-/// Every measure by its name.
+/// Returns the measures by their names.
 std::map<std::string, double> measures(const sim::Lockstep& run) {
   std::map<std::string, double> all;
   for (const sim::Measure& m : run.engine().measures()) all[m.name] = m.value;
@@ -379,7 +379,7 @@ TEST(Clamp, PostureFollowsClosedForms) {
   expect_neck({0, -c, s}, 0, 0, 30, 0);    // chin to chest
   expect_neck({0, c, s}, 180, 0, -30, 0);  // prone, head raised
   expect_neck({c, 0, s}, -90, 0, 0, 30);   // on the right side
-  // The posture reaches the measures, and a fit of another posture is discarded or outdated.
+  // The measures use the posture of the operation.
   const Head head;
   sim::Lockstep run = head.run();
   ASSERT_EQ(refusal(run, {SetPosture{{-s, -c, 0}, 10}, 0}), "");
@@ -499,7 +499,7 @@ TEST(Clamp, HasTwoModels) {
   const ClampFitted standard = fit(run, level_pins());
   EXPECT_EQ(standard.trouble, "");
   ASSERT_EQ(refusal(run, {SetClamp{ClampModel::small}, 0}), "");
-  EXPECT_FALSE(fitted(run).is_fitted) << "that fit was of the other clamp";
+  EXPECT_FALSE(fitted(run).is_fitted) << "the fit was of the other clamp";
   ASSERT_EQ(refusal(run, {FitClamp{}, 0}), "");
   EXPECT_NE(fitted(run).trouble.find("those of the rocker 60 mm"), std::string::npos) << fitted(run).trouble;
   EXPECT_LT(fitted(run).arm_depth, standard.arm_depth);
@@ -559,7 +559,7 @@ TEST(Clamp, HoldsTheBuiltInHeads) {
     EXPECT_NEAR(f.centre.y, 0, 9);
     EXPECT_LT(f.axis_miss, 15);
     EXPECT_GT(f.access, 40);
-    // A pair that is rotated out of the band is reported by its heights.
+    // A pin above the band is reported by its height.
     const ClampFitted tilted = fit(run, {on_vault(glm::normalize(dvec3(-1, 0.15, 0.35))), pins[1], pins[2]});
     ASSERT_TRUE(tilted.is_fitted) << failure(run);
     EXPECT_GT(tilted.heights[0], f.heights[0] + 20);

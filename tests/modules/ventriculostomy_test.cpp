@@ -199,7 +199,7 @@ TEST(Catheter, PopsThroughDuraAndWallWithTheForcesAndDepthsOfAClosedForm) {
     move(run, rate, -38, -20, 60, [&](const ServoRecord& r, double) { EXPECT_LT(r.force_world.z, 0.2); });
     move(run, rate, -20, -37, 60, k_ignore);
     EXPECT_EQ(events_of<CatheterPopped>(run.engine()).size(), 2u);
-    // Drawn out and in again: a new passage pops again.
+    // Drawn out and inserted again: a new passage pops again.
     move(run, rate, -37, 4, 100, k_ignore);
     EXPECT_FALSE(state_of(run).has_entered);
     const auto left = events_of<CatheterWithdrawn>(run.engine());
@@ -225,7 +225,8 @@ TEST(Catheter, ThePopsHaveTheirPlantedFault) {
 }
 
 TEST(Catheter, PassesTheBlurredEdgeOfBoneButNoBone) {
-  // The threshold finds bone in the upper millimetre of the dura: labels win, and nothing but the dura holds.
+  // The threshold finds bone in the upper millimetre of the dura: labels take precedence, and only dura
+  // resists.
   const Slab blurred(dvec3(0.5), -5);
   sim::Lockstep run = blurred.run(1000, {4, -5.2});
   drill_hole(run);
@@ -431,9 +432,8 @@ TEST(Ventriculostomy, JudgesTheCatheterInTheHandAndTheOneDrawnOut) {
   move(run, 1000, 4, -36, 40, k_ignore);
   move(run, 1000, -36, -33, 40, k_ignore);
   EXPECT_EQ(refusal({}), "");
-  EXPECT_NEAR(run.engine().now().result_of<CatheterJudged>()->tip.z, -33, 0.1) << "where it is";
-  EXPECT_NEAR(measure(run.engine(), "catheter depth from outer table"), 33, 0.15)
-      << "of the bone before the hole";
+  EXPECT_NEAR(run.engine().now().result_of<CatheterJudged>()->tip.z, -33, 0.1) << "its position";
+  EXPECT_NEAR(measure(run.engine(), "catheter depth from outer table"), 33, 0.15) << "from the intact bone";
   EXPECT_EQ(measure(run.engine(), "catheter tip in ventricle"), 1);
   move(run, 1000, -33, 4, 100, k_ignore);
   EXPECT_EQ(refusal({}), "");
@@ -477,7 +477,7 @@ TEST(Ventriculostomy, LeavesACatheterInPlace) {
   EXPECT_EQ(placed[0].first.body, body.id);
   EXPECT_NEAR(placed[0].first.depth, glm::distance(tip, entry), 1e-9);
   EXPECT_EQ(measure(run.engine(), "catheters left in place"), 1);
-  // Only once; the hand may lay down the stylet at once or draw it out, and the catheter stays.
+  // A catheter is left only once. The hand draws out the stylet, and the catheter stays.
   EXPECT_TRUE(is_refused({LeaveCatheter{}, 1}));
   run.undo();
   EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
@@ -488,7 +488,7 @@ TEST(Ventriculostomy, LeavesACatheterInPlace) {
   move(run, 1000, -36, 4, 100, [&](const ServoRecord& r, double) { ASSERT_LT(r.force_world.z, 0.3); });
   EXPECT_FALSE(state_of(run).has_entered);
   EXPECT_EQ(run.engine().now().undoable.bodies.size(), 1u);
-  // It is judged where it was left, and touched from outside.
+  // The catheter that was left is judged, and touched from outside.
   ASSERT_FALSE(is_refused({JudgeCatheter{}, 1}));
   EXPECT_NEAR(glm::distance(run.engine().now().result_of<CatheterJudged>()->tip, tip), 0, 1e-9);
   ServoRecord touched;

@@ -38,9 +38,9 @@ TEST(VolumeXray, OfABoxEqualsItsChord) {
       double worst = 0;
       for (int j = 0; j < view.rows; ++j)
         for (int i = 0; i < view.columns; ++i) {
-          const double is = weight * chord(view.source, view.pixel(i, j), -half, half);
-          worst = std::max(worst, std::abs(xray.sums()[static_cast<std::size_t>(i + view.columns * j)] - is) /
-                                      std::max(is, weight));
+          const double exact = weight * chord(view.source, view.pixel(i, j), -half, half);
+          const double sum = xray.sums()[static_cast<std::size_t>(i + view.columns * j)];
+          worst = std::max(worst, std::abs(sum - exact) / std::max(exact, weight));
         }
       EXPECT_LT(worst, 2e-6) << pose;
     }
@@ -73,10 +73,10 @@ TEST(VolumeXray, OfBallsAndEllipsoidsApproximatesTheirChords) {
         for (int i = 0; i < view.columns; ++i) {
           const dvec3 a = view.source / radii, d = (view.pixel(i, j) - view.source) / radii;
           const double b = glm::dot(a, d), c = glm::dot(d, d), root = b * b - c * (glm::dot(a, a) - 1);
-          const double is =
+          const double exact =
               root > 0 ? weight * 2 * std::sqrt(root) / c * glm::length(view.pixel(i, j) - view.source) : 0;
-          const double error = xray.sums()[static_cast<std::size_t>(i + view.columns * j)] - is;
-          square += error * error, ++all, most = std::max(most, is);
+          const double error = xray.sums()[static_cast<std::size_t>(i + view.columns * j)] - exact;
+          square += error * error, ++all, most = std::max(most, exact);
         }
       // Voxels are steps: the thicker the slices, the coarser.
       EXPECT_LT(std::sqrt(square / all), (0.003 + 0.01 * axes[2].z) * most)
@@ -192,7 +192,7 @@ TEST(VolumeXray, AnImplantAttenuatesAsTabulated) {
   ASSERT_FALSE(
       xray.project(view, std::make_shared<Version>(scan), {&piece, 1}, RaySum::exact, 2).has_value());
   for (std::size_t i = 0; i < without.size(); ++i) ASSERT_NEAR(xray.sums()[i], without[i], 1e-9);
-  // Moved 15 mm up, it appears there, and nothing of it remains at its old position.
+  // Moved 15 mm up, it changes nothing at its old position.
   piece.place.position_world = {0, 0, 15};
   ASSERT_FALSE(
       xray.project(view, std::make_shared<Version>(scan), {&piece, 1}, RaySum::exact, 2).has_value());
@@ -292,8 +292,8 @@ TEST(VolumeXray, BeadsAppearWhereThePosePutsThem) {
   }
 }
 
-/// Rose criterion: an eye detects a disc whose mean differs by five times its noise. The radiation behind the
-/// body is that of a radiography detector, 25000 photons per mm2 (about 1 uGy), and no more.
+/// Rose criterion: an observer detects a disc whose mean differs by five times its noise. The radiation
+/// behind the body is that of a radiography detector, 25000 photons per mm2 (about 1 uGy).
 TEST(VolumeXray, ABreachOfTwoMillimetresIsVisibleInAShot) {
   const auto scan = scan_of({100, 100, 80}, straight(dvec3(1)), [](const dvec3& p) {
     const bool is_wall = std::abs(p.y - 6) < 1.5 && std::abs(p.x) < 14;
@@ -340,8 +340,8 @@ TEST(VolumeXray, ABreachOfTwoMillimetresIsVisibleInAShot) {
     double noise = 0;
     constexpr int k_others = 12;
     for (int k = 0; k < k_others; ++k) {
-      const dvec3 beside = at + dvec3(k % 2 ? -8 : 6, 0, -16 + 2.5 * k);
-      const double one = differs(*view.project(beside));
+      const dvec3 other_disc = at + dvec3(k % 2 ? -8 : 6, 0, -16 + 2.5 * k);
+      const double one = differs(*view.project(other_disc));
       noise += one * one / k_others;
     }
     const double times = differs(middle) / std::sqrt(noise);

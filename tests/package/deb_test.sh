@@ -8,12 +8,12 @@ trap 'rm -rf "$scratch"' EXIT
 cd "$scratch"
 field() { dpkg-deb -f "$1" "$2"; }
 for name in libtrephine0.1 libtrephine-dev trephine trephine-window trephine-formats python3-trephine; do
-  ls deb/"$name"_*.deb >/dev/null 2>&1 || { echo "there is no package $name"; exit 1; }
+  ls deb/"$name"_*.deb >/dev/null 2>&1 || { echo "the package $name is missing"; exit 1; }
 done
 library=$(field deb/libtrephine0.1_*.deb Depends) command=$(field deb/trephine_*.deb Depends)
 window=$(field deb/trephine-window_*.deb Depends) dev=$(field deb/libtrephine-dev_*.deb Depends)
-refuse() { if echo "$2" | grep -qiE "$3"; then echo "$1 depends on what it does not need: $2"; exit 1; fi; }
-demand() { echo "$2" | grep -qE "$3" || { echo "$1 lacks $3: $2"; exit 1; }; }
+refuse() { if echo "$2" | grep -qiE "$3"; then echo "the package $1 has an unneeded dependency ($3): $2"; exit 1; fi; }
+demand() { echo "$2" | grep -qE "$3" || { echo "the package $1 lacks the dependency $3: $2"; exit 1; }; }
 refuse library "$library" 'vtk|itk|qt|openvdb|tbb'
 refuse command "$command" 'qt5|openimageio|openvdb|hdf5'
 demand formats "$(field deb/trephine-formats_*.deb Depends)" 'libopenimageio'
@@ -27,7 +27,7 @@ demand window "$window" 'libqt5widgets5'
 demand window "$window" 'trephine \(= 0.1.0\)'
 demand dev "$dev" 'libtrephine0.1 \(= 0.1.0\)'
 demand dev "$dev" 'libglm-dev'
-# Installs into a scratch root; dependencies are those of the machine.
+# Installs into a scratch root. Dependencies are taken from the machine.
 mkdir -p system/var/lib/dpkg/{info,updates} system/var/lib/dpkg/triggers
 touch system/var/lib/dpkg/{status,available}
 dpkg --root="$scratch/system" --force-not-root --force-depends --force-script-chrootless --log=/dev/null -i deb/*.deb >log 2>&1 ||
@@ -47,7 +47,7 @@ operation = trephine.Operation.open(trephine.Scan.phantom('sphere', spacing=(2, 
 assert operation.run([[0, 0, 60], [0, 0, 20]]).contact.any()"
 { system/usr/bin/trephine-cohort plan none.toml -o plan.csv 2>&1 || true; } | grep -q 'does not exist'
 [ -s system/usr/share/trephine/cohort/Snakefile ]
-# With a display, the package of the window is tested too.
+# With xvfb-run, the package of the window is tested, too.
 if command -v xvfb-run >/dev/null; then
   XDG_STATE_HOME=$scratch/state xvfb-run -a -s '-screen 0 1024x768x24' system/usr/bin/trephine view s.mha --iso 300 --seconds 1 --json >view.json
   grep -q '"window": "qt"' view.json || { echo "the window's package was not used"; cat view.json; exit 1; }

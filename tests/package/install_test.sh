@@ -13,7 +13,7 @@ env -u LD_LIBRARY_PATH "$scratch/outside/outside"
 env -u LD_LIBRARY_PATH "$scratch/outside/drill" | tail -1
 env -u LD_LIBRARY_PATH "$scratch/outside/drill_head" >"$scratch/log"
 grep -E ': +[0-9.]*[1-9][0-9.]* N, +[0-9.]*[1-9][0-9.]* mm3 removed' "$scratch/log" ||
-  { echo "drill_head prints no force with removed bone:"; cat "$scratch/log"; exit 1; }
+  { echo "drill_head does not print a force and removed bone:"; cat "$scratch/log"; exit 1; }
 # A module of another project builds by itself, and the installed program loads it.
 cmake -S "$source/docs/examples/eraser" -B "$scratch/eraser" -DCMAKE_PREFIX_PATH="$scratch/prefix" >"$scratch/log" 2>&1 &&
   cmake --build "$scratch/eraser" >"$scratch/log" 2>&1 || { cat "$scratch/log"; exit 1; }
@@ -25,14 +25,14 @@ for file in bin/trephine share/man/man1/trephine.1.gz share/man/man1/trephine-dr
   share/bash-completion/completions/trephine; do
   [ -s "$scratch/prefix/$file" ] || { echo "missing: $file"; exit 1; }
 done
-# It still runs after it was moved: the program finds its libraries by a relative path.
+# The moved installation still runs: the program finds its libraries by a relative path.
 mv "$scratch/prefix" "$scratch/elsewhere"
 cd "$scratch"
 "$scratch/elsewhere/bin/trephine" phantom sphere --size 16 -o s.mha >/dev/null
 "$scratch/elsewhere/bin/trephine" info s.mha --json | grep -q '"trephine.info/1"'
-# The servo core links neither VTK nor OpenVDB nor Qt nor TBB.
+# The servo core links neither VTK nor OpenVDB nor Qt nor TBB nor ITK.
 library=$(find "$scratch/elsewhere" -name 'libtrephine-haptics.so.0.1')
-if ldd "$library" | grep -Ei 'vtk|openvdb|qt5|tbb|itk'; then echo "the servo's library links what it does not need"; exit 1; fi
+if ldd "$library" | grep -Ei 'vtk|openvdb|qt5|tbb|itk'; then echo "the servo's library links an unneeded library"; exit 1; fi
 # Completion of the command line.
 . "$scratch/elsewhere/share/bash-completion/completions/trephine"
 COMP_WORDS=(trephine dr) COMP_CWORD=1

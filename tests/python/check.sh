@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# check.sh module|examples|types FOLDER: tests the Python module of that folder.
+# check.sh module|examples|types FOLDER: tests the Python module in FOLDER, the examples with it, or their types.
 set -euo pipefail
 source=$(cd "$(dirname "$0")/../.." && pwd)
 export PYTHONPATH=$2 PYTHONDONTWRITEBYTECODE=1 TREPHINE_COMMAND=$2/../bin/trephine

@@ -1,4 +1,4 @@
-"""trephine-cohort against a stand-in for the command, and one case with the command itself."""
+"""trephine-cohort with a stand-in for the command, and one case with the command itself."""
 
 import csv
 import os

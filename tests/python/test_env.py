@@ -95,7 +95,7 @@ def test_burr_hole_ends_at_the_dura():
     assert facts["is_torn"]
     _, facts = env.reset(seed=1)
     assert not facts["is_torn"] and facts["removed_share"] == 0
-    # Over the midline is the venous sinus.
+    # The venous sinus is below the midline.
     env = SurgeryEnv(BurrHole(entry=(0, 0)), ticks_per_step=50, max_steps=400)
     drill(env, 1, 400, speed=4.0, radius=0.0)
     for _ in range(20):

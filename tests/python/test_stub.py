@@ -1,4 +1,4 @@
-"""The stub lists what the module has: same classes, members and parameters."""
+"""The stub lists the classes, members and parameters of the module."""
 
 import ast
 import inspect

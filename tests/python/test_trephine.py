@@ -1,4 +1,4 @@
-"""The Python module: the same bits as C++, arrays that outlive their owners, errors in words."""
+"""The Python module: equal bits in every run, arrays that outlive their owners, errors with messages."""
 
 import gc
 import pickle
@@ -309,7 +309,7 @@ def test_a_parameter_may_be_called_name():
     operation.command("begin-branch", name="other")
 
 
-def test_what_cannot_be_pickled_says_so():
+def test_pickling_is_refused_with_a_message():
     scan = sphere((5, 5, 5))
     for value in (scan, tr.Operation.open(scan)):
         with pytest.raises(TypeError, match="pickled"):
@@ -333,7 +333,7 @@ def test_one_thread_at_a_time():
         thread.start()
     for thread in threads:
         thread.join()
-    # Either no call met another, or the second was refused in words.
+    # A call during another call is refused with a message.
     assert all("another thread" in text for text in failures)
     assert operation.tick == 1000 * (400 - len(failures))
 

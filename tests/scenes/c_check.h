@@ -1,4 +1,4 @@
-/* Claims of the tests in C: counted, and printed where they do not hold. */
+/* CHECK: counts and prints the claims of the tests in C that do not hold. */
 #ifndef TREPHINE_TESTS_SCENES_C_CHECK_H
 #define TREPHINE_TESTS_SCENES_C_CHECK_H
 
@@ -9,7 +9,7 @@ static int failures = 0;
   do {                                                           \
     if (!(claim)) {                                              \
       ++failures;                                                \
-      printf("%s:%d: not so: %s\n", __FILE__, __LINE__, #claim); \
+      printf("%s:%d: failed: %s\n", __FILE__, __LINE__, #claim); \
     }                                                            \
   } while (0)
 

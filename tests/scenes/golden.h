@@ -1,6 +1,6 @@
 // Golden hashes of arithmetic results, to the bit, by replay revision. Rows are added for a new revision and
-// never changed: a change of any of these results requires a new k_replay_revision, since sessions recorded
-// before would silently replay to something else.
+// never changed: a change of any of these results requires a new k_replay_revision, since older sessions
+// would silently replay to other results.
 #pragma once
 
 #include <cstdint>

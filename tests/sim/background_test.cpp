@@ -1,4 +1,4 @@
-// Background: the order in which longer work starts and ends, by events, never by time.
+// Background: the order in which longer work starts and ends. The tests wait for events, never for a time.
 #include "sim/drivers/background.h"
 
 #include <atomic>
@@ -19,22 +19,22 @@ struct Gate {
 };
 
 TEST(Background, AJobStartsWhileASearchRuns) {
-  Gate is_searching, is_flap_done;
+  Gate is_searching, is_job_done;
   std::atomic<bool> has_waited{false};
   Background background;
-  // The search ends after the flap only: it would wait in vain if the flap waited for it.
+  // The search ends only after the job: it would wait in vain if the job waited for it.
   background.submit(Priority::search, [&]() -> Background::Result {
     is_searching.open();
-    has_waited = is_flap_done.wait();
+    has_waited = is_job_done.wait();
     return {};
   });
   ASSERT_TRUE(is_searching.wait());
-  background.submit(Priority::search, []() -> Background::Result { return {}; });  // another in the queue
+  background.submit(Priority::search, []() -> Background::Result { return {}; });  // queued
   background.submit(Priority::jobs, [&]() -> Background::Result {
-    is_flap_done.open();
+    is_job_done.open();
     return {};
   });
-  ASSERT_TRUE(is_flap_done.wait());
+  ASSERT_TRUE(is_job_done.wait());
   while (!background.is_idle(Priority::search)) std::this_thread::yield();
   EXPECT_TRUE(has_waited);
 }

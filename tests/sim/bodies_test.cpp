@@ -20,7 +20,7 @@ const PieceFreed* find_freed(const Engine& engine) {
   return nullptr;
 }
 
-// The probe: a block is detached, and moved by hand 2 against hand 1.
+// A disk is sawn out, and lifted by hand 2 against hand 1, which rests on it.
 TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
   const Folder folder;
   const std::string path = folder.file("disk.session");
@@ -65,7 +65,7 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
     EXPECT_NEAR(at_freedom, resting_at, 0.1);
     EXPECT_NEAR(at_lift, resting_at, 0.1);
     EXPECT_GT(min_after, resting_at - 0.1);
-    // Lifted by 3 mm, like the hand that rests on it, which is pressed by the spring.
+    // The disk is lifted by 3 mm, and with it the proxy of the hand that rests on it, against its spring.
     EXPECT_GT(max_after, resting_at + 2.5);
     EXPECT_GT(force_after, force_before + 0.8);
     // Released where it is; after undo it is at its old position again.
@@ -214,7 +214,7 @@ TEST(Bodies, NoHandIsPushedByReleaseOrUndo) {
   run.apply({RemoveInstrument{}, 1});
   free_now(run);
   poses[0] = resting().at(k_sawn), poses[1] = sawing().at(k_sawn);
-  poses[0].position_world = {0, 0, 9};  // away from it
+  poses[0].position_world = {0, 0, 9};  // away from the body
   for (int i = 0; i < 600; ++i) run.step(poses);
   max_force = 0;
   // Move next to it, grasp it, carry it 30 mm along an arc and down again.
@@ -327,7 +327,7 @@ TEST(Bodies, UndoOfAStrokeReleasesNothing) {
   }
   EXPECT_FALSE(run.apply({ReleaseBody{}, 1}).refused);
   EXPECT_NEAR(run.engine().now().undoable.bodies[0].place.position_world.z, 20, 0.1);
-  // The release is undoable; before it was detached, the body is in no hand.
+  // Undo of the release leaves the body in no hand; undo of the detachment removes it, even from a hand.
   run.undo();
   EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, -1);
   EXPECT_FALSE(run.apply({HoldBody{{1}}, 1}).refused);

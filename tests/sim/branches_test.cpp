@@ -5,7 +5,7 @@
 namespace trephine::sim {
 namespace {
 
-/// Hash of removed matter and marks.
+/// Returns a hash of removed matter and marks.
 std::uint64_t undoable_of(const Engine& engine) {
   MixHash all;
   all.add(engine.current()->content_hash());
@@ -39,7 +39,7 @@ TEST(Branches, EachKeepsItsWholeHistory) {
   EXPECT_TRUE(there.is_changed && there.is_edit);
   EXPECT_EQ(undoable_of(engine), after_first);
   EXPECT_TRUE(engine.can_redo());
-  // The differing box: only where the other branch cut.
+  // The changed box contains only the cut of the other branch.
   const volume::Frame& frame = bench.scene.base->frame;
   EXPECT_TRUE(there.box.contains(volume::voxel_of(frame.volume_from_world({0, 0, 0}))));
   EXPECT_FALSE(there.box.contains(volume::voxel_of(frame.volume_from_world({3, 0, 0}))));
@@ -102,7 +102,7 @@ TEST(Branches, AreTheSameInReplayAndAfterSeek) {
                                       bench.scene.base, toys(), often(1500))
                     .value();
   Lockstep run(bench.engine(), {}, 1000, writer.get());
-  const haptics::PosePath request = drilling_request(20);
+  const haptics::PosePath request = drilling_path(20);
   int begun = 0, switched = 0;
   for (int i = 0; i < 9000; ++i) {
     run.step(request.at(1e-3 * i));

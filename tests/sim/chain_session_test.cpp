@@ -6,7 +6,7 @@
 namespace trephine::sim {
 namespace {
 
-/// Pose above the plate in tick i, tilted back and forth, in and out of contact.
+/// Returns the pose of a hand over the plate in tick i, which tilts back and forth, in and out of contact.
 haptics::Pose waving(int i) {
   const double t = 1e-3 * i, half = 0.15 * std::sin(5 * t);
   return {{4 * std::sin(2 * t), 3 * std::cos(1.3 * t), 2.5 + 3 * std::cos(4 * t)},
@@ -37,7 +37,7 @@ TEST(ChainSession, IsRecordedReplayedAndOpenedAnywhereWithItsTorques) {
   ASSERT_TRUE(writer.is_ok());
   Lockstep run(Engine(std::move(start.value().hands), 1e-3, drilling_catalogue()), {}, 1000,
                writer.value().get());
-  const haptics::PosePath request = drilling_request(20);
+  const haptics::PosePath request = drilling_path(20);
   double max_torque = 0;
   long contacts[3] = {};
   const auto give = [&](const ToolGeometry& geometry) {

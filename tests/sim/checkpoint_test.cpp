@@ -24,7 +24,7 @@ TEST(Checkpoint, ARandomLogOpensAtAnyTick) {
     auto writer = bench.toy_writer(path, often(2000));
     Lockstep run(bench.engine(), {}, 1000, writer.get());
     std::mt19937 random(seed);
-    const haptics::PosePath request = drilling_request(20);
+    const haptics::PosePath request = drilling_path(20);
     for (int i = 0; i < 3000; ++i) {
       run.step(request.at(1e-3 * i));
       if (i % 10 != 0) continue;
@@ -47,7 +47,7 @@ TEST(Checkpoint, OpensWithAServoAheadOfTheEdits) {
   haptics::ServoCore core({}, 1e-3);
   std::deque<haptics::ServoRecord> ring;
   auto published = engine.servo_scene();
-  const haptics::PosePath request = drilling_request(20);
+  const haptics::PosePath request = drilling_path(20);
   std::mt19937 random(4);
   for (int tick = 0; tick < 3000 || !ring.empty();) {
     const bool wants_tick = random() % 2 == 0;
@@ -87,7 +87,7 @@ template <class OnTick>
 void record_drilling(RoundBench& bench, const std::string& path, int ticks, OnTick&& on_tick) {
   auto writer = bench.writer(path, 1000, often(4000));
   Lockstep run(bench.scene, *bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-  const haptics::PosePath request = drilling_request(10);
+  const haptics::PosePath request = drilling_path(10);
   for (int i = 0; i < ticks; ++i) {
     run.step(request.at(1e-3 * i));
     on_tick(run, i);
@@ -112,7 +112,7 @@ TEST(Checkpoint, ALiveSessionOpensAtAnyTick) {
   RoundBench bench;
   {
     auto writer = bench.writer(path, 1000, often(3000));
-    haptics::VirtualDevice device(drilling_request(20), {});
+    haptics::VirtualDevice device(drilling_path(20), {});
     LiveSession live(device, bench.scene, *bench.method, drilling::burr(bench.burr), {}, writer.get());
     ASSERT_FALSE(live.start().has_value());
     for (int i = 0; i < 6; ++i) {
@@ -125,7 +125,7 @@ TEST(Checkpoint, ALiveSessionOpensAtAnyTick) {
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base, 2);
 }
 
-// Killed, opened at its newest checkpoint, continued, killed again: one session, every part of which opens.
+// A session that is killed, opened at its newest checkpoint, continued and killed again opens at any tick.
 TEST(Checkpoint, ContinuesWithoutPlayingTheWholeSession) {
   const Folder folder;
   const std::string path = folder.file("a.session");
@@ -133,7 +133,7 @@ TEST(Checkpoint, ContinuesWithoutPlayingTheWholeSession) {
   {
     auto writer = bench.writer(path, 1000, often(1500));
     Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-    const haptics::PosePath request = drilling_request(10);
+    const haptics::PosePath request = drilling_path(10);
     for (int i = 0; i < 4000; ++i) {
       run.step(request.at(1e-3 * i));
       if (i % 500 == 250) run.undo();
@@ -160,7 +160,7 @@ TEST(Checkpoint, ContinuesWithoutPlayingTheWholeSession) {
     Lockstep run(std::move(engine), {}, 1000, writer.get(), first_tick);
     // Back to strokes that were not played here, and on from there.
     for (int i = 0; i < 4; ++i) EXPECT_FALSE(run.undo().refused);
-    const haptics::PosePath request = drilling_request(10);
+    const haptics::PosePath request = drilling_path(10);
     for (int i = 0; i < 2500; ++i) {
       run.step(request.at(2e-3 * i));
       if (i % 700 == 600) run.undo();
@@ -170,14 +170,14 @@ TEST(Checkpoint, ContinuesWithoutPlayingTheWholeSession) {
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base);
 }
 
-// Undo after undo, with escape paths of varying length: the newest checkpoint opens each time.
+// Undos at random, with escape paths of varying length: the session opens at any tick.
 TEST(Checkpoint, OpensAfterManyUndos) {
   const Folder folder;
   const std::string path = folder.file("a.session");
   Bench bench;
   auto writer = bench.writer(path, 1000, often(1500));
   Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-  const haptics::PosePath request = drilling_request(10);
+  const haptics::PosePath request = drilling_path(10);
   std::mt19937 random(3);
   long led = 0;
   for (int i = 0; i < 6000; ++i) {
@@ -269,7 +269,7 @@ RecordedSession recorded(const Folder& folder) {
   Bench bench;
   auto writer = bench.writer(all.path, 1000, often(1500));
   Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-  const haptics::PosePath request = drilling_request(10);
+  const haptics::PosePath request = drilling_path(10);
   for (int i = 0; i < 3000; ++i) run.step(request.at(1e-3 * i));
   EXPECT_FALSE(writer->finish(run.engine()));
   all.blocks = blocks_of(all.path, all.preamble);
@@ -282,7 +282,7 @@ RecordedSession recorded(const Folder& folder) {
   return all;
 }
 
-/// The checkpoint with other bytes in a part; its lengths and checksums are valid.
+/// Returns the checkpoint with other bytes in a part; its lengths and checksums are valid.
 std::string with_part(const RecordedSession& good, const CheckpointIndex::Part& part,
                       const std::string& bytes) {
   const std::string& payload = good.blocks[good.checkpoint_block].payload;
@@ -315,9 +315,9 @@ TEST(Checkpoint, EveryChangedFactIsDetected) {
   const std::string rest = part_of(good.index.rest);
   std::mt19937 random(3);
   int seen = 0;
-  constexpr int k_lies = 60;
-  for (int i = 0; i < k_lies; ++i) {
-    // A bit of a core, a tick, a setting, the history, a trail, or a brick.
+  constexpr int k_faults = 60;
+  for (int i = 0; i < k_faults; ++i) {
+    // A bit of the rest (cores, ticks, settings), of a trail, or of a link of the chain.
     std::vector<Block> blocks = good.blocks;
     const CheckpointIndex::Part part = i % 3 == 0   ? good.index.rest
                                        : i % 3 == 1 ? good.index.trails
@@ -343,13 +343,13 @@ TEST(Checkpoint, EveryChangedFactIsDetected) {
       EXPECT_EQ(replay.mismatch()->what, "checkpoint");
       ++seen;
     } else {
-      ADD_FAILURE() << "lie " << i << " at byte " << at << " of " << bytes.size();
+      ADD_FAILURE() << "planted fault " << i << " at byte " << at << " of " << bytes.size();
     }
     // Opening it is harmless; in the worst case it is skipped.
     ASSERT_FALSE(replay.seek(good.index.next_tick + 5));
     ASSERT_FALSE(replay.seek(opened.value().tick_count()));
   }
-  EXPECT_EQ(seen, k_lies);
+  EXPECT_EQ(seen, k_faults);
 }
 
 /// Random bytes in the last checkpoint, with valid checksums: the session opens, at an older one in the worst
@@ -412,7 +412,7 @@ TEST(Checkpoint, AnEngineMayOutliveItsReader) {
   Bench bench;
   auto writer = bench.writer(path, 1000, often(1500));
   Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-  const haptics::PosePath request = drilling_request(10);
+  const haptics::PosePath request = drilling_path(10);
   for (int i = 0; i < 4000; ++i) run.step(request.at(1e-3 * i));
   ASSERT_FALSE(writer->finish(run.engine()));
   std::optional<Engine> continued;
@@ -467,16 +467,16 @@ TEST(Checkpoints, EveryFactOfTheEndIsCompared) {
   });
   ASSERT_NE(end_block, all.blocks.end());
   const SessionEnd truth = decode_end(end_block->payload).value();
-  const std::pair<const char*, std::function<void(SessionEnd&)>> lies[] = {
+  const std::pair<const char*, std::function<void(SessionEnd&)>> changes[] = {
       {"ticks", [](SessionEnd& e) { ++e.ticks; }},
       {"dropped ticks", [](SessionEnd& e) { ++e.dropped; }},
       {"version", [](SessionEnd& e) { ++e.serial; }},
       {"removed volume", [](SessionEnd& e) { e.removed_mm3 += 1; }},
       {"state", [](SessionEnd& e) { ++e.state; }},
       {"voxels", [](SessionEnd& e) { ++e.hash; }}};
-  for (const auto& [what, lie] : lies) {
+  for (const auto& [what, change] : changes) {
     SessionEnd changed = truth;
-    lie(changed);
+    change(changed);
     end_block->payload = encode(changed);
     write_blocks(all.path, all.preamble, all.blocks);
     EXPECT_EQ(verdict(), what);

@@ -7,7 +7,7 @@
 
 namespace trephine::sim {
 
-/// A box with faces outward.
+/// Returns a box with faces outward.
 inline std::shared_ptr<const haptics::MeshTree> box(const dvec3& low, const dvec3& high) {
   std::vector<dvec3> corners;
   for (int i = 0; i < 8; ++i)
@@ -17,7 +17,7 @@ inline std::shared_ptr<const haptics::MeshTree> box(const dvec3& low, const dvec
                                                      2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5});
 }
 
-/// The plate, a ball of another scan above it, a model at rest and one that moves.
+/// Returns the plate, a ball of another scan above it, a model at rest and one that moves.
 inline haptics::TouchScene crowded() {
   haptics::TouchScene scene = small_bone();
   data_tools::PhantomOptions o;
@@ -46,7 +46,8 @@ inline SceneDescription crowded_spec(const haptics::TouchScene& scene) {
   return spec;
 }
 
-/// Records two hands over it for three seconds, with the scans in the file. Returns the hash of the state.
+/// Records two hands over this scene for three seconds, with the scans in the file. Sets *state to the hash
+/// of the final state.
 inline void record_crowd(const std::string& path, std::uint64_t* state,
                          int checkpoint_work = CheckpointMaker::k_work) {
   const haptics::TouchScene scene = crowded();
@@ -64,7 +65,7 @@ inline void record_crowd(const std::string& path, std::uint64_t* state,
   ASSERT_TRUE(writer.is_ok()) << writer.error().message();
   Lockstep run(Engine(std::move(hands.value().hands), 1e-3, drilling_catalogue()), {}, 1000,
                writer.value().get());
-  const haptics::PosePath request = drilling_request(20);
+  const haptics::PosePath request = drilling_path(20);
   long contacts[2] = {}, on_models = 0, on_ball = 0;
   for (int i = 0; i < 3000; ++i) {
     haptics::Pose poses[2] = {request.at(1e-3 * i), request.at(1e-3 * i + 0.4)};

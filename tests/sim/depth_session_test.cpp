@@ -14,7 +14,7 @@ namespace {
 using haptics::depth::DepthModel;
 using haptics::depth::ModelKeys;
 
-/// A paddle of many small triangles at a time (s): it moves down, and bends.
+/// Returns a paddle of small triangles at a time (s). It moves up and down, and bends.
 std::shared_ptr<const haptics::MeshTree> paddle(double time) {
   constexpr int k_side = 16;
   std::vector<dvec3> corners;
@@ -46,7 +46,7 @@ std::shared_ptr<const haptics::MeshTree> paddle(double time) {
   return std::make_shared<const haptics::MeshTree>(std::move(corners), std::move(triangles));
 }
 
-/// Bone to drill, a block next to it and a paddle over it, both touched by depth images.
+/// Returns bone to drill, and a block and a paddle that are touched by depth images.
 haptics::TouchScene mixed() {
   haptics::TouchScene scene = small_bone();
   const auto add = [&](std::vector<std::shared_ptr<const haptics::MeshTree>> keys, double beat) {
@@ -77,7 +77,7 @@ OperationStart start_of(const haptics::TouchScene& scene) {
 
 /// The first hand drills; the second moves from the block to below the paddle and presses.
 std::array<haptics::Pose, 2> poses_at(double t) {
-  static const haptics::PosePath request = drilling_request(20);
+  static const haptics::PosePath request = drilling_path(20);
   const double s = 0.5 - 0.5 * std::cos(4.4 * t);
   return {request.at(t), haptics::Pose{{8 - 16 * s, 0.6 * std::sin(5 * t), 3.4 + 3 * s}, {1, 0, 0, 0}, 0}};
 }
@@ -166,8 +166,8 @@ TEST(DepthSession, AtMostAHundredSetsPerSecondWhateverTheirContents) {
   }
 }
 
-/// The published schedule (30, 100 and 1000 Hz): as many sets per second as requested, each as large as a
-/// hand of 1 m/s needs until the next one.
+/// As many sets per second as requested (100 as published), each as large as a hand of 1 m/s needs until the
+/// next one.
 TEST(DepthSession, AsManySetsPerSecondAsRequested) {
   for (const double rate : {30.0, 100.0, 250.0}) {
     haptics::TouchScene scene = mixed();
@@ -183,14 +183,14 @@ TEST(DepthSession, AsManySetsPerSecondAsRequested) {
     EXPECT_LE(static_cast<double>(set->serial), 0.4 * rate + 6 + 0.02 * rate) << rate;
     EXPECT_LE(set->view.interval, 1 / rate);
     EXPECT_GE(set->view.edge, 2000 / rate) << rate;
-    // Through the header of a session.
+    // A scene description keeps the rate.
     const SceneDescription spec =
         describe_scene(scene, *haptics::make_method("scene").value(), {}, {HandSpec()});
     EXPECT_EQ(spec.structures.back().depth_rate, rate);
   }
 }
 
-/// Pictures show an object at their time: the nearest key, its frame, and the images of the hand.
+/// Overlays show an object at the current time: its nearest key, and the depth images of a hand.
 TEST(DepthSession, APictureShowsAMovingObjectAtItsTime) {
   OperationStart start = start_of(mixed());
   Lockstep run(Engine(std::move(start.hands), 1e-3, drilling_catalogue()), {}, 1000);
@@ -213,7 +213,7 @@ TEST(DepthSession, APictureShowsAMovingObjectAtItsTime) {
   EXPECT_TRUE(run.engine().has_moving_surfaces());
   const std::vector<DisplayedDepths> seen = run.engine().displayed_depths(1);
   ASSERT_FALSE(seen.empty());
-  // The drawn surface is on the object at its present pose.
+  // The drawn surface is on the object in its current pose.
   double least = 1e300;
   for (const dvec3& p : seen.back().set->tree->vertices())
     least = std::min(least, seen.back().surface_pose.world_from_local(p).z);
@@ -228,7 +228,7 @@ TEST(DepthSession, PixelsTooFineForAHandAreRefused) {
   EXPECT_FALSE(DepthSets::check_pixel(0.02, 1000, 0));  // fewer are needed until the next set
 }
 
-/// A command that adopts depth images with a clip volume of `edge` mm.
+/// Returns a command that adopts depth images with a clip volume of `edge` mm.
 Adopt images_of(std::int64_t item, double edge) {
   DepthImages input;
   input.edge = edge;
@@ -251,7 +251,7 @@ TEST(DepthSession, CommandsAboutSetsAreChecked) {
   EXPECT_FALSE(engine.apply({images_of(1, 20), 1}).refused);
 }
 
-/// A plane in front of a camera that faces down, as an incoming picture.
+/// Returns an incoming picture of a plane, from a camera that faces down.
 haptics::depth::DepthPicture picture_of_plane(double height) {
   haptics::depth::DepthPicture picture;
   picture.place = {{8, 0, 100}, {0, 1, 0, 0}};  // x is kept, y and z are reversed
@@ -291,7 +291,7 @@ TEST(DepthSession, IncomingPicturesAreKeptAndReplayed) {
   }
   EXPECT_NEAR(lowest[0], 3.8, 1e-3);  // the ball of 0.8 mm on it
   EXPECT_NEAR(lowest[1], 3.3, 1e-3);
-  // An invalid picture is refused, and so is drawing it.
+  // Refused: a picture of an item without depths, invalid pictures, and drawing an item of incoming pictures.
   const auto is_refused = [&](const haptics::depth::DepthPicture& picture, std::int64_t item) {
     const DerivedJob job = run.engine().picture_job(picture, item, {8, 0, 3}, 16, 1);
     return run.apply(job.command({})).refused.has_value();

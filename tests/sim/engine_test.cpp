@@ -12,7 +12,7 @@
 namespace trephine::sim {
 namespace {
 
-/// State after each tick.
+/// Hashes of the state after ticks, by tick.
 using Hashes = std::map<std::uint64_t, std::uint64_t>;
 
 void expect_hashes(const std::string& path, const ToyBench& bench, const Hashes& hashes, unsigned seed) {
@@ -52,7 +52,7 @@ TEST(Engine, ARandomLogGivesOneStateThroughLockstepReplayAndSeek) {
     auto writer = bench.toy_writer(path);
     Lockstep run(bench.engine(), {}, 1000, writer.get());
     std::mt19937 random(seed);
-    const haptics::PosePath request = drilling_request(20);
+    const haptics::PosePath request = drilling_path(20);
     Hashes hashes;
     for (int i = 0; i < 2500; ++i) {
       run.step(request.at(1e-3 * i));
@@ -92,7 +92,7 @@ TEST(Engine, AnyInterleavingOfServoEditsAndCommandsGivesOneState) {
     haptics::ServoCore core({}, 1e-3);
     std::deque<haptics::ServoRecord> ring;
     auto published = engine.servo_scene();
-    const haptics::PosePath request = drilling_request(20);
+    const haptics::PosePath request = drilling_path(20);
     std::mt19937 random(seed);
     Hashes hashes;
     for (int tick = 0; tick < 2500 || !ring.empty();) {
@@ -127,7 +127,7 @@ TEST(Engine, AnyInterleavingOfServoEditsAndCommandsGivesOneState) {
 template <class During>
 std::shared_ptr<const OperationState> run_live(ToyBench& bench, const std::string& path, During&& during) {
   auto writer = bench.toy_writer(path);
-  haptics::VirtualDevice device(drilling_request(20), {});
+  haptics::VirtualDevice device(drilling_path(20), {});
   haptics::Device* devices[] = {&device};
   LiveSession live(devices, bench.engine(), {}, writer.get());
   EXPECT_FALSE(live.start().has_value());
@@ -203,9 +203,9 @@ TEST(Engine, AnImpureJobAndADifferingStateAreDetected) {
   ASSERT_TRUE(other_result.mismatch);
   EXPECT_EQ(other_result.mismatch->what, "job");
   EXPECT_EQ(other_result.mismatch->tick, 11u);
-  Toy::deafness = 1;
+  Toy::event_salt = 1;
   const Verdict other_state = replay(path, bench.scene.base, toys());
-  Toy::deafness = 0;
+  Toy::event_salt = 0;
   ASSERT_TRUE(other_state.mismatch);
   EXPECT_EQ(other_state.mismatch->what, "event");
 }
@@ -272,7 +272,7 @@ TEST(Engine, WithoutItsModuleASessionIsReadAndNotReplayed) {
   EXPECT_EQ(unknown, 2);
 }
 
-// A tool that becomes a ball in the middle of its own hole is led out; as a point again it continues.
+// A tool that becomes a ball in the middle of its own hole is led out; as a point again it reaches the hand.
 TEST(Engine, ATooLargeToolIsLedOutOfTheHoleOfASmallerOne) {
   ToyBench bench;
   Lockstep run(bench.engine(), {}, 1000);
@@ -424,7 +424,7 @@ TEST(Engine, ASessionOfOnlyModuleWorkIsKept) {
 
 TEST(Engine, ASnapshotIsReturnedBeforeDuringAndAfterALiveRun) {
   const ToyBench bench;
-  haptics::VirtualDevice device(drilling_request(20), {});
+  haptics::VirtualDevice device(drilling_path(20), {});
   haptics::Device* devices[] = {&device};
   LiveSession live(devices, bench.engine(), {});
   EXPECT_TRUE(live.snapshot().get());

@@ -60,7 +60,7 @@ TEST(Fields, RoundTripThroughBytesAndWords) {
     EXPECT_FALSE(from_text) << words << from_text->message();
     EXPECT_EQ(spoken, value) << words;
   }
-  // In any order, other fields unchanged; numbers to the bit.
+  // Words may be in any order; other fields keep their values; numbers are exact to the bit.
   Everything value;
   EXPECT_FALSE(from_words(k_schema, &value, "  path=1,2,3;4,5,6 radius=0.30000000000000004\tspin=forward "));
   EXPECT_EQ(value.radius, 0.1 + 0.2);
@@ -143,7 +143,7 @@ TEST(Fields, BrokenBytesAreAtMostAnError) {
     Everything value;
     errors += decode_fields(k_schema, &value, std::string_view(whole).substr(0, length)).has_value();
   }
-  // Cut between two fields it is the format of an older program.
+  // Bytes that end between two fields are valid, as those of an older program.
   EXPECT_EQ(errors, static_cast<int>(whole.size() - std::size(k_everything)));
   std::mt19937 random(3);
   int read = 0;

@@ -8,8 +8,8 @@
 namespace trephine::sim {
 namespace {
 
-/// Number of turns of a surface around a point: the sum of the solid angles of its triangles (van Oosterom
-/// and Strackee 1983). 1 inside a closed surface, 0 outside.
+/// Returns the number of turns of a surface around a point: the sum of the solid angles of its triangles (van
+/// Oosterom and Strackee 1983). 1 inside a closed surface, 0 outside.
 double winding_number(const haptics::MeshTree& mesh, const dvec3& p) {
   double sum = 0;
   for (std::uint32_t t = 0; t < mesh.triangle_count(); ++t) {
@@ -101,7 +101,7 @@ TEST(Forbidden, AModelWithHolesOrInsideOutIsRefused) {
 }
 
 /// A nerve of triangles under the plate of bone: soft, touched and forbidden. A burr that goes through the
-/// bone enters it; live, replayed and at any tick.
+/// bone enters it, equally in the recording and in a replay after a seek.
 TEST(Forbidden, AModelIsWatchedLikeALabel) {
   const Folder folder;
   const std::string path = folder.file("nerve.session");
@@ -132,7 +132,7 @@ TEST(Forbidden, AModelIsWatchedLikeALabel) {
   ASSERT_TRUE(writer.is_ok()) << writer.error().message();
   Lockstep run(Engine(start.value().hands, 1e-3, drilling_catalogue(), start.value().forbidden), {}, 1000,
                writer.value().get());
-  for (int i = 0; i < 1500; ++i) run.step(drilling_request(2).at(1e-3 * i));
+  for (int i = 0; i < 1500; ++i) run.step(drilling_path(2).at(1e-3 * i));
   const ForbiddenWatch& watch = run.engine().watch(0, 0);
   EXPECT_GT(watch.entries, 0);
   EXPECT_LT(watch.nearest, 0);

@@ -8,7 +8,8 @@
 namespace trephine::sim {
 namespace {
 
-// To a ball of known radius, from outside and inside, in every frame, slice spacing and kind of shape.
+// The distance to a ball of known radius, from outside and inside, in every frame, slice spacing and kind of
+// shape.
 TEST(Forbidden, TheDistanceIsRightToHalfAVoxel) {
   for (const scenes::Scan& scan : scenes::k_scans) {
     SCOPED_TRACE(scan.name());
@@ -40,7 +41,7 @@ TEST(Forbidden, TheDistanceIsRightToHalfAVoxel) {
   }
 }
 
-/// The plate, with a forbidden layer under its face: matter denser than `from`.
+/// A plane of bone, with a forbidden label below z = k_bottom.
 struct Guarded {
   haptics::TouchScene scene;
   std::unique_ptr<haptics::ProxyMethod> method = haptics::make_method("subvoxel").value();
@@ -76,13 +77,13 @@ struct Guarded {
   }
 };
 
-std::vector<const Event*> of_dura(const Engine& engine) {
+std::vector<const Event*> all_events(const Engine& engine) {
   std::vector<const Event*> found;
   for (std::size_t i = 0; i < engine.now().chronicle.size(); ++i) found.push_back(&engine.now().chronicle[i]);
   return found;
 }
 
-// A burr driven down into it and up again: time, position and depth.
+// A burr moves down into the structure and up again: time, position and depth of its events.
 TEST(Forbidden, EntriesAreReportedWithDepthTimeAndPosition) {
   const Guarded guarded;
   Lockstep run(guarded.engine({3, 1e4, 400, true}), {}, 1000);
@@ -104,7 +105,7 @@ TEST(Forbidden, EntriesAreReportedWithDepthTimeAndPosition) {
       last = i;
     }
   }
-  const auto events = of_dura(run.engine());
+  const auto events = all_events(run.engine());
   ASSERT_EQ(events.size(), 3u);
   const auto* entered = events[0]->value.as<ForbiddenEntered>();
   const auto* torn = events[1]->value.as<StructureTorn>();
@@ -127,7 +128,7 @@ TEST(Forbidden, EntriesAreReportedWithDepthTimeAndPosition) {
   EXPECT_EQ(run.engine().watch(0, 0).entries, 1);
 }
 
-// Far from the structure the watch measures after some motion only; what it keeps is exact.
+// Far from the structure the watch measures only after some motion; its smallest clearance is exact.
 TEST(Forbidden, AFarToolIsMeasuredAfterMotionOnly) {
   const Guarded guarded;
   Lockstep run(guarded.engine({.diameter = 3}), {}, 1000);
@@ -226,8 +227,8 @@ TEST(Forbidden, EventsReportWhatAVisitDid) {
   EXPECT_FALSE(run.engine().watch(0, 0).is_inside);
 }
 
-// A brain of radius 9 mm, crossed through and off its centre, and a membrane over which a tool slides: depth
-// is measured to the side on which the tool entered.
+// A tool crosses a brain of radius 9 mm, through its centre and off it, or slides just below its surface:
+// depth is measured to the side on which the tool entered.
 TEST(Forbidden, DepthIsMeasuredAlongThePathIn) {
   constexpr double k_radius = 9;
   for (const double spacing : {0.4, 1.0})
@@ -250,7 +251,7 @@ TEST(Forbidden, DepthIsMeasuredAlongThePathIn) {
       brain.label = 1;
       const auto forbidden = Forbidden::build(scan, brain).value();
       const double half = std::sqrt(k_radius * k_radius - offset * offset), ball = 0.5;
-      // In from above, in steps of several lengths, and out at the far side; then back.
+      // In from above, in steps of several lengths, out at the far side and farther away.
       for (const double step : {0.03, 0.4, 3.0}) {
         ForbiddenWatch watch;
         dvec3 at(offset, 0, 12);
@@ -311,8 +312,8 @@ TEST(Forbidden, AJumpThroughASheetIsDetected) {
   EXPECT_EQ(run.engine().now().chronicle.size(), 3u);  // entered, torn and left
 }
 
-// Only contacts of the tool itself are reported: not a tool laid down and picked up elsewhere, touch from
-// below, or a resumed session.
+// Only the path of a tool in the hand counts: not that of a hand without an instrument, and not the attitude
+// of the stylus.
 TEST(Forbidden, OnlyThePathOfTheToolItselfCounts) {
   const Guarded guarded;  // forbidden below -4; bone below 0
   Lockstep run(guarded.engine({4, 60, 40, true}), {}, 1000);
@@ -376,7 +377,7 @@ TEST(Forbidden, SessionsKeepItAndAnUnguardedSceneHasNoCost) {
     Lockstep run(Engine(std::move(start.value().hands), 1e-3, drilling_catalogue(),
                         std::move(start.value().forbidden)),
                  {}, 1000, writer.get());
-    const haptics::PosePath request = drilling_request(10);
+    const haptics::PosePath request = drilling_path(10);
     for (int i = 0; i < 1500; ++i) run.step(request.at(1e-3 * i));
     EXPECT_FALSE(writer->finish(run.engine()));
     state = run.engine().now().hash();

@@ -12,7 +12,7 @@ std::string bytes_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Hash of the state of a session after that many ticks.
+/// Returns the hash of the state of a session after `ticks` ticks.
 std::uint64_t state_at(const std::string& path, const std::shared_ptr<const volume::Volume>& base,
                        std::uint64_t ticks) {
   auto opened = SessionReader::open(path, drilling_catalogue());
@@ -42,7 +42,8 @@ TEST(ForkedSession, EqualsTheFirstPartAndIsContinued) {
     EXPECT_GE(ticks.value() + 1001, std::min<std::uint64_t>(tick, 6000));
     const Verdict verdict = replay(fork, base);
     expect_same(verdict);
-    // A block may end before or after the commands that follow its last tick. Compares before that tick.
+    // A block may end before or after the commands that follow its last tick, so states before this tick are
+    // compared.
     EXPECT_EQ(state_at(fork, base, ticks.value() - 1), state_at(path, base, ticks.value() - 1));
     {
       auto opened = SessionReader::open(fork, drilling_catalogue());
@@ -50,7 +51,7 @@ TEST(ForkedSession, EqualsTheFirstPartAndIsContinued) {
       EXPECT_EQ(opened.value().tick_count(), ticks.value());
       EXPECT_FALSE(opened.value().end().has_value());
       EXPECT_FALSE(opened.value().is_damaged());
-      // Another hand continues it.
+      // Another run continues the fork.
       auto lock = SessionLock::take(fork);
       ASSERT_TRUE(lock.is_ok()) << lock.error().message();
       auto run = Replay::open(opened.value(), base);
@@ -63,7 +64,7 @@ TEST(ForkedSession, EqualsTheFirstPartAndIsContinued) {
       const Outcome resumed = engine.apply(command);
       writer.value()->add(command, engine, resumed);
       Lockstep more(std::move(engine), {}, 1000, writer.value().get(), ticks.value());
-      for (int i = 0; i < 700; ++i) more.step(drilling_request(10).at(1e-3 * i + 0.2));
+      for (int i = 0; i < 700; ++i) more.step(drilling_path(10).at(1e-3 * i + 0.2));
       ASSERT_FALSE(writer.value()->finish(more.engine()));
     }
     expect_same(replay(fork, base));

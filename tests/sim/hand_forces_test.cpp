@@ -101,7 +101,7 @@ const ToyProbeState& state_of(const Engine& engine) {
   return *engine.now().settings.hands[0].state.as<ToyProbeState>();
 }
 
-/// Moves down at 20 mm/s. Returns the last record.
+/// Moves the hand from one height to another at 20 mm/s. Returns the last record.
 haptics::ServoRecord move(Lockstep& run, double from, double to, bool expects_force = false) {
   haptics::ServoRecord record;
   const double step = from > to ? -0.02 : 0.02;

@@ -1,4 +1,4 @@
-// Implants: bodies that a job adds, fixed or movable, and their motion to their place.
+// Implants: bodies that a job adds, fixed or movable, and their motion to their final position.
 #include <glm/gtc/quaternion.hpp>
 
 #include "tests/sim/toy_bench.h"
@@ -36,7 +36,7 @@ TEST(Implants, TwelveFixedOnesAreTouchedUndoneAndReplayed) {
     }
     EXPECT_EQ(added, 12);
     rest(run, {0, 0, 40});
-    planted_at = run.engine().now().next_tick;  // a tick after it
+    planted_at = run.engine().now().next_tick;  // a tick after the implants were added
     for (const Body& body : run.engine().now().undoable.bodies) {
       EXPECT_EQ(body.mover, -1);
       EXPECT_EQ(body.matter, volume::Matter::titanium);

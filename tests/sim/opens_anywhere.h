@@ -83,6 +83,7 @@ inline std::uint64_t expect_opens_anywhere(const std::string& path, const Catalo
   return worst;
 }
 
+/// Returns options for checkpoints after `work` (WriterOptions::checkpoint_work).
 inline WriterOptions often(int work) {
   WriterOptions options;
   options.checkpoint_work = work;

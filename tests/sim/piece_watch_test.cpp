@@ -1,5 +1,4 @@
-// PieceWatch: pieces that a stroke cuts free are detached automatically, in lockstep and live; a replay needs
-// no watch.
+// PieceWatch: pieces that a stroke cuts free are detached automatically, in lockstep and live.
 #include "sim/engine/piece_watch.h"
 
 #include <chrono>
@@ -18,7 +17,7 @@ namespace {
 
 using glm::dvec3;
 
-/// A plate of bone, 0 < z < 4 mm, and a ring around a disk of 7 mm in strokes of a quarter each.
+/// A plate of bone, 0 < z < 4 mm, and a ring with a radius of 7 mm, cut in strokes of a quarter each.
 struct Plate {
   haptics::TouchScene scene;
   std::unique_ptr<haptics::ProxyMethod> method;
@@ -106,7 +105,7 @@ TEST(PieceWatch, SmallerPiecesStay) {
   EXPECT_EQ(run.engine().now().chronicle.size(), 0u);
 }
 
-/// With strokes in immediate succession.
+/// A live run with strokes in immediate succession.
 TEST(PieceWatch, LiveRunsGiveTheSameState) {
   const Plate plate(0.5, 2.4);
   std::vector<haptics::PosePath::Sample> samples;

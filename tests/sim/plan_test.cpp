@@ -53,7 +53,7 @@ TEST(Plan, IsInTheStateOfEveryDriverWithoutItsCase) {
   auto writer = SessionWriter::create(path, header, bench.scene.base, toys());
   ASSERT_TRUE(writer.is_ok()) << writer.error().message();
   Lockstep run(Engine(start.value().hands, 1e-3, toys(), {}, plan), {}, 1000, writer.value().get());
-  for (int i = 0; i < 300; ++i) run.step(drilling_request(1).at(1e-3 * i));
+  for (int i = 0; i < 300; ++i) run.step(drilling_path(1).at(1e-3 * i));
   EXPECT_EQ(run.engine().now().dt, 1e-3);
   EXPECT_NEAR(run.engine().now().seconds(), 0.3, 1e-12);
   EXPECT_EQ(*run.engine().snapshot()->plan, sample_plan());

@@ -8,7 +8,7 @@ namespace trephine::sim {
 
 inline constexpr const char* k_taken_burr = "diameter=3 removal_rate=60 feed_limit=40";
 
-/// A procedure that begins with marks and drills until enough is removed.
+/// Returns a procedure that begins with marks and drills until enough is removed.
 inline volume::SurgicalProcedure sample_procedure() {
   volume::SurgicalProcedure procedure;
   procedure.name = "opening";

@@ -16,10 +16,10 @@ enum class PlantedFault {
   blind_to_hands,
   old_events,
   kept_visits,
-  guest
+  lax_star
 };
 
-/// Words of an entry of a list: a name and required values.
+/// Returns the words of an entry of a list: a name and required values.
 inline std::vector<std::string> split(const std::string& text) {
   std::istringstream in(text);
   std::vector<std::string> words;
@@ -91,7 +91,7 @@ class Model {
     if (always.contains(name)) return true;
     for (const auto* list : {&step().commands, &procedure_.commands})
       for (const std::string& entry : *list)
-        if (entry == name || (entry == "*" && (fault_ == PlantedFault::guest || !named.contains(name))))
+        if (entry == name || (entry == "*" && (fault_ == PlantedFault::lax_star || !named.contains(name))))
           return true;
     return false;
   }

@@ -9,7 +9,7 @@ const T& any(std::mt19937& random, const T (&all)[N]) {
   return all[random() % N];
 }
 
-/// A valid procedure at random.
+/// Returns a valid procedure at random.
 volume::SurgicalProcedure random_procedure(std::mt19937& random) {
   static const char* const instruments[] = {"burr", "burr kinematic=no", "burr kinematic=no diameter=3", "*"};
   static const char* const commands[] = {"toy-mark",   "toy-carve",   "toy-flood", "toy-resize",
@@ -207,13 +207,13 @@ class Comparison {
         return Redo{};
       case 3:
       case 4:
-        return ToyMark{random_place(random_)};
+        return ToyMark{random_position(random_)};
       case 5:
-        return ToyCarve{random_place(random_)};
+        return ToyCarve{random_position(random_)};
       case 6:
         return ToyResize{1};
       case 7:
-        return ToyFlood{random_place(random_)};
+        return ToyFlood{random_position(random_)};
       case 8:
       case 9:
         if (jobs.empty()) return Command(TakeInstrument{"burr", any(random_, burrs)}, hand);
@@ -267,7 +267,7 @@ TEST(Procedure, EveryPlantedFaultIsDetected) {
   ProcedureBench bench;
   for (const PlantedFault fault :
        {PlantedFault::strict_limit, PlantedFault::last_transition, PlantedFault::blind_to_hands,
-        PlantedFault::old_events, PlantedFault::kept_visits, PlantedFault::guest}) {
+        PlantedFault::old_events, PlantedFault::kept_visits, PlantedFault::lax_star}) {
     std::string found;
     for (std::uint32_t seed = 1; seed <= 60 && found.empty(); ++seed) {
       std::mt19937 random(seed);

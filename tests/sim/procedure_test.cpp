@@ -28,7 +28,7 @@ void operate(Lockstep& run) {
   EXPECT_FALSE(is_done(GoToStep{"inspect"}));  // nothing is removed yet
   EXPECT_FALSE(is_done(TakeInstrument{"burr", "diameter=3 kinematic=yes"}));
   EXPECT_TRUE(is_done(TakeInstrument{"burr", k_taken_burr}));
-  const haptics::PosePath path = drilling_request(10);
+  const haptics::PosePath path = drilling_path(10);
   for (int i = 0; i < 1500; ++i) {
     run.step(path.at(1e-3 * i));
     if (i % 400 == 399) run.undo();
@@ -122,7 +122,7 @@ TEST(LiveSession, FollowsAProcedureAndReplays) {
   const std::string path = folder.file("live.session");
   const ProcedureBench bench;
   auto writer = bench.planned_writer(path);
-  haptics::VirtualDevice device(drilling_request(60), {});
+  haptics::VirtualDevice device(drilling_path(60), {});
   std::array<haptics::Device*, 1> devices{&device};
   LiveSession live(devices, bench.planned_engine(), {}, writer.get());
   ASSERT_FALSE(live.start());

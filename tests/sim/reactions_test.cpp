@@ -14,7 +14,7 @@ struct ListenerSettings {
     return table;
   }
 };
-/// Raised once for each command that the listener heard.
+/// Raised once for each command that the listener received.
 struct Heard {
   std::string command;
   static const Schema& schema() {
@@ -23,7 +23,7 @@ struct Heard {
     return table;
   }
 };
-/// Raised in reaction to itself without end, unless it is cut off.
+/// Raised in reaction to itself, until the engine cuts it off.
 struct Ping {
   std::int64_t count = 0;
   static const Schema& schema() {
@@ -84,7 +84,7 @@ TEST(ModuleReaction, ReceivesCommandsAndRaisesEvents) {
     run.undo();
     EXPECT_EQ(settings().undos, 1);
     EXPECT_EQ(settings().carved, 1);
-    // A refused command is not heard.
+    // A refused command is not passed to modules.
     for (int i = 0; i < 12; ++i) run.apply({ToyMark{dvec3(i)}, 0});
     EXPECT_EQ(settings().noted_marks, 10);
     std::vector<std::string> heard;
@@ -95,7 +95,7 @@ TEST(ModuleReaction, ReceivesCommandsAndRaisesEvents) {
     EXPECT_EQ(heard[0], "toy-mark");
     EXPECT_EQ(heard[2], "toy-carve");
     EXPECT_EQ(heard[3], "undo");
-    // Without end: cut off at a thousand events.
+    // An endless chain of events is cut off at a thousand.
     const Outcome endless = run.apply({ToyResize{2}, 0});
     EXPECT_GE(endless.event_count, 900u);
     EXPECT_LE(endless.event_count, 1000u);

@@ -43,7 +43,7 @@ void write_session_with(PlantedFault planted, const std::string& path) {
   SessionHeader header = bench.header();
   describe(drilling_catalogue(), header);
   ItemEncoder items(types_of(header, drilling_catalogue()));
-  const haptics::PosePath request = drilling_request(10);
+  const haptics::PosePath request = drilling_path(10);
   std::string true_bytes, forged_bytes;
   for (int i = 0; i < 600; ++i) {
     haptics::ServoInput input;
@@ -111,7 +111,7 @@ TEST(Replay, CommandsAfterTheLastTickAreReplayedToo) {
   {
     auto writer = bench.writer(path);
     Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-    const haptics::PosePath request = drilling_request(10);
+    const haptics::PosePath request = drilling_path(10);
     for (int i = 0; i < 550; ++i) run.step(request.at(1e-3 * i));
     ASSERT_GT(run.engine().removed_mm3(), 0);
     run.undo();
@@ -160,7 +160,7 @@ TEST(Replay, AnyInterleavingOfServoAndEditsReplaysToTheBit) {
     // A burr with spin drag has its own force, which is off while the tool is led out.
     if (round % 2 == 1) waiting.push_back(drilling::Burr{.diameter = 3});
     auto published = edits.servo_scene();
-    const haptics::PosePath request = drilling_request(20);
+    const haptics::PosePath request = drilling_path(20);
     for (int tick = 0; tick < 3000;) {
       if (random() % 3 != 0 && ring.size() < 40) {
         haptics::ServoInput input;

@@ -11,8 +11,8 @@
 namespace trephine::sim {
 namespace {
 
-/// Largest excess freedom of the field in use over a field rebuilt from the version, mm. Above the field's
-/// own accuracy a ball could enter the remaining matter.
+/// Returns the largest excess freedom of the field in use over a field rebuilt from the version, mm. Above
+/// the field's own accuracy a ball could enter the remaining matter.
 double too_free(const haptics::TouchScene& scene, const Engine& edits) {
   const volume::OffsetField& used = edits.servo_scene()->hands[0].state.offset(scene, 0);
   const auto fresh = volume::OffsetField::build(scene.items[0].field, *scene.items[0].bits,
@@ -37,7 +37,7 @@ TEST(RoundSession, DrillsWithItsWholeBallAndItsFieldIsNeverTooFree) {
     RoundBench bench;
     auto writer = bench.writer(path);
     Lockstep run(bench.scene, *bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-    const haptics::PosePath request = drilling_request(10);
+    const haptics::PosePath request = drilling_path(10);
     int stale = 0, contacts = 0;
     for (int i = 0; i < 3000; ++i) {
       const haptics::ServoRecord r = run.step(request.at(1e-3 * i));
@@ -74,7 +74,7 @@ TEST(RoundSession, AnotherFieldIsDetected) {
   {
     auto writer = bench.writer(path);
     Lockstep run(bench.scene, *bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-    const haptics::PosePath request = drilling_request(10);
+    const haptics::PosePath request = drilling_path(10);
     for (int i = 0; i < 700; ++i) records.push_back(run.step(request.at(1e-3 * i)));
     EXPECT_FALSE(writer->finish(run.engine()));
   }
@@ -125,7 +125,7 @@ TEST(RoundSession, EveryMethodIsLedOutOfItsOwnSolid) {
         drilling::Burr options = k_burr;
         options.is_round = radius > 0;
         Lockstep run(scene, *method, drilling::burr(options), {}, 1000);
-        const haptics::PosePath request = drilling_request(20);
+        const haptics::PosePath request = drilling_path(20);
         for (int i = 0; i < 2500; ++i) {
           const haptics::ServoRecord r = run.step(request.at(1e-3 * i + 0.013 * round));
           buried += r.is_buried;
@@ -140,7 +140,7 @@ TEST(RoundSession, EveryMethodIsLedOutOfItsOwnSolid) {
     }
 }
 
-/// The hole of a ball: pressed straight down, then held still, its centre ends at the hand.
+/// A burr that is pressed straight down and then held still cuts until its centre is at the hand.
 TEST(RoundSession, ReachesTheHandThroughItsCut) {
   RoundBench bench;
   Lockstep run(bench.scene, *bench.method, drilling::burr(bench.burr), {}, 1000);
@@ -169,7 +169,7 @@ TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
   const std::string path = folder.file("live.session");
   RoundBench bench;
   auto writer = bench.writer(path, 500);
-  haptics::VirtualDevice device(drilling_request(60), {});
+  haptics::VirtualDevice device(drilling_path(60), {});
   haptics::ServoOptions options;
   options.rate_hz = 500;
   LiveSession live(device, bench.scene, *bench.method, drilling::burr(bench.burr), options, writer.get());
@@ -199,7 +199,7 @@ TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
   EXPECT_GE(v.counts.commands, 8u);  // six undos, two redos, and adopted fields
 }
 
-/// A header round-trips these parts of a scene.
+/// A header keeps the radius of the tool, the material of a back and effects.
 TEST(RoundSession, AHeaderKeepsRadiusBackAndEffects) {
   RoundBench bench;
   bench.scene.items[0].back_material = haptics::Material{.stiffness = 0.3, .viscosity = 0.01, .pop_force = 2};

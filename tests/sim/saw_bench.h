@@ -6,7 +6,8 @@
 
 namespace trephine::sim {
 
-constexpr double k_circle = 5, k_saw = 1.5, k_sawn = 3.2, k_lift = 3.6, k_end = 4.4;  // mm, s
+constexpr double k_circle = 5, k_saw = 1.5;                // mm, radii of the circle and of the saw
+constexpr double k_sawn = 3.2, k_lift = 3.6, k_end = 4.4;  // s
 
 /// The first hand rests on the plate. The second saws a disk out around it, and moves up.
 inline haptics::PosePath resting() {
@@ -64,6 +65,7 @@ inline void saw(Lockstep& run) {
   }
 }
 
+/// Detaches the disconnected parts, by a job that ends at once.
 inline Outcome free_now(Lockstep& run) {
   const Outcome begun = run.apply(FreePieces{});
   EXPECT_FALSE(begun.refused) << begun.refused->message();

@@ -1,5 +1,4 @@
-// Session files: torn, damaged, foreign, older, on a full disk; their contents, and every changed fact in
-// them.
+// Session files: torn, damaged, foreign, older, on a full disk, with their scan, and for every kind of scan.
 #include <csignal>
 #include <cstring>
 #include <fstream>
@@ -30,9 +29,9 @@ TEST(Session, OneWriterAtATimeAndAnEmptyAutosaveIsDeleted) {
   {
     auto writer = bench.writer(path, 1000, options);
     Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-    const haptics::PosePath request = drilling_request(2);
+    const haptics::PosePath request = drilling_path(2);
     for (int i = 0; i < 550; ++i) run.step(request.at(1e-3 * i));
-    run.undo();  // counts as work all the same: it can be redone
+    run.undo();  // the stroke still counts as work, since it can be redone
     EXPECT_FALSE(writer->finish(run.engine()));
   }
   EXPECT_TRUE(fs::exists(path));
@@ -102,7 +101,7 @@ TEST(Session, TornAtAnyByteTheWholeBlocksAreKept) {
     }
   }
   EXPECT_EQ(last_ticks, 1200u);
-  // A flipped bit is never read as a recording.
+  // A block with a flipped bit is never read.
   for (int i = 0; i < 300; ++i) {
     std::string damaged = bytes;
     const std::size_t at = random() % size;
@@ -198,7 +197,7 @@ TEST(Session, AFullDiskEndsTheRecordingAndKeepsWrittenBlocks) {
   auto writer = bench.writer(path);
   setrlimit(RLIMIT_FSIZE, &small);
   Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-  const haptics::PosePath request = drilling_request(10);
+  const haptics::PosePath request = drilling_path(10);
   for (int i = 0; i < 3000; ++i) {
     run.step(request.at(1e-3 * i));
     if (i % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(3));

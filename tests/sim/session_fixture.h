@@ -127,8 +127,8 @@ inline void expect_same(const Verdict& v) {
                   << v.mismatch->recorded << ", replayed " << v.mismatch->replayed;
 }
 
-/// Up and down over the plate, drilling, for `seconds` (s).
-inline haptics::PosePath drilling_request(double seconds) {
+/// Returns the path of a hand that drills up and down over the plate for `seconds` (s).
+inline haptics::PosePath drilling_path(double seconds) {
   std::vector<haptics::PosePath::Sample> samples;
   for (double t = 0; t < seconds; t += 0.05) {
     const double phase = std::fmod(t, 0.6);
@@ -139,12 +139,12 @@ inline haptics::PosePath drilling_request(double seconds) {
   return haptics::PosePath::from_samples(samples, "test").value();
 }
 
-/// Records a lockstep run with undos; returns the hash.
+/// Records a lockstep run with undos. Returns the hash of the final version.
 inline std::uint64_t record_lockstep(const std::string& path, int ticks) {
   Bench bench;
   auto writer = bench.writer(path);
   Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
-  const haptics::PosePath request = drilling_request(10);
+  const haptics::PosePath request = drilling_path(10);
   for (int i = 0; i < ticks; ++i) {
     run.step(request.at(1e-3 * i));
     if (i % 500 == 250) run.undo();

@@ -87,7 +87,7 @@ TEST(SessionFormat, ATickOfContactTakesAtMost25Bytes) {
   Bench bench;
   auto writer = bench.writer(path);
   // First it drills, then it slides.
-  std::vector<haptics::PosePath::Sample> samples = drilling_request(10).samples();
+  std::vector<haptics::PosePath::Sample> samples = drilling_path(10).samples();
   for (double t = 10; t < 21; t += 0.05)
     samples.push_back({t, {{5 * std::sin(4 * t), 4 * std::cos(3 * t), 1.2}, {1, 0, 0, 0}, false}});
   haptics::VirtualDevice device(haptics::PosePath::from_samples(samples, "test").value(), {});
@@ -114,7 +114,7 @@ TEST(SessionFormat, ATickOfContactTakesAtMost25Bytes) {
   EXPECT_GT(cut, 0.08 * k_ticks);
   EXPECT_LE(bytes, 25);
   RecordProperty("bytes", std::to_string(bytes));
-  std::printf("%.1f bytes a tick\n", bytes);
+  std::printf("%.1f bytes per tick\n", bytes);
   expect_same(replay(path));
 }
 

@@ -16,7 +16,7 @@
 namespace trephine::sim {
 namespace {
 
-/// Other threads that occupy the processors while it exists.
+/// Occupies the processors with threads during its lifetime.
 class CpuLoad {
  public:
   explicit CpuLoad(int threads) {
@@ -40,7 +40,7 @@ class CpuLoad {
 void record_live(const std::string& path, int undos, double rate, std::uint64_t* hash, double* removed) {
   Bench bench;
   auto writer = bench.writer(path, rate);
-  haptics::VirtualDevice device(drilling_request(60), {});
+  haptics::VirtualDevice device(drilling_path(60), {});
   haptics::ServoOptions options;
   options.rate_hz = rate;
   LiveSession live(device, bench.scene, bench.method, drilling::burr(bench.burr), options, writer.get());
@@ -95,7 +95,7 @@ TEST(Session, ALiveRunUnderLoadWithUndosInContactReplaysToTheBit) {
   EXPECT_EQ(opened.value().lost_bytes(), 0u);
 }
 
-/// A burr whose work takes long, once.
+/// A burr whose step takes long in one tick.
 struct SlowBurr {
   double milliseconds = 0;
   drilling::Burr burr = k_burr;
@@ -278,7 +278,7 @@ TEST(Session, ContinuesWhereItStopped) {
   const Command command{Resume{}};
   const Outcome outcome = edits.apply(command);
   writer->add(command, edits, outcome);
-  haptics::VirtualDevice device(drilling_request(10), {});
+  haptics::VirtualDevice device(drilling_path(10), {});
   haptics::Device* devices[] = {&device};
   LiveSession live(devices, std::move(edits), {}, writer.get(), first_tick);
   ASSERT_FALSE(live.start().has_value());
@@ -293,7 +293,7 @@ TEST(Session, ContinuesWhereItStopped) {
   EXPECT_GE(v.counts.ticks, first_tick + 400);
 }
 
-// Guaranteed against a power cut: the end of a stroke, and a command, are synced at once.
+// A power cut loses no finished stroke and no command: both are synced at once.
 TEST(Session, EndsOfStrokesAndCommandsAreSyncedAtOnce) {
   const Folder folder;
   Bench bench;
@@ -316,7 +316,8 @@ TEST(Session, EndsOfStrokesAndCommandsAreSyncedAtOnce) {
   EXPECT_FALSE(writer->finish(run.engine()));
 }
 
-// kill -9 at any moment, with the processors busy, loses at most the last 100 ms.
+// A session that is killed at any moment, with the processors busy, keeps all bytes that were written. The
+// largest loss is printed.
 TEST(Session, KilledAtAnyMomentKeepsAllThatWasWritten) {
   const Folder folder;
   Bench bench;
@@ -335,7 +336,7 @@ TEST(Session, KilledAtAnyMomentKeepsAllThatWasWritten) {
     const pid_t child = fork();
     if (child == 0) {
       auto writer = bench.writer(path);
-      haptics::VirtualDevice device(drilling_request(10), {});
+      haptics::VirtualDevice device(drilling_path(10), {});
       LiveSession live(device, bench.scene, bench.method, drilling::burr(bench.burr), {}, writer.get());
       const CpuLoad load(3);
       if (live.start()) _exit(1);

@@ -110,7 +110,7 @@ TEST(Lockstep, UndoIsLimitedToTheNewestStrokes) {
   EXPECT_EQ(edits.stroke_count(), strokes);
 }
 
-/// A plate of 3 mm, faces at z = +-1.5: thin bone, drilled from either side.
+/// Returns a plate of 3 mm with faces at z = +-1.5: thin bone, drilled from either side.
 haptics::TouchScene thin_bone() {
   data_tools::PhantomOptions o;
   o.size = glm::ivec3(64);
@@ -120,8 +120,8 @@ haptics::TouchScene thin_bone() {
   return scenes::phantom_scene("plate", o);
 }
 
-// Bone that grows back over the tool: out along its own path to the side it came from, with bounded speed and
-// force, and without generating energy.
+// Bone grows back over the tool, which is led out along its own path to the side from which it came, with
+// bounded speed and force, and without generating energy.
 TEST(Lockstep, GrowthLeadsTheToolOutToTheSideItCameFrom) {
   for (const double side : {1.0, -1.0}) {
     const haptics::TouchScene scene = thin_bone();
@@ -197,7 +197,7 @@ TEST(Lockstep, AHandThatYieldsReceivesOnlyBoundedWorkFromGrowth) {
     fastest = std::max(fastest, glm::length(v));
   }
   EXPECT_GT(x.z, 1.0);
-  // The ledger equals the work on the mass; its power is bounded by force and speed of the lead.
+  // The work on the mass is at most that of the escape force over 4 mm, and its speed is bounded.
   EXPECT_GT(r.energy.growth, 0);
   EXPECT_LT(r.energy.growth + std::abs(r.energy.contact), haptics::k_escape_force * 4);
   EXPECT_LT(fastest, 4 * haptics::k_escape_speed);

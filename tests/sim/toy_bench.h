@@ -35,7 +35,7 @@ struct ToyBench {
   }
 };
 
-inline dvec3 random_place(std::mt19937& random) {
+inline dvec3 random_position(std::mt19937& random) {
   std::uniform_real_distribution<double> along(-6, 6), up(-2, 2);
   const double x = along(random), y = along(random), z = up(random);
   return {x, y, z};
@@ -46,7 +46,7 @@ inline constexpr const char* k_effects[] = {"", "viscous damping=0.001", "spring
 
 inline constexpr const char* k_branches[] = {"main", "second", "third", "", "two\nlines"};
 
-/// A valid or invalid command at random.
+/// Returns a valid or invalid command at random.
 inline Command random_command(std::mt19937& random, const std::vector<PendingJob>& jobs) {
   switch (random() % 18) {
     case 0:
@@ -56,14 +56,14 @@ inline Command random_command(std::mt19937& random, const std::vector<PendingJob
       return Redo{};
     case 3:
     case 4:
-      return ToyMark{random_place(random)};
+      return ToyMark{random_position(random)};
     case 5:
-      return ToyCarve{random_place(random)};
+      return ToyCarve{random_position(random)};
     case 6:
       return random() % 4 == 0 ? Command(ToyMend{})
                                : Command(ToyResize{0.5 + 0.25 * static_cast<double>(random() % 8)});
     case 7:
-      return ToyFlood{random_place(random), 0, random() % 2 == 0};
+      return ToyFlood{random_position(random), 0, random() % 2 == 0};
     case 8:
     case 9:
       if (jobs.empty()) return AdoptJob{{4711}};
@@ -94,7 +94,7 @@ inline Command random_command(std::mt19937& random, const std::vector<PendingJob
   }
 }
 
-/// The command with the hash of the job's result in AdoptJob, as in a live operation.
+/// Returns the command with the hash of the job's result in AdoptJob, as in a live operation.
 inline Command with_hash(Command command, const Engine& engine) {
   if (auto* adopt = command.request.as<AdoptJob>())
     for (const PendingJob& job : engine.jobs())

@@ -175,9 +175,10 @@ class Toy final : public Module {
             {"found", found ? found->number : 0, "", now.is_result_stale<ToyFound>()}};
   }
 
-  /// Planted faults: the result of a job also depends on `salt`, and its event on `deafness`.
+  /// Planted faults: the result of a ToyFlood also depends on `salt`, and its event has `event_salt` as
+  /// count.
   static inline double salt = 0;
-  static inline std::int64_t deafness = 0;
+  static inline std::int64_t event_salt = 0;
 
   /// Returns the undoable state of this module; the initial one if the operation lacks the module.
   static const ToyUndoable& toy_world(const OperationState& state) {
@@ -241,7 +242,7 @@ class Toy final : public Module {
   static void adopt(const void* parameters, const JobResult& result, ModuleWork& work) {
     work.change_undoable<ToyUndoable>().flooded += static_cast<const Made&>(result).number;
     work.change_result<ToyFound>().number = static_cast<const Made&>(result).number;
-    work.raise_event(ToyMarked{deafness}, glm::dvec3(0));
+    work.raise_event(ToyMarked{event_salt}, glm::dvec3(0));
     const glm::dvec3& at = static_cast<const ToyFlood*>(parameters)->at;
     work.remove({at, at, 0.8, false});
   }

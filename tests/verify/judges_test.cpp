@@ -41,7 +41,7 @@ TEST(FallThroughJudge, AcceptsAProxyThatStaysOutside) {
   judge.restart();
   judge_one(judge, {{5, 5, 2}}, {5, 5, 2}, false);
   judge_one(judge, {{5, 5, 2}, {5, 5, 1}}, {5, 5, 1}, false);
-  EXPECT_EQ(judge.judged(), 2);  // a proxy that started inside is not held
+  EXPECT_EQ(judge.judged(), 2);  // a proxy that started inside is not judged
 }
 
 /// A proxy without contact is at the hand, except for rounding of frames.
@@ -87,7 +87,7 @@ TEST(FallThroughJudge, CountsAStartBuriedByGrowthSeparately) {
   EXPECT_EQ(judge.buried_starts(), 1);
 }
 
-/// A method that reports "buried" without cause is not acquitted: nothing changed, or not at its proxy.
+/// A method that reports "buried" is not excused if the solid did not change, or not at its proxy.
 TEST(FallThroughJudge, AMethodIsNotAcquittedByReportingGrowth) {
   FallThroughJudge unchanged = floor_judge();
   judge_one(unchanged, {{5, 5, 8}}, {5, 5, 8}, false);
@@ -128,8 +128,8 @@ TEST(ExactHand, RestsAtTheAlgebraicSolution) {
     const Clearance groove = [=](const dvec3& p) { return std::min(c * p.x + s * p.z, -c * p.x + s * p.z); };
     const dvec3 hip(3, 4, -12);
     EXPECT_LT(glm::length(rest_of(groove, {0, 1, 20}, hip) - dvec3(0, 4, 0)), 1e-4);
-    const dvec3 beside(9, 4, 1), n(-c, 0, s);
-    EXPECT_LT(glm::length(rest_of(groove, {0, 1, 20}, beside) - (beside - glm::dot(beside, n) * n)), 1e-4);
+    const dvec3 aside(9, 4, 1), n(-c, 0, s);
+    EXPECT_LT(glm::length(rest_of(groove, {0, 1, 20}, aside) - (aside - glm::dot(aside, n) * n)), 1e-4);
   }
   const Clearance corner = [](const dvec3& p) { return std::min({p.x, p.y, p.z}); };
   EXPECT_LT(glm::length(rest_of(corner, {5, 6, 7}, {-3, -1, -2})), 1e-4);
@@ -181,7 +181,7 @@ TEST(FrictionJudge, HandlesConesAndGrooves) {
     const double beyond = beyond_cone({share, 0, -1}, {up}, mu);
     EXPECT_NEAR(beyond, std::max(0.0, share - mu) / std::sqrt(1 + mu * mu), 1e-6) << share;
   }
-  EXPECT_NEAR(beyond_cone({0.3, 0, 0.4}, {up}, mu), 0.5, 1e-6) << "a pull away is held by nothing";
+  EXPECT_NEAR(beyond_cone({0.3, 0, 0.4}, {up}, mu), 0.5, 1e-6) << "no wall holds a pull away";
   // Along a groove the walls hold mu / sin(half its angle) of the normal force.
   for (const double degrees : {90.0, 60.0}) {
     const double half = 0.5 * degrees / 57.29577951308232, most = mu / std::sin(half);
@@ -214,14 +214,14 @@ TEST(PassageJudge, DistinguishesThroughFromAround) {
   EXPECT_TRUE(judge.passes({1, 1.1, 0.2}, {1, 1.1, -0.2}));
   EXPECT_FALSE(judge.passes({1, 1.1, -0.2}, {1, 1.1, -1}));
   judge.restart();
-  EXPECT_FALSE(judge.passes({1, 1.1, 0.2}, {1, 1.1, 0.01})) << "it is a little off";
-  EXPECT_TRUE(judge.passes({1, 1.1, 0.01}, {1, 1.1, -0.2})) << "and comes out below";
+  EXPECT_FALSE(judge.passes({1, 1.1, 0.2}, {1, 1.1, 0.01})) << "within the tolerance";
+  EXPECT_TRUE(judge.passes({1, 1.1, 0.01}, {1, 1.1, -0.2})) << "it leaves below";
   judge.restart();
   EXPECT_FALSE(judge.passes({1, 1.1, 0.2}, {1, 1.1, 0.03}));
-  EXPECT_FALSE(judge.passes({1, 1.1, 0.03}, {2, 1.1, 0.03})) << "along, within, and out where it curves away";
+  EXPECT_FALSE(judge.passes({1, 1.1, 0.03}, {2, 1.1, 0.03})) << "within the tolerance, on one side";
   EXPECT_FALSE(judge.passes({2, 1.1, 0.03}, {4, 1.1, 0.1}));
   judge.restart();
-  EXPECT_FALSE(judge.passes({4.9, 1.1, 0.1}, {4.9, 1.1, -0.1})) << "over its rim, a shave";
+  EXPECT_FALSE(judge.passes({4.9, 1.1, 0.1}, {4.9, 1.1, -0.1})) << "a graze at the rim";
   judge.restart();
   EXPECT_FALSE(judge.passes({6, 1.1, 0.3}, {6, 1.1, -0.3})) << "next to it";
   // Deep in thick matter.
@@ -234,9 +234,9 @@ TEST(PassageJudge, DistinguishesThroughFromAround) {
       0.2);
   EXPECT_FALSE(thick.passes({-1, 4, 4.1}, {0.2, 4, 4.1}));
   EXPECT_TRUE(thick.passes({0.2, 4, 4.1}, {0.5, 4, 4.1}));
-  EXPECT_FALSE(thick.passes({0.5, 4, 4.1}, {4, 4, 4.1})) << "once";
+  EXPECT_FALSE(thick.passes({0.5, 4, 4.1}, {4, 4, 4.1})) << "reported once";
   thick.restart();
-  EXPECT_FALSE(thick.passes({4, 4, 4.1}, {-1, 4, 4.1})) << "what began inside is let out";
+  EXPECT_FALSE(thick.passes({4, 4, 4.1}, {-1, 4, 4.1})) << "a path from inside";
 }
 
 TEST(ExactTraversal, FollowsTheRuleOfThePerturbedLine) {

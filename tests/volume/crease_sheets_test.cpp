@@ -19,8 +19,8 @@ using glm::ivec3;
 
 constexpr double k_degree = 0.017453292519943295;
 
-/// A V groove in oblique position: its flanks meet at the origin's line along `axis`, and it opens along
-/// `up`.
+/// A V groove in oblique position: its flanks meet in the line through the origin along `axis`, and it opens
+/// along `up`.
 struct Groove {
   double half_angle;
   dvec3 axis, up, across;
@@ -57,7 +57,8 @@ struct Groove {
   }
 };
 
-/// The solid of a field at p (world): the largest value of the sheets, or of the field alone.
+/// Returns the value of a field at p (world), >= 0 in the solid: the largest of its sheets, or that of the
+/// field alone.
 double solid_at(const OffsetField& f, const dvec3& p_world, bool has_sheets) {
   const dvec3 p = f.frame().volume_from_world(p_world);
   const ivec3 v = voxel_of(p);
@@ -75,7 +76,7 @@ double solid_at(const OffsetField& f, const dvec3& p_world, bool has_sheets) {
   return most;
 }
 
-/// Largest error (mm) of the height at which a ball rests in a groove, along 8 mm of it.
+/// Returns the largest error (mm) of the height at which a ball rests in a groove, along 8 mm of it.
 double worst_rest(const Groove& g, const OffsetField& f, bool has_sheets) {
   const double exact = f.radius_mm() / std::sin(g.half_angle);
   double worst = 0;

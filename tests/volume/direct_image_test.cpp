@@ -197,7 +197,7 @@ TEST(DirectImage, EqualsBruteForceOfEverySampleOfEveryRay) {
 }
 
 TEST(DirectImage, BallConvergesToItsChordWithTheStep) {
-  // Its edge is soft by a voxel: a sharp ball would show its voxels.
+  // The edge of the ball is 0.8 mm wide: a sharp edge would show the voxels.
   const auto scan = scan_of({80, 80, 80}, dmat3(0.5), [](const dvec3& p) {
     return 1000 * std::clamp((14 - glm::length(p)) / 0.8 + 0.5, 0.0, 1.0);
   });
@@ -256,11 +256,11 @@ TEST(DirectImage, EndsOnWallsHidesLabelsAndReportsDepth) {
   image.draw(request, untouched, {}, 1, {&pixel, 1});
   EXPECT_NEAR(pixel.depth, 92, 1.5) << "the shell is hidden";
   EXPECT_GT(pixel.green, 0.3);
-  EXPECT_EQ(pixel.red, 0) << "nor is what blur makes of it just outside";
+  EXPECT_EQ(pixel.red, 0) << "the blurred edge of the shell is hidden as well";
   image.set_labels({});
   const float wall = 80;
   image.draw(request, untouched, {&wall, 1}, 1, {&pixel, 1});
-  EXPECT_EQ(pixel.opacity, 0) << "something opaque lies before it";
+  EXPECT_EQ(pixel.opacity, 0) << "an opaque wall in front hides the ball";
 }
 
 /// The distance between samples must not show as rings: a layer thinner than a step is as opaque at the usual
@@ -306,8 +306,8 @@ TEST(DirectImage, ThinLayersShowNoRings) {
   EXPECT_GT(planted, 0.2);
 }
 
-/// Red of one ray whose layers are shaded by the gradient at their middle, with the lamp behind the camera.
-/// `start`: mm along the ray, in air.
+/// Returns the red of one ray whose layers are shaded by the gradient at their middle, with a lamp at the
+/// camera. `start`: mm along the ray, in air.
 double shaded_at_middles(const BruteForceRay& twin, const Camera::Ray& ray, double start, double colour) {
   const Volume& scan = twin.scan;
   const auto value = [&](const dvec3& world) { return twin.value(scan.frame.volume_from_world(world)); };
@@ -326,7 +326,7 @@ double shaded_at_middles(const BruteForceRay& twin, const Camera::Ray& ray, doub
       g[a] = value(middle + h) - value(middle - h);
     }
     const double size = glm::length(g);
-    // All rays have one lamp, which changes the brightness and not its rings.
+    // The image has another lamp, which changes the brightness and not the rings.
     const double brightness = size > 0.6 ? 0.22 + 0.78 * std::abs(glm::dot(g / size, ray.along)) : 0.7;
     const double share = passed * (1 - std::exp(-depth));
     red += share * colour * brightness;

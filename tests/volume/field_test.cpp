@@ -47,7 +47,6 @@ TEST(Volume, RefusesImpossibleSizesBeforeAllocating) {
   EXPECT_EQ(huge.error().kind, ErrorKind::missing_here);
 }
 
-// A linear function is reproduced exactly; its gradient in the world is the constant it was made with.
 // Scans in metres and micro-CT are valid frames; a frame without volume is invalid.
 TEST(Frame, AcceptsMetresAndMicrometres) {
   for (const double spacing : {1e-6, 5e-5, 5e-4, 0.005, 1.0, 1e4}) {
@@ -64,6 +63,7 @@ TEST(Frame, AcceptsMetresAndMicrometres) {
   EXPECT_FALSE(Frame::from_axes({0, 0, 0}, flat));
 }
 
+// A linear function and its constant gradient in the world are reproduced exactly.
 TEST(Field, LinearFunctionAndItsWorldGradientAreExact) {
   Volume v = make_volume({20, 18, 16}, sheared_frame()).value();
   const glm::dvec3 gradient_volume(7, -4, 11);  // per voxel; integers, so that int16 represents them exactly
@@ -118,7 +118,7 @@ TEST(Field, SmoothGradientIsContinuousAcrossCells) {
   }
 }
 
-/// Position along -x at which the trilinear field of a solid that fills the grid reaches 0.
+/// Returns the position along -x at which the trilinear field of a solid that fills the grid reaches 0.
 double border_of(const Volume& v, const Shape& shape) {
   const Field field(v, shape);
   double solid = 1, air = -1.5;

@@ -1,4 +1,4 @@
-// Turned solids against closed forms: closed, seen from outside, with the volume of their profile.
+// Turned solids against closed forms: closed, with faces outward and the volume of their profile.
 #include "volume/surface/lathe.h"
 
 #include <array>
@@ -33,7 +33,7 @@ double volume_of(const TurnedSolid& solid) {
                                                                    solid.vertices[solid.triangles[t + 2]]));
   return sum / 6;
 }
-/// Returns the area of a regular polygon within the unit circle.
+/// Returns the area of a regular polygon inscribed in the unit circle.
 double polygon(int corners) { return 0.5 * corners * std::sin(2 * std::numbers::pi / corners); }
 
 TEST(Lathe, ConesAndCylindersAreClosedAndHaveTheirVolume) {
@@ -55,7 +55,7 @@ TEST(Lathe, AThreadIsOneClosedSurfaceWithTheVolumeOfItsRidge) {
       constexpr int k_facets = 48;
       const TurnedSolid solid = turned_solid(-6, rings, length + 5, k_facets, thread);
       EXPECT_EQ(open_edges(solid), 0);
-      // By counting: the solid without its thread, and the ridge by the midpoint rule.
+      // Expected: the solid without its thread, plus the ridge by the midpoint rule.
       const double without = volume_of(turned_solid(-6, rings, length + 5, k_facets));
       double ridge = 0;
       constexpr int k_along = 4000, k_turn = 48;
@@ -67,14 +67,14 @@ TEST(Lathe, AThreadIsOneClosedSurfaceWithTheVolumeOfItsRidge) {
       ridge *= polygon(k_facets) * length;
       EXPECT_GT(ridge, 10);
       EXPECT_NEAR(volume_of(solid) - without, ridge, 0.01 * ridge) << pitch << " " << length;
-      // Each vertex is where the profile is; the thread is right-handed.
+      // Each vertex is on the profile; the thread is right-handed.
       std::size_t outer = 0;
       for (const dvec3& v : solid.vertices) {
         if (v.z <= 0.9 || v.z >= length + 1.1) continue;
         double turn = std::atan2(v.y, v.x) / (2 * std::numbers::pi);
         if (turn < -1e-9) turn += 1;
         const double r = std::hypot(v.x, v.y);
-        // A little along both ways, since corners of the section are at the vertices.
+        // Just below and above the vertex, since corners of the section are at the vertices.
         const double low = radius_of(thread, v.z - 1e-6, turn), high = radius_of(thread, v.z + 1e-6, turn);
         EXPECT_NEAR(r, 0.5 * (low + high), 2e-3);
         outer += r > 2.999;

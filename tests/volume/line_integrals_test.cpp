@@ -19,8 +19,8 @@ using glm::ivec3;
 
 constexpr VoxelWeights k_weights{-990, -1000, 0, 2.1e-5f, 1.7e-5f};
 
-/// Noise with metal in it; half of the blocks are air.
-Volume result(const ivec3& size, std::uint64_t seed) {
+/// Returns noise with metal in it; half of the blocks are air.
+Volume metal_noise(const ivec3& size, std::uint64_t seed) {
   Volume v = make_volume(size, Frame()).value();
   for (int z = 0; z < size.z; ++z)
     for (int y = 0; y < size.y; ++y)
@@ -35,7 +35,7 @@ Volume result(const ivec3& size, std::uint64_t seed) {
   return v;
 }
 
-/// The sum by the independent judge.
+/// Returns the sum by the independent judge.
 double judged(const Volume& v, const Ray& ray) {
   const auto plain = [](const dvec3& p) { return std::array<double, 3>{p.x, p.y, p.z}; };
   // One voxel more on each side, so that leaving the grid is a crossing too.
@@ -56,13 +56,13 @@ double judged(const Volume& v, const Ray& ray) {
   return static_cast<double>(sum);
 }
 
-/// Weight of the heaviest voxel: single precision may miss the edge by which a ray passes it.
+/// Returns the weight of the heaviest voxel: single precision may miss an edge of it that a ray just crosses.
 double heaviest(const Volume& v) {
   return k_weights.of(*std::max_element(v.voxels.span().begin(), v.voxels.span().end()));
 }
 
-/// A fan from one side of the volume to the other. n selects rays from within, along axes, through corners,
-/// at 45 degrees or past the border.
+/// Returns a fan from one side of the volume to the other. n selects rays from within, along axes, through
+/// corners, at 45 degrees or past the border.
 RayFan fan_of(std::uint64_t n, const ivec3& size) {
   const auto at = [n](std::uint64_t k) { return number(101 * n + k); };
   const dvec3 s(size);
@@ -110,7 +110,7 @@ TEST(LineIntegrals, EqualExactArithmeticOnEveryRay) {
   long rays = 0, met = 0;
   double worst = 0;
   for (const ivec3& size : {ivec3(40, 33, 29), ivec3(70, 9, 5), ivec3(3, 2, 50), ivec3(1, 20, 20)}) {
-    const Volume v = result(size, static_cast<std::uint64_t>(size.x));
+    const Volume v = metal_noise(size, static_cast<std::uint64_t>(size.x));
     for (const LineKernels* kernels : {&k_line_kernels_any, &best_line_kernels()}) {
       const LineIntegrals lines(v, k_weights, 1, *kernels);
       for (std::uint64_t n = 0; n < (is_whole() ? 4000u : 200u); ++n) {
@@ -140,7 +140,7 @@ TEST(LineIntegrals, EqualExactArithmeticOnEveryRay) {
 }
 
 TEST(LineIntegrals, AreExactOnRaysWhereTraversalsBreak) {
-  const Volume v = result({24, 20, 17}, 3);
+  const Volume v = metal_noise({24, 20, 17}, 3);
   const LineIntegrals lines(v, k_weights, 1);
   long met = 0;
   for (std::uint64_t n = 0; n < (is_whole() ? 400'000u : 20'000u); ++n) {
@@ -160,7 +160,7 @@ TEST(LineIntegrals, AreExactOnRaysWhereTraversalsBreak) {
 
 TEST(LineIntegrals, AreTheSameBitsForAnyCpuThreadCountAndBox) {
   const ivec3 size(75, 60, 50);
-  const Volume v = result(size, 5);
+  const Volume v = metal_noise(size, 5);
   const LineIntegrals any(v, k_weights, 1, k_line_kernels_any), wide(v, k_weights, 2);
   for (std::uint64_t n = 0; n < 60; ++n)
     for (const RaySum how : {RaySum::exact, RaySum::joseph}) {
@@ -183,9 +183,9 @@ TEST(LineIntegrals, AreTheSameBitsForAnyCpuThreadCountAndBox) {
 }
 
 TEST(LineIntegrals, SkipOnlyEmptyBlocks) {
-  const Volume v = result({64, 64, 64}, 9);
+  const Volume v = metal_noise({64, 64, 64}, 9);
   const LineIntegrals lines(v, k_weights, 1);
-  // A copy in which weightless voxels have almost no weight, so that no block is empty.
+  // For these weights no intensity is empty, so that no block is.
   const VoxelWeights all{-2000, -2000, -1000, 0, 0};
   int filled = 0;
   for (int z = 0; z < 8; ++z)
@@ -202,7 +202,7 @@ TEST(LineIntegrals, SkipOnlyEmptyBlocks) {
   EXPECT_TRUE(LineIntegrals(v, all, 1).is_filled({0, 0, 0}));
 }
 
-/// Smooth volumes between voxel centres: Joseph's sums against the closed form.
+/// Joseph's sums, with smooth values between voxel centres, against the closed form.
 TEST(LineIntegrals, JosephsSumsFollowALinearRamp) {
   Volume v = make_volume({40, 40, 40}, Frame()).value();
   for (int z = 0; z < 40; ++z)
@@ -227,7 +227,7 @@ TEST(LineIntegrals, JosephsSumsFollowALinearRamp) {
 }
 
 TEST(LineIntegrals, AreZeroForNonFiniteRays) {
-  const Volume v = result({16, 16, 16}, 2);
+  const Volume v = metal_noise({16, 16, 16}, 2);
   const LineIntegrals lines(v, k_weights, 1);
   const double no = std::numeric_limits<double>::quiet_NaN(), far = 1e300;
   EXPECT_EQ(lines.integrate({{no, 0, 0}, {1, 1, 1}}), 0);

@@ -1,4 +1,4 @@
-// odd_frames: lattices on which parts are counted.
+// odd_frames(): frames of the lattices on which tests count parts.
 #pragma once
 
 #include <glm/mat3x3.hpp>

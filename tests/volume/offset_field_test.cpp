@@ -37,7 +37,7 @@ Made phantom(const std::string& name, int size, double shear = 0,
   return {base, Field(*base, Shape{}), Occupancy::build(*base, Shape{})};
 }
 
-/// Calls check(world point, u) for lattice points at which u is not clamped.
+/// Calls check(world point, u) for lattice points at which |u| is less than half of its limit.
 template <class Check>
 long for_band(const OffsetField& f, Check&& check) {
   long count = 0;
@@ -83,8 +83,8 @@ struct Slices {
 };
 constexpr double k_pi = 3.14159265358979;
 
-/// A wall `thickness` mm thick through the world's origin. Its faces are planes to the last bit of an int16:
-/// the intensity falls linearly over two voxels on either side.
+/// Returns a wall `thickness` mm thick through the world's origin, with at least `room` mm around it. Its
+/// faces are exact planes, since the intensity is linear across them.
 Made wall(const Slices& s, const dvec3& normal, double thickness, double room) {
   glm::dmat3 axes(0.0);
   for (int a = 0; a < 3; ++a) axes[a][a] = s.spacing[a];
@@ -104,7 +104,8 @@ Made wall(const Slices& s, const dvec3& normal, double thickness, double room) {
   return {result, Field(*result, Shape{}), Occupancy::build(*result, Shape{})};
 }
 
-/// Thick and sheared slices: a flat wall in any direction; no matter near it is reported as free.
+/// A flat wall in any direction, in thick and sheared slices; no position at which the ball would enter it is
+/// free.
 TEST(OffsetField, EqualsDistanceToAWallUnderThickSlices) {
   for (const Slices& s : {Slices{{0.4, 0.4, 3}, 0},
                           {{0.4, 0.4, 5}, 0},
@@ -240,7 +241,7 @@ TEST(OffsetField, AnUpdateAfterACutEqualsANewField) {
         too_solid = std::max(too_solid, more);
         too_free = std::max(too_free, rebuilt->at(x, y, z) - updated->at(x, y, z));
         differ += updated->at(x, y, z) != before->at(x, y, z);
-        // A cut frees the tool, and only near the cut.
+        // A cut never adds matter.
         ASSERT_LE(updated->at(x, y, z), before->at(x, y, z));
       }
   EXPECT_LT(doubted, 50);
@@ -337,7 +338,7 @@ TEST(OffsetField, AChainOfUpdatesStaysTheDistance) {
     }
 }
 
-/// From bytes alone, over updates and back to the first (an undo): every sample equal to the bit.
+/// Fields from bytes alone, over updates and back to an earlier one (an undo), are equal to the bit.
 TEST(OffsetField, AChainOfUpdatesRoundTripsThroughBytes) {
   const Made m = wall({{0.5, 0.5, 1.5}, 25}, dvec3(0, 0, 1), 9, 3);
   RemovalEditor editor(std::make_shared<Version>(m.base), {m.field});
@@ -407,7 +408,7 @@ TEST(OffsetField, EqualsDistanceToRimsOfCuts) {
       worst = std::max(worst, std::abs(2 - nearest - u));
     });
     EXPECT_GT(count, 100) << slice;
-    EXPECT_LT(worst, 0.06 * slice) << slice;  // the judge's samples are up to 0.05 slices apart
+    EXPECT_LT(worst, 0.06 * slice) << slice;  // mm, in proportion to the slices
   }
 }
 

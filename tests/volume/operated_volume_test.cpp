@@ -8,7 +8,7 @@
 namespace trephine::volume {
 namespace {
 
-/// Dense bone in which every third slice has another label.
+/// Returns dense bone whose slices have three labels in turn.
 std::shared_ptr<const Volume> block(const glm::dvec3& spacing, bool is_hounsfield) {
   const glm::ivec3 size(24, 22, 20);
   Volume v = make_volume(size, Frame::from_spacing({3, -2, 5}, spacing).value(), true).value();
@@ -22,7 +22,7 @@ std::shared_ptr<const Volume> block(const glm::dvec3& spacing, bool is_hounsfiel
   return std::make_shared<Volume>(std::move(v));
 }
 
-/// Voxels move toward air by their removed fraction, estimated from as many points per voxel.
+/// Voxels move toward air by their removed fraction, which is estimated from 216 points per voxel.
 TEST(OperatedVolume, MovesVoxelsTowardAirByTheirRemovedFraction) {
   for (const glm::dvec3& spacing : {glm::dvec3(0.5), glm::dvec3(0.5, 0.5, 2)})
     for (const bool is_hounsfield : {true, false}) {

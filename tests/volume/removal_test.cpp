@@ -1,4 +1,5 @@
-// Kept in one file: one editor against one brute-force twin.
+// RemovalEditor against a brute-force twin: distances, kept bits, masks and ledger; channels of versions.
+// Kept in one file: all tests are of one editor.
 #include "volume/cuts/removal.h"
 
 #include <algorithm>
@@ -41,15 +42,15 @@ std::vector<Frame> frames() {
           Frame::from_axes({1, 2, 3}, sheared).value()};
 }
 
-/// Allowance by which distances may be below the distance to the ball, as the document of removal states:
-/// 3/16 h^2 / r, at most 2 % of r.
+/// Returns the allowance by which distances are below the distance to the ball
+/// (docs/decisions/0012-cut-lattice.md): 3/16 h^2 / r, at most 2 % of r.
 double documented_allowance(double radius, const Frame& lattice) {
   const glm::dvec3& h = lattice.spacing();
   return std::min(3.0 / 16 * glm::dot(h, h) / 3 / radius, 0.02 * radius);
 }
 
-/// Positions of the points of a cell, as the document of masks states: each cell's are shifted by a fraction
-/// of their step, from a table of integers.
+/// Returns the position of a point of a cell (docs/decisions/0012-cut-lattice.md): the points of each cell
+/// are shifted by a fraction of their step, from a table of integers.
 glm::dvec3 documented_offset(const glm::ivec3& sample, int point, int n) {
   const int table[9] = {237, 499, 327, 247, 59, 631, 709, 861, 993};
   const int in_cell[3] = {point % n, point / n % n, point / (n * n)};
@@ -73,7 +74,7 @@ struct BruteForceCase {
 void expect_brute_force(const BruteForceCase& c) {
   const Frame& frame = c.frame;
   const auto base = block(c.size, frame);
-  // Half of it is not bone; the surface crosses cells.
+  // Part of the block is not bone; the surface crosses cells.
   for (int z = 0; z < c.size.z; ++z)
     for (int y = 0; y < c.size.y; ++y)
       for (int x = 0; x < c.size.x; ++x)
@@ -276,16 +277,14 @@ TEST(Removal, IsIdempotentAndOrderFree) {
   std::uniform_real_distribution<double> anywhere(4, 44);
   for (int i = 0; i < 12; ++i) {
     const glm::dvec3 a(anywhere(random), anywhere(random), anywhere(random));
-    sweeps.push_back({a, a + glm::dvec3(5, 2, -3), i % 2 ? 5.0 : 2.5});
+    // All radii are equal, so that masks are equally fine in any order and whole hashes can be compared.
+    sweeps.push_back({a, a + glm::dvec3(5, 2, -3), 5.0});
   }
-  // Large burrs before small ones and after: masks end equally fine where both cut, so compare kept bits and
-  // ledger for any order, and the whole hash where the fineness cannot differ.
   const auto run = [&](std::vector<Sweep> order) {
     RemovalEditor editor(std::make_shared<Version>(base), {field});
     for (const Sweep& s : order) editor.remove(s);
     return editor.publish();
   };
-  for (Sweep& s : sweeps) s.radius_mm = 5.0;
   const auto first = run(sweeps);
   std::vector<Sweep> twice = sweeps;
   twice.insert(twice.end(), sweeps.begin(), sweeps.end());
@@ -353,8 +352,8 @@ TEST(Removal, EightLanesGiveTheBitsOfFour) {
     }
 }
 
-/// A frozen version is read completely on another thread during its stroke; the stroke ends as without the
-/// reader.
+/// A frozen version is read completely on another thread while the stroke continues; the result is that of a
+/// stroke without the reader.
 TEST(Removal, AFrozenVersionMayBeKeptInTheMiddleOfAStroke) {
   const auto base = block({40, 40, 40}, Frame());
   const auto drill = [&](bool is_frozen, std::vector<std::shared_ptr<const Version>>& kept) {

@@ -15,7 +15,7 @@
 namespace trephine::volume {
 namespace {
 
-/// A slab from which a disk is sawn by a burr of `radius` (mm) along a circle.
+/// A slab from which a burr of k_radius saws a disk along a circle of k_circle.
 struct SawnSlab {
   static constexpr double k_circle = 7, k_radius = 1.2;  // mm
   double half_height;

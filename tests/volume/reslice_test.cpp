@@ -34,7 +34,7 @@ ImagePlane plane_of(std::uint64_t n, int pixels, double mm) {
   return plane;
 }
 
-/// Grey value by definition.
+/// Returns the grey value by definition.
 double judged(const Volume& v, const dvec3& world, bool& is_in) {
   const dvec3 p = v.frame.volume_from_world(world);
   is_in = true;

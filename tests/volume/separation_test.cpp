@@ -33,8 +33,8 @@ struct Cut {
       if (part.is_detached) return true;
     return false;
   }
-  /// Removes loose parts until none remains.
-  void take_loose(RemovalEditor& editor) const {
+  /// Removes disconnected parts until all matter is connected.
+  void remove_disconnected(RemovalEditor& editor) const {
     for (int round = 0; round < 5; ++round) {
       const auto version = editor.freeze();
       const SolidParts parts(field, bits, *version);
@@ -106,7 +106,7 @@ TEST(Separation, AgreesWithPartsOfTheWholeVolume) {
               << seed << " stroke " << stroke;
           ++kinds[static_cast<std::size_t>(verdict.kind)];
         }
-        // With a smaller budget it gives up or returns the same result.
+        // With a smaller budget the search gives up or returns the same result.
         for (const std::int64_t most : {1, 10, 40}) {
           const Separation cheaper =
               detect_detachment(cut.field, cut.bits, *before, *after, {.max_bricks = most});
@@ -114,7 +114,7 @@ TEST(Separation, AgreesWithPartsOfTheWholeVolume) {
             ASSERT_EQ(cheaper.kind, verdict.kind);
           }
         }
-        cut.take_loose(editor);
+        cut.remove_disconnected(editor);
       }
     }
   EXPECT_GT(kinds[0], 40);
@@ -140,7 +140,7 @@ TEST(Separation, FindsADiskWhenItsRingCloses) {
         const double a = 2 * 3.14159265358979 * step / k_steps;
         return glm::dvec3(27 + 14 * std::cos(a), 27 + 14 * std::sin(a), z);
       };
-      // One stroke: in, along, and out.
+      // One stroke: a step along the ring, through the whole plate.
       for (double z = 10.6; z > 3; z -= 0.7) editor.remove({at(i, z), at(i + 1, z), 1.2, false});
       const auto after = editor.freeze();
       const Separation verdict = detect_detachment(cut.field, cut.bits, *before, *after);

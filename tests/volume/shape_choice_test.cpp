@@ -42,7 +42,7 @@ TEST(OtsuThreshold, LiesInTheMiddleOfAGap) {
   EXPECT_NO_FATAL_FAILURE(otsu_threshold(cube(4, 7)));
 }
 
-/// A ball, a table under it and a grain that touches the ball by a corner.
+/// A ball and a table under it; the table is the largest part.
 TEST(LargestPart, IsKeptUnchangedAndOthersBecomeAir) {
   auto scan = std::make_shared<Volume>(cube(40, -900));
   scan->is_hounsfield = true;
@@ -77,7 +77,7 @@ TEST(LargestPart, IsKeptUnchangedAndOthersBecomeAir) {
   EXPECT_FALSE(keep_largest_part(std::make_shared<const Volume>(cube(4, 0)), bone, result).is_ok());
 }
 
-/// Two balls and a bone-grey shadow between them: the ball without a dense core is dropped.
+/// Two balls: the larger one has no dense core, and becomes air.
 TEST(SeededParts, KeepOnlyPartsConnectedToASeed) {
   auto scan = std::make_shared<Volume>(cube(40, -900));
   scan->is_hounsfield = true;
@@ -162,8 +162,8 @@ std::int64_t closing_errors(const Volume& v, const Shape& shape, const Volume& f
               }
               is_between = is_between || (sides[0] && sides[1]);
             }
-        // Darker by half the difference between the shape and `from`, on both sides, nearer than solid: on at
-        // least three lines.
+        // A filled voxel has, on at least three lines, darker voxels on both sides before the first solid
+        // one: darker by half the difference between the shape's threshold and `from`.
         int lines = 0;
         const double dark = v.voxels[i] - (shape.low - from) / 2;
         for (int n = 14; n < 27; ++n) {
@@ -252,7 +252,7 @@ TEST(ThinFill, LeavesOuterSurfacesUnchanged) {
   EXPECT_EQ(count, 0);
 }
 
-/// Skull, jaw inside the tissue, and next to it a cushion and a holder; voxels of 1 x 1 x 2.5 mm.
+/// Returns a skull and a jaw in tissue, with a cushion and a holder under it; voxels of 1 x 1 x 2.5 mm.
 std::shared_ptr<Volume> head_in_holder(std::int16_t cushion, std::int16_t tissue = 40) {
   const glm::dmat3 axes(glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(0, 0, 2.5));
   auto scan = std::make_shared<Volume>(

@@ -46,7 +46,7 @@ TEST(SoftField, EqualsTheBlurOfTheSolidWhereNothingIsThin) {
     const double g = soft->at(v.x, v.y, v.z);
     const bool is_in = b.is_solid(v);
     ASSERT_EQ(g > 0, is_in);
-    if (std::abs(g) == 0.5) continue;  // far from the surface, or where the grid cuts the sphere
+    if (std::abs(g) == 0.5) continue;  // far from the surface
     double blurred = -0.5;
     for (int z = -4; z <= 4; ++z)
       for (int y = -4; y <= 4; ++y)

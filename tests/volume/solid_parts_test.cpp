@@ -24,9 +24,10 @@ struct Flooded {
     return static_cast<std::size_t>(s.x + size.x * (s.y + size.y * s.z));
   }
   Flooded(const Field& field, const Version& version) : size(version.lattice().size()) {
-    check_parts(field, version, {});
+    find_parts(field, version, {});
     if (version.lattice().is_of_voxels()) return;
-    // For separated parts: the voxels that differ from a neighbour, within two voxels around the part's box.
+    // Around detached parts, voxels that differ from a neighbour are evaluated sample by sample, up to two
+    // voxels outside the part's box.
     const Volume& volume = version.base();
     const int count = part.empty() ? 0 : *std::max_element(part.begin(), part.end()) + 1;
     std::vector<std::int64_t> samples(static_cast<std::size_t>(count));
@@ -59,9 +60,9 @@ struct Flooded {
                   is_solid(glm::ivec3(x, y, z) + glm::ivec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1)))
                 asked.insert({x, y, z});
     }
-    if (!asked.empty()) check_parts(field, version, asked);
+    if (!asked.empty()) find_parts(field, version, asked);
   }
-  void check_parts(const Field& field, const Version& version, const std::set<std::array<int, 3>>& asked) {
+  void find_parts(const Field& field, const Version& version, const std::set<std::array<int, 3>>& asked) {
     const CutLattice& lattice = version.lattice();
     const Volume& volume = version.base();
     state.clear();

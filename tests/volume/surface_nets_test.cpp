@@ -336,8 +336,8 @@ TEST(LocalNet, MakesTheTrianglesOfTheWholeSurfaceBitForBit) {
   }
 }
 
-/// For any noise: closed, facing out, no edge with four triangles, and between two neighbouring voxels
-/// exactly where one is solid.
+/// For any noise the mesh is closed and faces outward, no edge has four triangles, and the mesh passes
+/// between two neighbouring voxels exactly if only one of them is solid.
 TEST(MarchingCubes, SeparatesSolidFromFreeOnAnyNoise) {
   for (const double share : {0.1, 0.5, 0.9})
     for (const bool is_cut : {false, true}) {

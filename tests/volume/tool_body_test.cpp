@@ -31,8 +31,8 @@ std::vector<NamedBody> bodies() {
           {"ball", ToolBody::ball(2)}};
 }
 
-/// Radius of a body at `along` (mm) on its axis, by definition: the hull of two balls, or an arc between two
-/// caps whose edges are rounded by a rolling ball. Negative: outside.
+/// Returns the radius of a body at `along` (mm) on its axis, by definition: the hull of two balls, or an arc
+/// between two caps whose edges are rounded by a rolling ball. Negative: outside.
 double profile(const ToolBody& b, double along) {
   double off = -1;
   if (b.form == ToolBody::Form::cone) {
@@ -59,7 +59,7 @@ double profile(const ToolBody& b, double along) {
   return off;
 }
 
-/// Volume of a solid of revolution, mm^3.
+/// Returns the volume of a solid of revolution, mm^3.
 double volume_of(const ToolBody& b) {
   double sum = 0;
   constexpr int k_slices = 1000;
@@ -261,7 +261,7 @@ TEST(ToolSweep, SidewaysEqualsTheBodyAndItsShadow) {
   RecordProperty("worst_percent", std::to_string(100 * worst));
 }
 
-/// Number of points well inside the swept volume that are still solid.
+/// Returns the number of points well inside the swept volume that are still solid.
 int left_on_the_way(const Version& version, const ToolBody& body, const ToolPose& a, const ToolPose& b) {
   std::mt19937_64 random(2);
   std::uniform_real_distribution<double> share(0, 1);
@@ -309,7 +309,7 @@ TEST(ToolSweep, ChangesNothingBeyondItsBoxAndThatIsTight) {
         const std::shared_ptr<const Version> before = editor.freeze();
         const RemovalReport report = editor.remove(ToolSweep{body, a, b});
         const std::shared_ptr<const Version> after = editor.freeze();
-        // Distances farther from a cut than this are not kept.
+        // Larger distances are not kept.
         const double far = after->lattice().frame().diagonal_mm();
         dvec3 low(1e9), high(-1e9);
         long changed = 0;
@@ -325,7 +325,7 @@ TEST(ToolSweep, ChangesNothingBeyondItsBoxAndThatIsTight) {
         for (int k = 0; k < 3; ++k) {
           EXPECT_GE(low[k], report.box.low[k]) << grid.name;
           EXPECT_LE(high[k], report.box.high[k]) << grid.name;
-          // Samples without dependents, a band of them, and the gap between two samples of a lattice.
+          // The box may exceed the changes by a band, and by the gap between two samples of the grid.
           const double band = 1.5 + 2.5 * editor.working().lattice().frame().diagonal_mm();
           EXPECT_GE(report.box.low[k], low[k] - band / grid.spacing[k] - 1) << grid.name;
           EXPECT_LE(report.box.high[k], high[k] + band / grid.spacing[k] + 1) << grid.name;

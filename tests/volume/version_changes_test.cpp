@@ -41,8 +41,8 @@ Sweep random_sweep(std::mt19937& random, const Volume& base) {
   return {a, a + 0.2 * (b - a), radius(random), false};
 }
 
-// From version to version, over undos, from bytes alone: the same contents and ledger, and further cuts give
-// the same bits.
+// Versions that are built from bytes alone, one after the other and over undos, have the same contents and
+// ledger, and further cuts give the same bits.
 TEST(VersionChanges, ReproduceTheSameVersions) {
   for (const int frame : {0, 1})
     for (const double burr : {0.0, 1.5}) {
@@ -73,7 +73,7 @@ TEST(VersionChanges, ReproduceTheSameVersions) {
         whole += a.bytes();
       }
       EXPECT_LT(bytes, whole / 2);
-      // The older ones are unchanged.
+      // Older versions are unchanged.
       for (std::size_t i = 0; i < result.size(); ++i)
         ASSERT_EQ(result[i]->content_hash(), versions[i]->content_hash());
       // Cut further, from the middle and from the end.
@@ -120,7 +120,7 @@ TEST(VersionChanges, BrokenBytesAreRefused) {
     std::string wrong = changes;
     wrong[random() % wrong.size()] = static_cast<char>(random());
     if (auto result = VersionChanges::applied(cut.start, wrong)) {
-      // Every accepted version can be cut further, and no distance exceeds the band.
+      // Every accepted version can be cut further, and no distance exceeds twice the band.
       RemovalEditor on = cut.editor;
       on.reset(result.value());
       on.remove(random_sweep(random, *cut.base));

@@ -1,4 +1,4 @@
-/* Operating from C: cut, undo, refuse, record, open again, destroy in any order. */
+/* Operations in C: cut, undo, refused calls, recording, opening again, destruction in any order. */
 #include "apps/c_api/trephine.h"
 
 #include <math.h>
@@ -13,10 +13,10 @@
 enum { X = 40, Y = 36, Z = 20, COUNT = X * Y * Z };
 static int16_t voxels[COUNT], now[COUNT];
 static uint8_t labels[COUNT];
-/* From 100 on: the surface is half-way between bone and air, as cells of voxels have it. */
+/* The threshold 100 is the mean of bone and air, so that the surface is halfway between their voxels. */
 static const char* k_scene =
     "structure=bone\nlow=100\nhigh=3000\nhand=burr\nparameters=diameter=4 removal_rate=60\nhand=\n"
-    "\n# What must not be cut is felt, too.\nstructure=deep\nlabel=2\nforbidden=1\n";
+    "\n# The forbidden structure is touchable, too.\nstructure=deep\nlabel=2\nforbidden=1\n";
 
 static trephine_voxels make_block(void) {
   for (int z = 0; z < Z; ++z)
@@ -31,10 +31,10 @@ static trephine_voxels make_block(void) {
   return block;
 }
 
-/* World height of the block's top, about. */
+/* Approximate world height of the block's top. */
 static const double k_top = -15 + 1.5 * (Z - 5.5);
 
-/* Both hands: the first presses down to `depth` mm under the top, drilling. */
+/* Steps both hands: the first drills to `depth` mm below the top, the second stays in the air. */
 static int drill(trephine_operation* operation, double x, double depth, int ticks) {
   for (int i = 0; i < ticks; ++i) {
     const double z = k_top + 2 - (2 + depth) * i / ticks;
@@ -66,7 +66,7 @@ static int count_events(const trephine_operation* operation, const char* name) {
   return count;
 }
 
-/* What the intensities say was removed, mm3: bone goes from 1200 to -1000. */
+/* Returns the removed volume by the intensities, mm3: removed bone changes from 1200 to -1000. */
 static double removed_by_intensity(const trephine_operation* operation) {
   const int low[3] = {0, 0, 0}, high[3] = {X - 1, Y - 1, Z - 1};
   CHECK(trephine_operation_read(operation, low, high, now, NULL) == TREPHINE_OK);
@@ -75,7 +75,7 @@ static double removed_by_intensity(const trephine_operation* operation) {
   return sum * 0.5 * 0.5 * 1.5;
 }
 
-static void what_is_refused(const trephine_voxels* block) {
+static void check_refusals(const trephine_voxels* block) {
   trephine_error error;
   trephine_start start = {0};
   CHECK(trephine_operation_begin(NULL, &error) == NULL && error.code == TREPHINE_BAD_ARGUMENT);
@@ -139,7 +139,7 @@ static void check_images(trephine_operation* operation) {
   CHECK(trephine_operation_surface(operation, 9, &surface, &error) == TREPHINE_BAD_ARGUMENT);
 }
 
-/* A phantom by its name, with one tool; and what such an opening refuses. */
+/* Opens a phantom by its name with one tool, and with wrong arguments. */
 static void check_files(void) {
   trephine_error error;
   const trephine_tool burr = {.instrument = "burr", .parameters = "diameter=4"};
@@ -161,7 +161,7 @@ static void check_files(void) {
   CHECK(trephine_load_module("missing.so", &error) == TREPHINE_BAD_ARGUMENT && strstr(error.text, "missing.so"));
 }
 
-static trephine_operation* const operation_of_nobody = NULL;
+static trephine_operation* const no_operation = NULL;
 
 int main(int argc, char** argv) {
   (void)argc;
@@ -170,7 +170,7 @@ int main(int argc, char** argv) {
   snprintf(other, sizeof other, "%s.%ld.other.session", argv[0], (long)getpid());
   CHECK(trephine_abi_version() == TREPHINE_ABI_VERSION);
   const trephine_voxels block = make_block();
-  what_is_refused(&block);
+  check_refusals(&block);
   check_files();
 
   trephine_error error;
@@ -179,9 +179,9 @@ int main(int argc, char** argv) {
   trephine_operation* operation = trephine_operation_begin(&start, &error);
   if (!operation) return printf("%s\n", error.text), 1;
   CHECK(trephine_operation_hand_count(operation) == 2);
-  CHECK(trephine_operation_begin(&start, &error) == NULL); /* the file is there already */
+  CHECK(trephine_operation_begin(&start, &error) == NULL); /* the file already exists */
 
-  /* The scene as it was made starts another one, which is the same again. */
+  /* The text of the scene starts another operation, which has the same text. */
   char scene[4096];
   CHECK(trephine_operation_scene(operation, NULL, 0) < sizeof scene);
   CHECK(trephine_operation_scene(operation, scene, sizeof scene) == strlen(scene));
@@ -193,7 +193,7 @@ int main(int argc, char** argv) {
   trephine_operation_scene(twin, same, sizeof same);
   CHECK(strcmp(scene, same) == 0);
 
-  /* Cut; the intensities and the ledger are of one mind, and the twin of the same bits. */
+  /* Cut: intensities and ledger agree, and the twin has the same bits. */
   int low[3], high[3];
   CHECK(!trephine_operation_changed(operation, low, high));
   CHECK(drill(operation, 0, 4, 1500) && drill(twin, 0, 4, 1500));
@@ -211,7 +211,7 @@ int main(int argc, char** argv) {
   CHECK(!trephine_operation_changed(operation, low, high));
   check_images(operation);
 
-  /* The forbidden part is told when it is cut. */
+  /* A cut of the forbidden part is measured. */
   CHECK(measure(operation, "nearest to deep") > 0);
   CHECK(drill(operation, 6, 14, 4000));
   CHECK(measure(operation, "nearest to deep") < 0);
@@ -233,7 +233,7 @@ int main(int argc, char** argv) {
   CHECK(trephine_operation_command(operation, 0, "adopt-job", "job=1", &error) == TREPHINE_BAD_ARGUMENT);
   CHECK(trephine_operation_command(operation, 0, "note", "text=\"from C\"", &error) == TREPHINE_OK);
 
-  /* A pose that is no number: no force, a fault, an event; then it goes on. */
+  /* A pose that is not finite gives no force, a fault and an event; then the operation continues. */
   const trephine_pose broken[2] = {{{NAN, 0, 0}, {1, 0, 0, 0}, 1}, {{0, 0, 30}, {NAN, 0, 0, 0}, 0}};
   trephine_touch touches[2];
   CHECK(trephine_operation_step(operation, broken, touches, &error) == TREPHINE_OK);
@@ -257,7 +257,7 @@ int main(int argc, char** argv) {
   CHECK(trephine_operation_end(operation, &error) == TREPHINE_BAD_ARGUMENT);
   CHECK(trephine_operation_command(operation, 0, "redo", NULL, &error) == TREPHINE_BAD_ARGUMENT);
 
-  /* Opened again while the first is still there; to its end, back, and verified. */
+  /* Opened again while the first operation still exists; replayed to its end, back, and verified. */
   trephine_operation* recorded = trephine_operation_open(session, &block, 1, &error);
   if (!recorded) return printf("%s\n", error.text), 1;
   trephine_operation_destroy(operation);
@@ -273,16 +273,16 @@ int main(int argc, char** argv) {
   CHECK(trephine_operation_verify(recorded, &error) == TREPHINE_OK || (printf("%s\n", error.text), 0));
   CHECK(trephine_operation_hash(recorded) == hash);
 
-  /* One that nobody ended is whole too, holds its scan, and is its own. */
+  /* A recording without an explicit end is whole, too; it contains its scan, and needs no other operation. */
   trephine_operation_destroy(twin);
   twin = trephine_operation_open(other, NULL, 0, &error);
   if (!twin) return printf("%s\n", error.text), 1;
-  CHECK(trephine_operation_open(session, NULL, 0, &error) == NULL); /* that one needs its scan */
+  CHECK(trephine_operation_open(session, NULL, 0, &error) == NULL); /* this session requires its scan */
   trephine_operation_destroy(recorded);
   CHECK(trephine_operation_verify(twin, &error) == TREPHINE_OK);
   CHECK(fabs(measure(twin, "removed") - removed) < 1e-9);
-  CHECK(trephine_operation_verify(operation_of_nobody, &error) == TREPHINE_BAD_ARGUMENT);
-  /* Planted: a bit of the file is another one. It opens as far as it is whole, and says so. */
+  CHECK(trephine_operation_verify(no_operation, &error) == TREPHINE_BAD_ARGUMENT);
+  /* Planted fault: a bit of the file is changed. The session opens up to the damage, which is reported. */
   FILE* file = fopen(session, "r+b");
   fseek(file, 0, SEEK_END);
   const long middle = ftell(file) / 2;
@@ -295,11 +295,11 @@ int main(int argc, char** argv) {
   CHECK(recorded != NULL && !trephine_operation_is_whole(recorded));
   CHECK(trephine_operation_verify(recorded, &error) == TREPHINE_FAILED && strstr(error.text, "damaged"));
   trephine_operation_destroy(recorded);
-  /* Planted: other voxels are another scan. */
+  /* Planted fault: other voxels are another scan. */
   voxels[COUNT / 2] = 999;
   CHECK(trephine_operation_open(session, &block, 1, &error) == NULL && strstr(error.text, "scan"));
   trephine_operation_destroy(twin);
   remove(session), remove(other);
-  if (failures == 0) printf("all of it holds\n");
+  if (failures == 0) printf("all checks passed\n");
   return failures != 0;
 }

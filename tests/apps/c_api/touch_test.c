@@ -1,4 +1,4 @@
-/* The C interface from C; with TREPHINE_LOAD the library is loaded at run time, as a game engine does. */
+/* Touch in C; with TREPHINE_LOAD the library is loaded at run time, as a game engine does. */
 #include "apps/c_api/trephine.h"
 
 #include <math.h>
@@ -56,7 +56,7 @@ enum { N = 48 };
 static int16_t voxels[N * N * N];
 static uint8_t labels[N * N * N];
 
-/* A ball of radius 15 mm about the middle, of two tissues: 0 to 15 mm, denser inside 8 mm. */
+/* A ball of 15 mm radius around the middle, of two tissues: denser inside 8 mm. */
 static void make_ball(void) {
   for (int z = 0; z < N; ++z)
     for (int y = 0; y < N; ++y)
@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
   const double origin[3] = {-23.5, -23.5, -23.5}, axes[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   trephine_error error;
 
-  /* Bad input is answered in words. */
+  /* Bad input is reported with a message. */
   const int empty[3] = {N, 0, N};
   CHECK(trephine_scene_create(voxels, empty, origin, axes, &error) == NULL);
   CHECK(error.code == TREPHINE_BAD_ARGUMENT && strstr(error.text, "size") != NULL);
@@ -114,7 +114,7 @@ int main(int argc, char** argv) {
   CHECK(trephine_scene_set_sides(scene, hard, 4, &error) == TREPHINE_BAD_ARGUMENT);
   CHECK(trephine_scene_prepare(scene, &error) == TREPHINE_OK);
 
-  /* A hand of its own: 2 mm below the surface of the ball pushes back with 2 N. */
+  /* A hand 2 mm below the surface of the ball is pushed back with 2 N. */
   CHECK(trephine_hand_create(scene, 10, &error) == NULL);
   trephine_hand* hand = trephine_hand_create(scene, 1000, &error);
   CHECK(hand != NULL);
@@ -131,7 +131,7 @@ int main(int argc, char** argv) {
   CHECK(trephine_hand_step(NULL, nowhere, &touch) == TREPHINE_BAD_ARGUMENT);
   trephine_hand_reset(hand);
 
-  /* An engine's custom shapes: asked in turn, one of them answers. */
+  /* Surfaces as custom shapes of an engine, which are intersected in turn: one of them is hit. */
   trephine_surface* outer = trephine_surface_get(scene, soft, &error);
   trephine_surface* inner = trephine_surface_get(scene, hard, &error);
   CHECK(outer != NULL && inner != NULL && trephine_surface_get(scene, 5, &error) == NULL);
@@ -142,7 +142,7 @@ int main(int argc, char** argv) {
   CHECK(fabs(sqrt(point[0] * point[0] + point[1] * point[1] + point[2] * point[2]) - 15) < 0.1);
   CHECK(side == TREPHINE_FRONT && normal[2] > 0.9);
   CHECK(trephine_intersect_surface(above, below, point, normal, &side, inner) == 0);
-  /* From within the soft shell, down: the hard one. */
+  /* From within the soft shell downward, the hard surface is hit. */
   const double shell[3] = {0, 0, 12}, core[3] = {0, 0, 2};
   CHECK(trephine_intersect_surface(shell, core, point, normal, &side, outer) == 0);
   CHECK(trephine_intersect_surface(shell, core, point, normal, &side, inner) == 1);
@@ -150,14 +150,14 @@ int main(int argc, char** argv) {
   CHECK(trephine_intersect_surface(above, above, point, normal, &side, outer) == 0);
   CHECK(trephine_intersect_surface(above, nowhere, point, normal, &side, outer) == 0);
   CHECK(trephine_intersect_surface(above, below, point, normal, NULL, NULL) == 0);
-  /* What was answered can be asked again from there: no step leads in. */
+  /* A hit can be the start of the next query: no step enters the solid. */
   CHECK(trephine_intersect_surface(above, below, point, normal, &side, outer) == 1);
   double again[3];
   memcpy(again, point, sizeof again);
   CHECK(trephine_intersect_surface(again, below, point, normal, &side, outer) == 1);
   CHECK(fabs(point[2] - again[2]) < 1e-4);
 
-  /* A side that is taken away is gone at once; a hand from before another method does not step. */
+  /* A removed side is not hit any more; a hand made before a change of the method does not step. */
   CHECK(trephine_scene_set_sides(scene, soft, TREPHINE_NONE, &error) == TREPHINE_OK);
   CHECK(trephine_intersect_surface(above, below, point, normal, &side, outer) == 0);
   CHECK(trephine_scene_set_method(scene, "implicit", &error) == TREPHINE_OK);
@@ -168,7 +168,7 @@ int main(int argc, char** argv) {
   CHECK(newer != NULL && trephine_hand_step(newer, above, &touch) == TREPHINE_OK);
   trephine_hand_destroy(newer);
 
-  /* A model that moves, through the ball: a plate that lifts the tool. */
+  /* A model that moves through the ball: a plate that lifts the tool. */
   const double corners[12] = {-30, -30, 0, 30, -30, 0, 30, 30, 0, -30, 30, 0};
   const uint32_t plate[6] = {0, 1, 2, 0, 2, 3}, wrong[3] = {0, 1, 7};
   CHECK(trephine_scene_set_sides(scene, soft, TREPHINE_FRONT, &error) == TREPHINE_OK);
@@ -205,7 +205,7 @@ int main(int argc, char** argv) {
     CHECK(trephine_hand_set_ready(lifted, 7, low, high) == TREPHINE_BAD_ARGUMENT);
   }
   CHECK(trephine_hand_step(lifted, rest, &touch) == TREPHINE_OK && !touch.has_contact);
-  /* Into the ball until it gives way. */
+  /* The hand presses into the ball until its proxy pops through. */
   double strongest = 0;
   for (int i = 0; i <= 600; ++i) {
     rest[2] = 16 - 0.01 * i;
@@ -224,7 +224,7 @@ int main(int argc, char** argv) {
   trephine_scene_destroy(scene);
   trephine_scene_destroy(NULL);
 
-  /* A thresholded ball is touched smooth; the hand outlives the scene that it was made from. */
+  /* The contact with a thresholded ball is smooth; a hand outlives the scene that it was made from. */
   for (int i = 0; i < N * N * N; ++i) {
     const double x = i % N - 23.5, y = i / N % N - 23.5, z = i / (N * N) - 23.5;
     voxels[i] = x * x + y * y + z * z < 18.0 * 18.0 ? 1 : 0;
@@ -249,10 +249,10 @@ int main(int argc, char** argv) {
     ++count;
   }
   CHECK(count > 2000);
-  CHECK(57.3 * sqrt(square / count) < 4); /* degrees RMS; 14 on the stair-steps */
+  CHECK(57.3 * sqrt(square / count) < 4); /* degrees RMS; 14 on the faces of voxels */
   trephine_hand_destroy(on_mask);
 
-  /* A label, touched with a ball of 2 mm: its middle rests 2 mm off the surface. */
+  /* A label is touched with a ball of 2 mm radius, whose centre rests 2 mm off the surface. */
   for (int i = 0; i < N * N * N; ++i) labels[i] = voxels[i] ? 3 : 0;
   trephine_scene* labelled = trephine_scene_create(voxels, ball_size, ball_origin, ball_axes, &error);
   CHECK(trephine_scene_add_label(labelled, "dura", 3, &error) == -1 && strstr(error.text, "no labels"));
@@ -276,6 +276,6 @@ int main(int argc, char** argv) {
   CHECK(touch.has_contact && touch.shape == 0 && fabs(touch.proxy[2] - 20) < 0.4);
   trephine_hand_destroy(round_tip);
   trephine_scene_destroy(labelled);
-  printf(failures ? "%d claims do not hold\n" : "all claims hold\n", failures);
+  printf(failures ? "%d checks failed\n" : "all checks passed\n", failures);
   return failures != 0;
 }

@@ -59,7 +59,7 @@ TEST(RaystepProxy, FlipsTheNormalOnTheBackAndRestsAtOnceWithoutMotion) {
   method.step(scene, version, state, {{5, 20, 20}});
   // Without motion and contact it returns before it reads a voxel.
   EXPECT_EQ(method.step(scene, version, state, {{5, 20, 20}}).counters.voxels, 0);
-  // A window between air and bone is a shell; from inside the ball its back is met.
+  // A window between air and bone makes a shell of the ball's edge; a hand inside the ball meets its back.
   TouchScene shell = scenes::phantom_scene("sphere", grid(96, 1.5));
   volume::Shape shape;
   shape.low = 0, shape.high = 600;

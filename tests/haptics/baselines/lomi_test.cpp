@@ -44,7 +44,7 @@ TEST(Lomi, QueriesNoVoxelTwiceAndStoresNone) {
   EXPECT_GT(longest, 60);
 }
 
-/// On a ball, with both maps: each level is three times as accurate, within the voxel of the proxy.
+/// On a ball, with both kinds of maps: the proxy is outside, within a voxel of the surface.
 TEST(Lomi, RestsOnABallToTheAccuracyOfItsVoxels) {
   const auto inside = [](const dvec3& p) { return glm::length(p) < 20; };
   for (const bool is_physical : {false, true})
@@ -122,7 +122,7 @@ TEST(Lomi, FarHandsAreHarmless) {
 /// rest.
 TEST(Lomi, FrictionIsTheOffsetFromTheTrueToTheTemporaryPosition) {
   Model plate = box({-30, -30, -4}, {30, 30, 0});
-  const auto slide = [&](double friction, double mm_a_tick, double& behind, double& at_rest) {
+  const auto slide = [&](double friction, double mm_per_tick, double& behind, double& at_rest) {
     TouchScene scene = models({plate});
     scene.items[0].material.static_friction = scene.items[0].material.dynamic_friction = friction;
     ModelPlay play("lomi", std::move(scene));
@@ -130,7 +130,7 @@ TEST(Lomi, FrictionIsTheOffsetFromTheTrueToTheTemporaryPosition) {
     double sum = 0, last = 0;
     int count = 0;
     for (int i = 1; i <= 60; ++i) {
-      const dvec3 hip(-10 + mm_a_tick * i, 0.05, -1);
+      const dvec3 hip(-10 + mm_per_tick * i, 0.05, -1);
       const ProxyStep s = play.step(hip);
       EXPECT_TRUE(s.has_contact);
       last = s.proxy_world.x - hip.x;
@@ -139,7 +139,7 @@ TEST(Lomi, FrictionIsTheOffsetFromTheTrueToTheTemporaryPosition) {
     }
     behind = -sum / count;
     ProxyStep s;
-    const dvec3 rest(-10 + 60 * mm_a_tick, 0.05, -1);
+    const dvec3 rest(-10 + 60 * mm_per_tick, 0.05, -1);
     for (int i = 0; i < 20; ++i) s = play.step(rest);
     at_rest = -(s.proxy_world.x - rest.x);
   };
@@ -169,7 +169,7 @@ TEST(Lomi, AHandBetweenTwoPixelsIsHeld) {
 TEST(Lomi, PartsOfAConcaveObjectMissNothing) {
   Model calabash = ball(dvec3(0), 10, 90);
   calabash.add(ball(dvec3(0.3, -0.2, 0.1), 7, 90).inward());
-  // Open at its edges, and yet no camera sees its interior.
+  // Six plates with open edges between them; still, no camera sees all of the interior.
   Model crate;
   for (const double at : {-6.0, 5.0}) {
     crate.add(box({at, -4, -4}, {at + 1, 4, 4}));

@@ -18,7 +18,7 @@ using Voxel = VoxMap::Voxel;
 
 constexpr double k_pi = 3.14159265358979;
 
-/// A map of everything that `is_solid`, with cubic voxels around the origin.
+/// Returns a map of the positions for which is_solid() is true, with cubic voxels around the origin.
 VoxMap map_of(const std::function<bool(const dvec3&)>& is_solid, int size, double voxel, int layers = 1) {
   volume::Volume v =
       volume::make_volume(ivec3(size),
@@ -64,7 +64,7 @@ TEST(VoxMap, HasTheTypesOfItsDefinition) {
         ++counts[static_cast<int>(expected)];
       }
   for (const int count : counts) EXPECT_GT(count, 100);
-  // Aggregation: less than a tenth of 512^3 bytes.
+  // Equal children are stored once: less than a tenth of a byte per voxel of the whole tree.
   EXPECT_LT(map.bytes(), std::size_t{512} * 512 * 512 / 10);
 }
 
@@ -186,7 +186,8 @@ TEST(VoxelSampling, ForcesAreThoseOfTheTangentPlanes) {
   EXPECT_GT(touching, 100);
 }
 
-/// Turns a rod between two plates by 0.6 rad. Returns the most points of the tool in the plates' interior.
+/// Turns a rod between two plates by 0.6 rad. Returns the largest number of points of the tool in the
+/// interior of the plates.
 int points_through_plates(bool limits_missing_torque) {
   // Plates of 4 mm above and below a gap of 6 mm.
   const VoxMap map = map_of([](const dvec3& p) { return std::abs(p.z) > 3 && std::abs(p.z) < 7; }, 128, 0.5);
@@ -206,7 +207,8 @@ int points_through_plates(bool limits_missing_torque) {
   return most;
 }
 
-// The lever task: a hand without torque turns the tool through its contacts, unless the coupling is limited.
+// The lever task: on a device without torque the hand turns the tool through its contacts, unless the torque
+// of the coupling is limited.
 TEST(VoxelSampling, ALimitedCouplingHoldsALever) {
   EXPECT_GT(points_through_plates(false), 10);
   EXPECT_EQ(points_through_plates(true), 0);

@@ -38,7 +38,7 @@ struct Hand {
   int lag = 0;  ///< ticks from a set's time to its use
   std::shared_ptr<const DepthSet> next;
   bool knows_motion = true;
-  double room = 1;  ///< factor on the view's edge that the rule demands
+  double room = 1;  ///< factor on the edge of the view that the published rule requires
   double pixel = 0.2;
 
   explicit Hand(std::shared_ptr<const DepthSource> source, double radius = 0, double rough = 0) {

@@ -17,7 +17,8 @@ using glm::dvec3;
 
 constexpr double k_radius = 30, k_far = 500, k_pixel = 0.4;  // mm
 
-/// A ball at the origin seen from an angle about y (degrees; 0: from -z); a window of pixels around `touch`.
+/// Returns a picture of a ball at the origin, viewed from an angle about y (degrees; 0: from -z), with a
+/// window of pixels around `touch`.
 DepthPicture picture_of_ball(double degrees, const dvec3& touch) {
   DepthPicture picture;
   const glm::dquat turn = glm::angleAxis(degrees * 3.14159265358979 / 180, dvec3(0, 1, 0));
@@ -71,8 +72,8 @@ struct ScreenHand {
     touch_state.depths.resize(1);
     EXPECT_FALSE(method->prepare(scene));
   }
-  /// Adopts a picture as a window does, unless it hides the hand.
-  void surface_at(double degrees) {
+  /// Adopts a picture as a window does, unless the surface that it shows hides the proxy.
+  void adopt_picture(double degrees) {
     const DepthPicture picture = picture_of_ball(degrees, proxy);
     const auto behind = picture.behind(proxy);
     if (!behind || *behind > 1 + 2 * k_pixel) {
@@ -102,7 +103,7 @@ TEST(DepthPicture, TheTouchedSurfaceStaysWhileTheViewTurns) {
     ScreenHand hand(radius);
     const dvec3 out = glm::normalize(dvec3(0.1, 0.2, -1));
     hand.proxy = (k_radius + radius + 3) * out;
-    hand.surface_at(0);
+    hand.adopt_picture(0);
     for (int i = 0; i < 100; ++i) hand.step((k_radius + radius + 3 - 0.05 * i) * out);
     const dvec3 first = hand.proxy;
     EXPECT_NEAR(glm::length(first), k_radius + radius, 0.02) << radius;
@@ -110,7 +111,7 @@ TEST(DepthPicture, TheTouchedSurfaceStaysWhileTheViewTurns) {
     double worst = 0, leap = 0;
     // A turn of 60 degrees in a second, at 60 pictures per second.
     for (int i = 0; i < 1000; ++i) {
-      if (i % 16 == 0) hand.surface_at(0.06 * i);
+      if (i % 16 == 0) hand.adopt_picture(0.06 * i);
       const ProxyStep step = hand.step((k_radius + radius - 2) * out);
       ASSERT_TRUE(step.has_contact) << i;
       worst = std::max(worst, std::abs(glm::length(hand.proxy) - k_radius - radius));
@@ -124,7 +125,7 @@ TEST(DepthPicture, TheTouchedSurfaceStaysWhileTheViewTurns) {
     // From behind, the touched side is hidden: its last picture is kept.
     const auto before = hand.touch_state.depths[0];
     for (int i = 0; i < 100; ++i) {
-      if (i % 16 == 0) hand.surface_at(120 + 0.5 * i);
+      if (i % 16 == 0) hand.adopt_picture(120 + 0.5 * i);
       ASSERT_TRUE(hand.step((k_radius + radius - 2) * out).has_contact) << i;
     }
     EXPECT_EQ(hand.hidden, 7);
@@ -133,17 +134,18 @@ TEST(DepthPicture, TheTouchedSurfaceStaysWhileTheViewTurns) {
   }
 }
 
-/// To any point in front of the picture, at 1 m/s: the proxy never passes behind the surfaces shown.
+/// A hand that moves in and out of the ball, at up to 0.3 m/s: the proxy never passes behind the surface that
+/// the pictures show.
 TEST(DepthPicture, NoSurfaceIsPassedThrough) {
   ScreenHand hand(0);
   hand.proxy = {0, 0, -k_radius - 4};
-  hand.surface_at(0);
+  hand.adopt_picture(0);
   double deepest = 0;
   long in_contact = 0;
   for (int i = 0; i < 4000; ++i) {
     const double a = 0.011 * i, b = 0.037 * i;
     const dvec3 hip(6 * std::sin(a), 5 * std::sin(b), -k_radius + 4 * std::sin(0.05 * i));
-    if (i % 50 == 0) hand.surface_at(5 * std::sin(0.001 * i));
+    if (i % 50 == 0) hand.adopt_picture(5 * std::sin(0.001 * i));
     in_contact += hand.step(hip).has_contact;
     deepest = std::max(deepest, k_radius - glm::length(hand.proxy));
   }
@@ -155,7 +157,7 @@ TEST(DepthPicture, KeepsDepthsAndRefusesInvalidPictures) {
   DepthPicture picture = picture_of_ball(0, {0, 0, -k_radius});
   EXPECT_FALSE(check(picture));
   EXPECT_LT(picture.mm_per_step, 0.001);
-  // A round trip at the centre: equation 1 backward and forward, and 16 bits.
+  // The depth at the centre, after a round trip through equation 1 and 16 bits.
   EXPECT_NEAR(picture.depth(59, 59), k_far - k_radius, 0.003);
   EXPECT_NEAR(*picture.behind({0, 0, -k_radius + 2}), 2, 0.01);
   EXPECT_FALSE(picture.behind({0, 0, -k_far - 10}));

@@ -1,4 +1,5 @@
-// Sets of depth images around a hand: they equal images of the whole object, also if it moves and bends.
+// Sets of depth images around a hand: they equal images of the whole object, predict its motion, and are also
+// drawn from videos.
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -61,7 +62,7 @@ TEST(DepthSource, AClipVolumeEqualsFullImages) {
   }
   EXPECT_GT(matter, 50'000);
   EXPECT_GT(crossed, 10'000);
-  // A plane of pixels exactly in a face.
+  // A face of the box is exactly in a plane of pixels.
   DepthView face;
   face.edge = 4;
   face.middle = {2, 2, 2};
@@ -82,7 +83,7 @@ TEST(DepthSource, TrianglesOfASetEqualTheNetOfItsPixels) {
     view.edge = 8;
     const DepthSet set = model->draw(view).value();
     EXPECT_EQ(set.hash(), model->draw(view, 1).value().hash());
-    // Cell by cell, as a step builds them.
+    // The expected triangles, cell by cell, as a step builds them.
     ivec3 size(0);
     const Model m = clutter();
     const DepthNet net = net_of(m, view);
@@ -121,7 +122,7 @@ TEST(DepthSource, TrianglesOfASetEqualTheNetOfItsPixels) {
   }
 }
 
-/// p rotated about an axis by an angle (rad).
+/// Returns p rotated about an axis by an angle (rad).
 dvec3 turned(const dvec3& p, const dvec3& axis, double angle) {
   const dvec3 n = glm::normalize(axis);
   return std::cos(angle) * p + std::sin(angle) * glm::cross(n, p) +
@@ -180,7 +181,8 @@ TEST(DepthSource, RefusesInvalidModelsAndViews) {
     EXPECT_FALSE(model->draw(view));
 }
 
-/// Depth images of a ball 200 mm in front of a camera, `side` pixels wide and high.
+/// Returns depth images of a ball at each of `middles`, `beat` (s) apart, `side` pixels wide and high. The
+/// camera is at the origin and looks along z.
 DepthPictures pictures_of_ball(int side, const std::vector<dvec3>& middles, double radius, double beat) {
   DepthPictures all;
   all.camera = {side, side, 2.0 * side, 2.0 * side, 0.5 * (side - 1), 0.5 * (side - 1)};
@@ -239,10 +241,10 @@ TEST(DepthStream, ABallInAVideoIsTouchedAndPushes) {
       EXPECT_GT(glm::length(p - middle_at(1e-3 * i)), 29.8) << i;
     }
   }
-  EXPECT_GT(highest, 14);  // up to 180 mm in front of the camera
+  EXPECT_GT(highest, 14);  // nearer than 181 mm to the camera
 }
 
-/// One object from three sources.
+/// One ball from two sources: pictures, and a model at rest.
 TEST(DepthStream, SourcesAgree) {
   const dvec3 middle(0, 0, 230);
   const auto stream = DepthStream::of(pictures_of_ball(400, {middle}, 30, 1)).value();

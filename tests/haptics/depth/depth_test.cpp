@@ -33,7 +33,7 @@ TEST(DepthRules, GiveThePublishedExample) {
   EXPECT_EQ(viewport(clip_volume(rates), 0.2), 100);
   EXPECT_DOUBLE_EQ(lomi_size(rates), 2);
   EXPECT_EQ(lomi_voxels(lomi_size(rates), 0.2), 11);
-  // A workspace of 50 cm in 24 bits: 0.03 um. (The slides say 0.05.)
+  // A workspace of 50 cm in 24 bits: 0.03 um. (The slides give 0.05.)
   EXPECT_NEAR(1000 * depth_resolution(500, 24), 0.0298, 0.0001);
   EXPECT_DOUBLE_EQ(linear_position(-10, 30, 0.25), 0);
   // Equation 1 inverts the depths of a perspective matrix.
@@ -44,11 +44,11 @@ TEST(DepthRules, GiveThePublishedExample) {
   }
 }
 
-/// Boxes whose faces, edges and corners are on rays and next to them, nested and crossing.
+/// Boxes and balls, nested and crossing; faces, edges and corners of the boxes are on rays and next to them.
 TEST(DepthCube, AgreesWithWindingNumbers) {
   Model m = box({2, 3, 4}, {9, 8, 11});
   m.add(box({4, 4, 6}, {7.5, 7, 9}).inward());  // a cavity
-  m.add(box({8, 5.25, 5}, {14, 13, 8}));        // across the first
+  m.add(box({8, 5.25, 5}, {14, 13, 8}));        // crosses the first box
   m.add(ball({12, 5, 12}, 3.2, 24));
   m.add(ball({5.5, 5.5, 7.5}, 0.9, 12));  // in the cavity
   const ivec3 size(18, 17, 18);
@@ -66,14 +66,14 @@ TEST(DepthCube, AgreesWithWindingNumbers) {
         for (int i = 0; i < size[axis == 0 ? 1 : 0]; ++i) {
           const auto ray = cube.ray(axis, i, j);
           ASSERT_EQ(ray.size() % 2, 0u);
-          // Between any two of its layers, and before the first.
+          // Between any two layers of the ray, before the first and after the last.
           for (std::size_t k = 0; k <= ray.size(); ++k) {
             const double from = k == 0 ? -3 : ray[k - 1], to = k == ray.size() ? 21 : ray[k];
             if (to - from < 1e-3) continue;
             dvec3 p;
             p[axis] = from + (0.3 + 0.4 * number(static_cast<std::uint64_t>(queried))) * (to - from);
-            // A ray through an edge or along a face counts as if shifted by a little, more along the first
-            // axis.
+            // A ray through an edge or along a face counts as if shifted slightly, more along the first of
+            // the other two axes.
             p[axis == 0 ? 1 : 0] = i + 3e-4, p[axis == 2 ? 1 : 2] = j + 3e-6;
             const double w = winding(m, frame.world_from_volume(p));
             ++queried, inside += k % 2;
@@ -135,7 +135,8 @@ TEST(DepthCube, OfAVolumeIsItsField) {
   EXPECT_FALSE(cube.is_inside(middle, Layers::all));
 }
 
-/// True if every edge is traversed equally often in both directions. Vertices at one position count as one.
+/// Returns true if every edge is traversed equally often in both directions. mesh_of_cells() has joined
+/// vertices at one position.
 bool is_closed(const volume::Mesh& mesh) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> ways;
   for (std::size_t t = 0; t < mesh.triangles.size(); t += 3)
@@ -146,7 +147,8 @@ bool is_closed(const volume::Mesh& mesh) {
   return !ways.empty() && std::all_of(ways.begin(), ways.end(), [](const auto& w) { return w.second == 0; });
 }
 
-/// The net of a volume's depth images is its surface net: the same cells, vertices to single precision.
+/// The net of a volume's depth images is its surface net, with the same triangles, and vertices that are
+/// equal to single precision.
 TEST(DepthNet, OfAVolumeEqualsItsSurfaceNet) {
   for (const char* phantom : {"gyroid", "shell"}) {
     const TouchScene scene = scenes::phantom_scene(phantom, grid(48, 0.7, 12));
@@ -179,7 +181,7 @@ TEST(DepthNet, OfAVolumeEqualsItsSurfaceNet) {
   }
 }
 
-/// Contact from outside, and from inside a calabash.
+/// Contact with a calabash (a ball with a cavity), from outside and from inside.
 TEST(DepthProxy, RestsWithinATenthOfHalfAPixelOutsideAndInsideACalabash) {
   Model calabash = ball(dvec3(0), 20, 900);
   calabash.add(ball(dvec3(0), 15, 900).inward());
@@ -205,7 +207,7 @@ TEST(DepthProxy, RestsWithinATenthOfHalfAPixelOutsideAndInsideACalabash) {
   }
 }
 
-/// Thin parts, a narrow tube, a hidden interior, nested models: from any side, at any speed.
+/// Thin parts, a narrow tube and a hidden interior hold the proxy from any side at any speed.
 TEST(DepthProxy, NothingFallsThroughThinPartsTubesOrHiddenInteriors) {
   Model plate = box({-8, -8, -0.15}, {8, 8, 0.15});  // 1.5 pixels
   Model tube = box({-1.1, -1.1, 2}, {-0.6, 1.1, 14});
@@ -241,7 +243,7 @@ TEST(DepthProxy, NothingFallsThroughThinPartsTubesOrHiddenInteriors) {
             : where < 0.66 ? dvec3(0, 0, 8)
                            : dvec3(20 * random() - 10, 20 * random() - 10, 30 * random() - 14);
     }
-    // Slow and fast: up to 1 m/s, and ten times that.
+    // Steps of up to 0.1, 1 and 10 mm along each axis: at 1 kHz, 0.1, 1 and 10 m/s.
     const double speed = i % 7 == 0 ? 10 : i % 3 == 0 ? 1 : 0.1;
     way = dvec3(random() - 0.5, random() - 0.5, random() - 0.5);
     hip = glm::clamp(hip + 2 * speed * way, dvec3(-10, -10, -15), dvec3(10, 10, 16));
@@ -356,7 +358,7 @@ TEST(DepthProxy, ClosedShellsAlongTheLatticeHold) {
                   poke == 0 ? dvec3(0) : 0.12 * (2.0 * dvec3(number(n), number(n + 1), number(n + 2)) - 1.0);
               n += 3;
               way[axis] = side;
-              // From outside in, and from the centre out.
+              // From outside in, and from inside out.
               for (const bool is_out : {false, true}) {
                 play.state = {};
                 judge.restart();

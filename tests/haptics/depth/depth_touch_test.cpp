@@ -76,7 +76,7 @@ struct Plate {
 };
 
 struct Pushed {
-  /// ticks in which the plate pushed the hand from its rest, and in which the hand was behind the plate
+  /// Ticks in which the plate pushed the proxy up from its rest, and in which the proxy was behind the plate.
   int up = 0, passed = 0;
   double deepest = 0;  ///< mm into the plate
 };
@@ -85,7 +85,7 @@ Pushed push(const Plate& plate, double radius, int lag, int ticks, bool knows_mo
   hand.lag = lag;
   hand.knows_motion = knows_motion;
   Pushed result;
-  // The hand starts above it and is nearly at rest, while the plate comes and goes.
+  // The hand starts above the plate and is nearly at rest, while the plate moves up and down.
   for (int i = 0; i < ticks; ++i) {
     const dvec3 p = hand.step({3 + 0.5 * std::sin(0.02 * i), -2, 4}).proxy_world;
     if (i < 15) continue;
@@ -111,12 +111,11 @@ TEST(DepthTouch, AMovingBendingPlatePushesAndIsNeverPassedUpTo1MPerS) {
         }
     if (!is_whole()) break;
   }
-  // Planted fault: without its motion between two sets the plate passes through the hand, which is detected.
+  // Planted fault: without its motion between two sets the plate passes over the proxy, which is detected.
   EXPECT_GT(push({1000, 0}, 0, 4, 180, false).passed, 10);
 }
 
-/// A shell of 1 mm that moves at 400 mm/s and swells, and hands of up to 1 m/s, one inside and one outside.
-/// Its position at a time has a closed form.
+/// A shell of 1 mm that moves at 400 mm/s and swells. Its position at a time has a closed form.
 struct Shell {
   static constexpr double k_outer = 16, k_inner = 15, k_beat = 0.02;
   static dvec3 middle(double key) {
@@ -142,6 +141,7 @@ struct Kept {
   long contacts = 0, passed = 0;
   double deepest = 0;  ///< mm
 };
+/// Moves a hand at up to 1 m/s, which starts inside the shell or outside.
 Kept keep_in_or_out(bool is_in, long ticks, bool knows_motion) {
   Hand hand(Shell::model());
   hand.room = 1.5;  // as in operations: both move
@@ -161,14 +161,14 @@ Kept keep_in_or_out(bool is_in, long ticks, bool knows_motion) {
     kept.contacts += step.has_contact;
     kept.deepest = std::max(kept.deepest, deep);
     kept.passed += deep > 0.5;
-    if (deep > 0.5) return kept;  // from here on it is on the other side
+    if (deep > 0.5) return kept;  // from now on the proxy is on the other side
   }
   return kept;
 }
 
-/// A surface that stops exactly at a hand at rest, to the last bit: the path that ends on it and the next
-/// one, which starts there, both find it.
-TEST(DepthTouch, ASurfaceThatStopsExactlyAtTheHandPushesIt) {
+/// A surface that is exactly at a hand at rest at the end of a tick, to the last bit: its path in this tick
+/// and that in the next tick both meet the hand.
+TEST(DepthTouch, ASurfaceThatMeetsTheHandExactlyAtATickPushesIt) {
   const Model plate = box({-20, -20, -2}, {20, 20, 2});
   for (const double begin : {-2.0, 0.4, 1.0, 1.2, 1.6}) {
     ModelKeys keys;

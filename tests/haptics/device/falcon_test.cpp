@@ -19,7 +19,7 @@ using glm::dvec3;
 namespace {
 
 /// Assembles an arm in space, joint by joint, and returns the error of its forearm's length, mm. Independent
-/// of the solver: it places the elbow and the wrist as points.
+/// of the solver: elbow and wrist are computed as points.
 double forearm_error(int arm, double angle, const dvec3& grip) {
   const double turn =
       (15 + std::array{90.0, -30.0, -150.0}[static_cast<std::size_t>(arm)]) * std::numbers::pi / 180;

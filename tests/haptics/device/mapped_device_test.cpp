@@ -17,7 +17,7 @@ using glm::dvec3;
 
 namespace {
 
-/// A device that a test moves, and that keeps what was written to it.
+/// A device that a test moves, and that keeps the last wrench.
 struct HandDevice final : Device {
   Pose pose;
   Wrench written;
@@ -35,7 +35,7 @@ struct HandDevice final : Device {
   void write(const Wrench& wrench) noexcept override { written = wrench; }
 };
 
-/// Quarter turn about the vertical axis: the device's x is the world's y.
+/// Returns a quarter turn about z: the device's x is the world's y.
 glm::dquat quarter() { return glm::angleAxis(std::numbers::pi / 2, dvec3(0, 0, 1)); }
 
 void expect_near(const dvec3& a, const dvec3& b, double tolerance = 1e-12) {

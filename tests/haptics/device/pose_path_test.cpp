@@ -88,7 +88,7 @@ TEST(PosePath, EveryFaultIsReportedWithItsLocation) {
       {"t,x,y,z\n0,1,2,nan\n", "column z"},
       {"t,x,y,z\n0,1,2,3\n0,1,2,3\n", "not increasing"},
       {"t,x,y,z\n0,1,2,3\n-1,1,2,3\n", "line 3"},
-      {"t,x,y,z\n0,1,2,3e9\n", "below 1e6"},
+      {"t,x,y,z\n0,1,2,3e9\n", "out of range"},
       {"t,x,y,z,button\n0,1,2,3,2\n", "button"},
       {"t,x,y,z,qx,qy,qz,qw\n0,1,2,3,0,0,0,0\n", "invalid orientation"},
       {"t,x,y,z\n0,1,2,3x\n", "3x"},

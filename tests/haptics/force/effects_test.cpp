@@ -7,11 +7,11 @@
 namespace trephine::haptics {
 namespace {
 
-struct Rack {
+struct EffectRun {
   TouchScene scene = scene_of_plane();
   LawSet laws;
   LawMemory memory;
-  explicit Rack(const std::string& words) { EXPECT_FALSE(laws.add(law_of(words)).has_value()); }
+  explicit EffectRun(const std::string& words) { EXPECT_FALSE(laws.add(law_of(words)).has_value()); }
   LawForces step(const dvec3& hip, const ProxyStep& proxy = {}, const dvec3& contact = dvec3(0),
                  bool is_working = true) {
     return memory.step(
@@ -20,27 +20,29 @@ struct Rack {
 };
 
 TEST(Effects, EachEqualsItsFormulaWithinItsBound) {
-  expect_near(Rack("constant force=1,0,-0.5").step({3, 4, 5}).active_world, {1, 0, -0.5}, 1e-15);
-  expect_near(Rack("constant force=0,0,9 most=2").step({}).active_world, {0, 0, 2}, 1e-12);
-  expect_near(Rack("spring anchor=0,0,10 stiffness=0.2").step({5, 0, 10}).rendered_world, {-1, 0, 0}, 1e-15);
-  expect_near(Rack("spring anchor=0,0,10 stiffness=0.2").step({500, 0, 10}).rendered_world, {-3, 0, 0},
+  expect_near(EffectRun("constant force=1,0,-0.5").step({3, 4, 5}).active_world, {1, 0, -0.5}, 1e-15);
+  expect_near(EffectRun("constant force=0,0,9 most=2").step({}).active_world, {0, 0, 2}, 1e-12);
+  expect_near(EffectRun("spring anchor=0,0,10 stiffness=0.2").step({5, 0, 10}).rendered_world, {-1, 0, 0},
+              1e-15);
+  expect_near(EffectRun("spring anchor=0,0,10 stiffness=0.2").step({500, 0, 10}).rendered_world, {-3, 0, 0},
               1e-12);
-  Rack plane("plane point=0,0,2 normal=0,0,4 stiffness=0.5");
+  EffectRun plane("plane point=0,0,2 normal=0,0,4 stiffness=0.5");
   expect_near(plane.step({0, 0, 3}).rendered_world, dvec3(0), 1e-15);
   expect_near(plane.step({0, 0, 1}).rendered_world, {0, 0, 0.5}, 1e-15);
-  expect_near(Rack("gravity mass=0.1").step({}).active_world, {0, 0, 0.980665}, 1e-12);
-  // An upright drill with a wall on its left is dragged forward, and not at all while it is off.
+  expect_near(EffectRun("gravity mass=0.1").step({}).active_world, {0, 0, 0.980665}, 1e-12);
+  // A drill along z with a wall toward -x is dragged toward -y, and not at all while it is off.
   ProxyStep left;
   left.set_contact(0, Side::front, {1, 0, 0});
-  Rack drill("spin drag=0.3 chatter=0");
+  EffectRun drill("spin drag=0.3 chatter=0");
   expect_near(drill.step({}, left, {2, 0, 0}).active_world, {0, -0.6, 0}, 1e-12);
   expect_near(drill.step({}, {}, {2, 0, 0}).active_world, dvec3(0), 1e-12);
-  expect_near(Rack("spin drag=0.3 chatter=0").step({}, left, {2, 0, 0}, false).active_world, dvec3(0), 1e-12);
-  Rack viscous_rack("viscous damping=0.01");
+  expect_near(EffectRun("spin drag=0.3 chatter=0").step({}, left, {2, 0, 0}, false).active_world, dvec3(0),
+              1e-12);
+  EffectRun viscous_rack("viscous damping=0.01");
   LawForces f;
   for (int i = 0; i < 60; ++i) f = viscous_rack.step({0.02 * i, 0, 0});  // 20 mm/s
   expect_near(f.rendered_world, {-0.2, 0, 0}, 1e-6);
-  Rack vibration_rack("vibration direction=1,0,0 amplitude=0.5 frequency=50");
+  EffectRun vibration_rack("vibration direction=1,0,0 amplitude=0.5 frequency=50");
   double most = 0, mean = 0, crossings = 0, last = 0;
   for (int i = 0; i < 1000; ++i) {
     const double x = vibration_rack.step({}).active_world.x;
@@ -53,7 +55,7 @@ TEST(Effects, EachEqualsItsFormulaWithinItsBound) {
   EXPECT_NEAR(mean, 0, 1e-3);
   EXPECT_NEAR(crossings, 100, 1);  // 50 Hz for a second
   // Texture: the slope of its ripples times the pressure.
-  Rack ripples("texture direction=1,0,0 height=0.1 wavelength=2");
+  EffectRun ripples("texture direction=1,0,0 height=0.1 wavelength=2");
   ProxyStep touch;
   touch.has_contact = true;
   touch.normal_world = {0, 0, 1};
@@ -65,7 +67,7 @@ TEST(Effects, EachEqualsItsFormulaWithinItsBound) {
 }
 
 TEST(Effects, ATrackResistsOnlyAtItsEnd) {
-  Rack rack("line start=0,0,2 ahead=0,0,-1 stiffness=1 resistance=2");
+  EffectRun rack("line start=0,0,2 ahead=0,0,-1 stiffness=1 resistance=2");
   const auto at = [&](double x, double z) { return rack.step({x, 0, z}); };
   double z = 1.99;
   for (; z > 0.1; z -= 0.01) EXPECT_NEAR(at(0, z).rendered_world.z, 2 - z, 0.02);  // the spring of its end
@@ -77,7 +79,7 @@ TEST(Effects, ATrackResistsOnlyAtItsEnd) {
       EXPECT_NEAR(f.rendered_world.z, 0, 1e-9);
     }
   EXPECT_NEAR(at(0.5, -2).rendered_world.x, -0.5, 1e-12);
-  // A cycle in and out takes energy, and never returns any.
+  // Cycles in and out take energy from the hand, and return none.
   rack.memory.reset();
   double given = 0, last_z = 1, least = 1e300;
   dvec3 held(0);
@@ -122,7 +124,7 @@ TEST(Effects, ALawKeepsItsMemoryByItsIdWhileOthersComeAndGo) {
   EXPECT_NEAR(push_at(another, -11), 2, 0.02);
   EXPECT_NEAR(push_at(alone, -3), 0, 0.02);  // forgotten in between: starts again, here ...
   EXPECT_NEAR(push_at(alone, -6), 2, 0.02);  // ... and resists from there
-  // The id is used again for another track: the first track's cut does not count.
+  // The id is used again for another track: the depth of the first track does not count.
   Effect beside = parse_effect("line start=0,0,1 ahead=0,0,-1 stiffness=1 resistance=2").value();
   const LawSet other = set_of({haptics::law_of(beside, 7).value()});
   EXPECT_NEAR(push_at(other, -1), 0, 0.02);
@@ -130,7 +132,7 @@ TEST(Effects, ALawKeepsItsMemoryByItsIdWhileOthersComeAndGo) {
 }
 
 TEST(Effects, ActiveEffectsGiveAMovingHandAtMostTheirPower) {
-  Rack push("constant force=20,0,0 most=20");
+  EffectRun push("constant force=20,0,0 most=20");
   LawForces f;
   for (int i = 0; i < 60; ++i) f = push.step({1.0 * i, 0, 0});  // 1 m/s along the push
   EXPECT_LE(glm::length(f.active_world) * 1000, LawMemory::k_power * 1.001);
@@ -155,7 +157,7 @@ TEST(Effects, ErrorsOfUnknownWordsListTheKnownOnes) {
   EXPECT_TRUE(LawMemory().is_empty());
 }
 
-// A drill guide: a bounded torque toward the direction, damped against turning; against a closed form.
+// A drill guide: its bounded torque toward the direction equals a closed form.
 TEST(Effects, AlignTurnsTheStylusAlongADirection) {
   const ServoLaw law =
       law_of(parse_effect("align direction=0,0,-2 stiffness=80 damping=0 most=5").value(), 1).value();
@@ -186,7 +188,7 @@ TEST(Material, IsStifferInDenserBoneAndViscousAlongTheSurface) {
   touch.normal_world = {0, 0, 1};
   ForceOptions raw;
   raw.smoothing_alpha = 1;
-  // The end of the ramp depends on the HU one voxel (2.5 mm) below the contact.
+  // The stiffness depends on the HU one voxel (2.5 mm) below the contact.
   scene.items[0].ramp = StiffnessRamp{300, 1400, 2};
   double last = 0;
   for (double z = 4; z > -6; z -= 0.5) {
@@ -263,7 +265,7 @@ TEST_P(Surfaces, AreSwitchedOffAndOnAndReportWhenNotReady) {
   servo.hand().set_touchable(0, true);
   for (double z = 5; z > -2; z -= 0.05) servo.step({0.2, 0.1, z});
   EXPECT_TRUE(servo.step({0.2, 0.1, -2}).has_contact);
-  // Switched on around a tool it holds from the free side only.
+  // A plane that is switched on around a tool holds from the free side only.
   servo.hand().set_touchable(0, false);
   servo.step({0.2, 0.1, -3});
   servo.hand().set_touchable(0, true);
@@ -281,8 +283,8 @@ TEST_P(Surfaces, AreSwitchedOffAndOnAndReportWhenNotReady) {
   EXPECT_STREQ(event_name(TouchEvent::lost_resistance), "lost resistance");
 }
 
-/// Bits are built from the top down: where they are ready the plane holds, elsewhere an event reports it;
-/// there is never a hole without an event.
+/// Bits become ready part by part: where they are ready the plane holds, elsewhere an event reports that it
+/// does not; there is never a hole without an event.
 TEST_P(Surfaces, HoldWhereTheirBitsAreReadyAndReportWhereTheyAreNot) {
   Servo servo(scene_of_plane(), GetParam());
   const volume::Frame& frame = servo.scene.base->frame;

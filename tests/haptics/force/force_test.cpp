@@ -157,8 +157,7 @@ TEST(VirtualDevice, EncoderRoundsAndLossIsReported) {
   EXPECT_FALSE(device.read(0.5, pose));
 }
 
-// A torque is limited in size and slew, faded out after a fault and always finite; without one there is no
-// work.
+// A torque is limited in size and slew, faded out after a fault and always finite.
 TEST(ForceGuard, TorquesAreGuardedLikeForces) {
   ForceOptions options;
   options.torque_limit = 100;
@@ -174,7 +173,7 @@ TEST(ForceGuard, TorquesAreGuardedLikeForces) {
   }
   EXPECT_NEAR(last.y, 100, 1e-9);
   EXPECT_TRUE(guard.faults() & fault_magnitude);
-  // A lost device: gone within the fade.
+  // A lost device: the torque is faded out.
   for (int i = 0; i < 60; ++i) {
     last = guard.step({dvec3(0), {0, 300, 0}}, i == 0 ? fault_lost_device : 0u).torque_world;
   }

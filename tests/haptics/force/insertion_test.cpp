@@ -18,7 +18,7 @@ TouchScene plate(double thickness, const dvec3& spacing) {
   return scenes::phantom_scene("plate", o);
 }
 
-/// A hand that pushes a tip down from (0, 0, start).
+/// A hand that pushes a tip down from the start of a track.
 struct Push {
   TouchScene scene;
   Insertion track;
@@ -69,7 +69,8 @@ TEST(Insertion, ResistsWhileTheTrackGrowsAndLetsGoAtTheFarSide) {
       }
       EXPECT_EQ(lost, 1);
       EXPECT_EQ(met, 1);
-      // Released at the tip, not 2 mm before it: within a fifth of a millimetre and the motion in a tick.
+      // Released when the tip leaves the plate, not when the hand does, 2 mm earlier; to 0.2 mm and the
+      // motion in a tick.
       EXPECT_NEAR(released_at, -0.5 * k_thickness, 0.2 + step) << released_at;
       EXPECT_NEAR(push.at(-8).rendered_world.z, 0, 1e-9);
       EXPECT_NEAR(deepest, -8, 0.1);

@@ -22,7 +22,8 @@ namespace {
 
 using glm::dvec3;
 
-/// Fewer steps in slow builds, where each takes twenty times as long; TREPHINE_ATTACK_STEPS overrides it.
+/// Returns the number of steps: fewer in slow builds, where each takes twenty times as long.
+/// TREPHINE_ATTACK_STEPS overrides it.
 long attack_steps() {
   if (const char* wanted = std::getenv("TREPHINE_ATTACK_STEPS")) return std::atol(wanted);
   return k_is_fast_build ? 300'000 : 60'000;
@@ -38,7 +39,7 @@ TEST(Stability, NothingFallsThroughInRandomStepsCutAndUndoneUnderTheTool) {
     EXPECT_EQ(row.too_deep, 0) << row.method << " on " << row.scene;
     EXPECT_EQ(row.not_finite, 0) << row.method << " on " << row.scene;
     by_shape += row.judged_by_shape;
-    if (row.steps > 2000) {  // more than one start
+    if (row.steps > 2000) {  // with more than one start
       EXPECT_GT(row.contacts, row.steps / 100) << row.method << " on " << row.scene;
     }
     undos += row.undos;
@@ -51,7 +52,7 @@ TEST(Stability, NothingFallsThroughInRandomStepsCutAndUndoneUnderTheTool) {
   EXPECT_GT(fastest, 9000);
   EXPECT_GT(undos, steps / 4000);
   if (steps > 200'000) {
-    EXPECT_GT(buried, 0);  // undo above the tool occurred
+    EXPECT_GT(buried, 0);  // undo restored matter over the tool
   }
 }
 
@@ -86,7 +87,7 @@ TEST(Stability, TheAttackCatchesAProxyThatIsMovedThroughWalls) {
   EXPECT_GT(sunk, by_shape / 200);
 }
 
-/// Planted fault: a whole tool that follows the hand, with the excuse that matter grew over it.
+/// Planted fault: a tool that follows the hand and reports that it is buried, although no matter grew.
 TEST(Stability, TheAttackCatchesBurialsWithoutGrowth) {
   bench::AttackOptions options;
   options.steps = 9'000;
@@ -112,7 +113,7 @@ TEST(Stability, TheAttackCatchesMethodsThatPromiseNothing) {
   for (const std::string& method : options.methods) EXPECT_GT(falls[method], 10) << method;
 }
 
-/// An hour of simulated contact, a few minutes in checked builds.
+/// An hour of simulated contact; a minute in slow builds.
 TEST(Stability, AnHourOfContactDoesNotDriftAndGivesTheSameBitsOnEveryCompiler) {
   const bool is_whole = k_is_fast_build;
   const bench::SoakRow soak = bench::run_contact_soak(is_whole ? 3'600'000 : bench::SoakRow::k_early);
@@ -165,7 +166,7 @@ TEST(Stability, EnergyIsBoundedInsideTheBoundAndHeldByTheControllerBeyond) {
       EXPECT_GT(row.max_generated, 10 * step_inside);
       EXPECT_LT(row.balance_without_controller, -2);
     }
-    // With it, at most the energy of one step, which with delayed forces may be detected a little late.
+    // With the controller, at most the energy of one step, which may be detected late if forces are delayed.
     EXPECT_LT(row.max_generated_with_controller, (row.delay_ticks > 0 ? 1.2 : 1) * row.one_step);
     if (row.delay_ticks == 0) {
       EXPECT_LT(row.max_generated_with_controller, 1.5 * step_inside);
@@ -192,7 +193,7 @@ TEST(Passivity, ASpringThatReturnsMoreThanItTookIsLimited) {
   EXPECT_NEAR(given, controller.energy(), 1e-9);
   EXPECT_LT(given, 0.05);
   EXPECT_GT(controller.cuts(), 0);
-  // A sampled spring generates K x dx of energy; with an allowance of that it is left unchanged.
+  // A sampled spring generates the energy K x dx; with this allowance it is left unchanged.
   PassivityController quiet(0.021);
   for (int i = 0; i <= 400; ++i) {
     const double x = i <= 200 ? -0.01 * i : -0.01 * (400 - i);
@@ -200,8 +201,7 @@ TEST(Passivity, ASpringThatReturnsMoreThanItTookIsLimited) {
   }
 }
 
-/// A rigid hand rocks a spring of rotation that returns more than it took: its torque is limited like a
-/// force.
+/// A rigid hand rocks a torsional spring that returns more than it took: its torque is limited like a force.
 TEST(Passivity, ATorqueThatReturnsMoreThanItTookIsLimited) {
   PassivityController controller;
   double given = 0, last_torque = 0, last_angle = 0;
@@ -222,7 +222,7 @@ TEST(Passivity, ATorqueThatReturnsMoreThanItTookIsLimited) {
 }
 
 /// In and out of a spring whose force is one tick late: each round generates energy, and the spring is
-/// softened until it generates none; it is firm again out of contact. The judge knows by how much, and
+/// softened until it generates none; it is firm again out of contact. The judge computes the softening, and
 /// detects a controller that does not soften.
 TEST(Passivity, ALateActiveSpringIsSoftened) {
   for (const bool is_wrong : {false, true}) {
@@ -285,8 +285,8 @@ TEST(Passivity, AResetClearsTheStoreButNotForcesInFlight) {
   EXPECT_NEAR(controller.energy(), 0.09, 1e-12);
 }
 
-/// Energy lost to friction is heat. A surface that generates energy is limited the same after 150 mm of
-/// sliding as before.
+/// Energy lost to friction is heat. A surface that generates energy is limited equally with and without
+/// 150 mm of sliding before.
 TEST(Passivity, FrictionLossIsNotReturned) {
   double most[2] = {0, 0};
   for (const double slide : {0.0, 150.0}) {
@@ -330,7 +330,7 @@ TEST(Passivity, CountsTheRenderedForceInsteadOfTheRequested) {
   EXPECT_EQ(controller.energy(), 0);
 }
 
-/// For any input the output is a number below the limit, and a lasting fault is reported.
+/// For any input the output is finite and within the limit, and a fault is latched until reset.
 TEST(Poison, NoInputGivesANonFiniteOutput) {
   for (const MethodInfo& info : method_catalogue()) {
     TouchScene scene = scenes::phantom_scene("gyroid", grid(48, 0.7));

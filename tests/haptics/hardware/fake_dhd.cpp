@@ -29,7 +29,7 @@ EXPORT int dhdGetPositionAndOrientationFrame(double* x, double* y, double* z, do
   if (id != 3 || fake_dhd.fails) return -1;
   *x = fake_dhd.position[0], *y = fake_dhd.position[1], *z = fake_dhd.position[2];
   for (int i = 0; i < 9; ++i) rows[i / 3][i % 3] = fake_dhd.rotation[i];
-  return 1;  // as documented for a pose that is the same as the one before
+  return 1;  // as documented for a pose that equals the previous one
 }
 EXPORT unsigned dhdGetButtonMask(char) { return fake_dhd.buttons; }
 EXPORT int dhdSetForceAndTorqueAndGripperForce(double fx, double fy, double fz, double tx, double ty,

@@ -22,13 +22,13 @@ namespace {
 struct Falcon {
   // Faults.
   bool has_firmware = false, has_leading_zero = false, splits_packets = false, adds_noise = false;
-  int silent_attempts = 0;    ///< the loader does not answer so many times
+  int silent_attempts = 0;    ///< number of attempts that the loader does not answer
   int bad_block = -1;         ///< this block is echoed wrongly, once
   int unplug_block = -1;      ///< unplugged while this block is loaded
   int unplug_frame = -1;      ///< unplugged at this frame
-  bool falls_silent = false;  ///< no frames any more
+  bool falls_silent = false;  ///< sends no more frames
   int homes_after = 3;        ///< frames until the arms are homed; -1: never
-  // State, for the test's thread too.
+  // State, shared with the thread of the test.
   std::mutex lock;
   std::array<int, 3> counts{100, -50, 20};
   int buttons = 0;
@@ -249,11 +249,12 @@ TEST(FalconDevice, TheMotorsRenderTheForceAndNothingElse) {
   const std::array<int, 3> none{};
   wait_ms(20);
   {
-    // No force before the servo writes one: not while the firmware is asked, at homing, or after.
+    // No force before the servo writes one: not while the firmware is queried, during homing, or afterwards.
     const std::lock_guard guard(falcon.lock);
     for (const auto& values : falcon.motors) ASSERT_EQ(values, none);
   }
-  // A force toward the user pushes all arms alike in the middle; work per motion is that of the force.
+  // In the middle of the workspace a force toward the user gives equal torques at all arms, which do the same
+  // work as the force.
   {
     const std::lock_guard guard(falcon.lock);
     falcon.counts = {};
@@ -278,7 +279,7 @@ TEST(FalconDevice, TheMotorsRenderTheForceAndNothingElse) {
     const double angle = FalconKinematics::angle_of(static_cast<std::int16_t>(count));
     return FalconKinematics::forward({angle, angle, angle})->z;
   };
-  // 10 units per N mm; three arms that turn by one count.
+  // 10 units per N mm; three arms that turn by two counts.
   const double turned = FalconKinematics::angle_of(1) - FalconKinematics::angle_of(0);
   EXPECT_NEAR(std::abs(push[0]) / 10.0 * 3 * 2 * turned, 4 * (at(1) - at(-1)), 4e-4);
 
@@ -360,7 +361,7 @@ TEST(FalconDevice, ImpossibleCountsAreNotAPosition) {
   wait_ms(50);
   for (int i = 0; i < 90; ++i)
     EXPECT_TRUE(!device.read(0.001 * i, pose) || std::isfinite(glm::length(pose.position_world)));
-  // Silent, although frames arrive.
+  // The device counts as silent, although frames arrive.
   double t = 1;
   EXPECT_TRUE(eventually([&] { return !device.read(t += 0.11, pose); }));
 }

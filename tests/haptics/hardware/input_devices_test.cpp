@@ -100,7 +100,7 @@ TEST(SpaceMouseDevice, MovesTheToolRestsWhenSilentAndReportsItsLoss) {
   }));
   for (int i = 0; i < 100; ++i) ASSERT_TRUE(device.read(t += 0.001, pose));
   EXPECT_EQ(pose.position_world.x, rest);
-  EXPECT_EQ(pose.buttons, 1u);  // a silent button is still pressed
+  EXPECT_EQ(pose.buttons, 1u);  // without a report the button is still pressed
   {
     const std::lock_guard guard(mouse.lock);
     mouse.is_gone = true;

@@ -1,4 +1,4 @@
-// Inverse3Device against a server of its service, and the frames of WebSocket against their bytes.
+// Inverse3Device against a stand-in for its service, and frames of WebSocket against their bytes.
 #include <arpa/inet.h>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -204,7 +204,8 @@ TEST(WebSocket, FramesAreThoseOfTheStandard) {
   EXPECT_EQ(client_frame(1, std::string(200, 'a'), 0).substr(0, 4), std::string("\x81\xfe\x00\xc8", 4));
   EXPECT_EQ(client_frame(1, std::string(70000, 'a'), 0).size(), 70000u + 14);
 
-  // Masked by a server; a reserved bit; a long ping; a fragment without a beginning; a message beyond 1 MiB.
+  // Masked by a server; a reserved bit; a long ping; a continuation without a beginning; an unknown opcode;
+  // a message within a message; messages beyond 1 MiB.
   for (const std::vector<int>& bytes : {std::vector<int>{0x81, 0x85},
                                         {0xc1, 0x00},
                                         {0x89, 0x7e, 0x01, 0x00},
@@ -229,7 +230,7 @@ TEST(Inverse3, MessagesWithoutAStateAreRefused) {
         R"({"inverse3":[{"device_id":"1","state":{"cursor_position":{"x":0,"y":"a","z":0}}}]})",
         R"({"inverse3":[{"device_id":"1","state":{"cursor_position":{"x":0,"y":1e300,"z":0}}}]})"})
     EXPECT_FALSE(is_state(text)) << text;
-  // An orientation that is not one is the identity.
+  // An invalid orientation is read as the identity.
   const auto state =
       parse_inverse3(R"({"inverse3":[{"device_id":"1","state":{"cursor_position":{"x":0,"y":0,"z":0}}}],)"
                      R"("verse_grip":[{"state":{"orientation":{"x":0,"y":0,"z":0,"w":0},"button":true}}]})",
@@ -297,7 +298,7 @@ TEST(Inverse3, FailuresNameTheirCauseAndALostServiceIsReported) {
   double t = 0;
   service.is_silent = true;
   EXPECT_TRUE(eventually([&] { return !device.read(t += 0.11, pose); }));
-  // Each further force asks for a state: the service answers again.
+  // Each further force requests a state: the service answers again.
   service.is_silent = false;
   EXPECT_TRUE(eventually([&] { return device.read(t, pose); }));
   service.hangs_up = true;
@@ -333,7 +334,7 @@ TEST(Inverse3, NoForcesQueueUpWhileTheServiceStalls) {
   const int before = service.messages();
   service.is_slow = false;
   ASSERT_TRUE(eventually([&] { return service.messages() > before + 20; }));
-  // One force per 20 ms would be 15. A second one is sent only after half a second.
+  // With a force per 20 ms, 15 would wait. The driver sends the next one only after an answer or 0.5 s.
   EXPECT_LE(service.most_waiting(), 5);
 }
 

@@ -15,7 +15,7 @@ using glm::dvec3;
 
 namespace {
 
-/// The state of a stand-in, with its faults removed.
+/// Returns the state of a stand-in, without faults.
 fake_vendor::State& state_of(const char* library, const char* symbol) {
   void* const loaded = ::dlopen(library, RTLD_NOW | RTLD_LOCAL);
   auto* const state = static_cast<fake_vendor::State*>(loaded ? ::dlsym(loaded, symbol) : nullptr);
@@ -49,7 +49,7 @@ dvec3 wrench_part(const fake_vendor::State& state, int first) {
   return {state.wrench[first].load(), state.wrench[first + 1].load(), state.wrench[first + 2].load()};
 }
 
-/// Writes a wrench until the library received a force.
+/// Writes a wrench until the library receives the expected force. Returns false if it never does.
 bool renders(Device& device, fake_vendor::State& state, const Wrench& wrench, const dvec3& expected) {
   return eventually([&] {
     device.write(wrench);
@@ -57,7 +57,7 @@ bool renders(Device& device, fake_vendor::State& state, const Wrench& wrench, co
   });
 }
 
-/// The frame of MappedDevice has x to the right, y up, z toward the user.
+/// Expects a pose in the frame of MappedDevice: x to the right, y up, z toward the user.
 void expect_pose(Device& device, const dvec3& position, const dvec3& tool_axis, std::uint32_t buttons) {
   Pose pose;
   EXPECT_TRUE(eventually([&] {
@@ -89,7 +89,7 @@ void expect_safe_force(Device& device, fake_vendor::State& state) {
   EXPECT_FALSE(state.is_open);
 }
 
-/// Checks that a device without an answer is lost, and returns.
+/// Expects that a device is lost while its library does not answer, and available again afterwards.
 void expect_loss_and_return(Device& device, std::atomic<bool>& fault) {
   Pose pose;
   ASSERT_FALSE(device.open());
@@ -157,7 +157,7 @@ TEST(TouchDevice, IsCalibratedByOneOfItsStyles) {
     EXPECT_FALSE(device.open());
     EXPECT_EQ(state.calibrated_by, chosen) << styles;
   }
-  // A device that is calibrated at its reset position: the hand gets an instruction and time.
+  // A device that is calibrated at its reset position: the user gets an instruction and time.
   auto& state = touch_state();
   state.calibration_styles = 1, state.needs_inkwell = true;
   TouchChoice choice = touch_choice();

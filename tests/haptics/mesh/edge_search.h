@@ -10,9 +10,9 @@
 
 namespace trephine::haptics {
 
-/// Length by Dijkstra's search over several points of each edge, all of a triangle's joined: never shorter
-/// than the shortest line, and close to it.
-inline double searched(const Surface& surface, const Surface::Point& from, const Surface::Point& to) {
+/// Returns the length of the shortest path over several points of each edge, with all points of a triangle
+/// joined (Dijkstra's search). It is never shorter than the shortest line, and close to it.
+inline double edge_path_length(const Surface& surface, const Surface::Point& from, const Surface::Point& to) {
   constexpr int k_points = 7;
   const auto& triangles = surface.triangles();
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> edges;
@@ -36,23 +36,23 @@ inline double searched(const Surface& surface, const Surface::Point& from, const
   on_triangle[to.triangle].push_back(points.size() - 1);
   for (std::uint32_t t = 0; t < on_triangle.size(); ++t)
     for (const std::size_t p : on_triangle[t]) around[p].push_back(t);
-  std::vector<double> way(points.size(), std::numeric_limits<double>::infinity());
+  std::vector<double> lengths(points.size(), std::numeric_limits<double>::infinity());
   using Item = std::pair<double, std::size_t>;
   std::priority_queue<Item, std::vector<Item>, std::greater<>> queue;
-  way[points.size() - 2] = 0;
+  lengths[points.size() - 2] = 0;
   queue.push({0, points.size() - 2});
   while (!queue.empty()) {
     const auto [so_far, p] = queue.top();
     queue.pop();
     if (p == points.size() - 1) return so_far;
-    if (so_far > way[p]) continue;
+    if (so_far > lengths[p]) continue;
     for (const std::uint32_t t : around[p])
       for (const std::size_t q : on_triangle[t]) {
         const double longer = so_far + glm::length(points[q] - points[p]);
-        if (longer < way[q]) way[q] = longer, queue.push({longer, q});
+        if (longer < lengths[q]) lengths[q] = longer, queue.push({longer, q});
       }
   }
-  return way.back();
+  return lengths.back();
 }
 
 }  // namespace trephine::haptics

@@ -15,7 +15,7 @@ using glm::dvec3;
 
 double random(std::uint64_t i) { return static_cast<double>(hash_bits(i) >> 11) * 0x1p-53; }
 
-/// A ball of n x 2n quads of radius r (mm).
+/// Returns a ball of radius r (mm) with n x 2n quads.
 MeshTree ball(int n, double r, const dvec3& middle = dvec3(0)) {
   std::vector<dvec3> vertices;
   std::vector<std::uint32_t> triangles;
@@ -73,7 +73,7 @@ TEST(MeshTree, FindsTheFirstTriangleOfABruteForceSearch) {
   EXPECT_LT(looked_all / 4000, 300);
 }
 
-/// No path into a closed ball is missed: at vertices, along edges, in metres and with edges of 10 um.
+/// No path into a closed ball is missed, at vertices and along edges, for radii of 0.01, 10 and 500 mm.
 TEST(MeshTree, IsWatertightAtEdgesAndVerticesAtAnyScale) {
   for (const double scale : {1.0, 1e-3, 50.0}) {
     const MeshTree tree = ball(60, 10 * scale);
@@ -94,7 +94,7 @@ TEST(MeshTree, IsWatertightAtEdgesAndVerticesAtAnyScale) {
 }
 
 TEST(MeshTree, NothingFallsIntoABallWithTenMicrometreEdgesOrAMovedOne) {
-  // Edges of about 10 um at a radius of 0.4 mm, and the same with metres read as mm.
+  // Edges of about 10 um at a radius of 0.4 mm, and the same ball with its metres read as mm.
   for (const double r : {0.4, 0.0004}) {
     MeshTree tree = ball(120, r, dvec3(3, 0, 0));
     std::vector<dvec3> moved;

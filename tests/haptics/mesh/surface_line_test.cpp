@@ -18,7 +18,7 @@ namespace {
 using glm::dvec3;
 using glm::ivec3;
 
-/// The net of an implicit solid, in voxels of `mm`, which may be anisotropic.
+/// Returns the surface net of a solid in voxels of size `mm`. inside(p): depth of p in the solid, mm.
 Surface net_of(const ivec3& size, const dvec3& mm, const std::function<double(const dvec3&)>& inside) {
   volume::Volume v =
       volume::make_volume(size, volume::Frame::from_spacing(-0.5 * mm * (dvec3(size) - 1.0), mm).value())
@@ -82,7 +82,7 @@ TEST(SurfaceLine, OnBumpsEqualsASearch) {
     const auto at = [n](std::uint64_t k) { return number(80 * n + k) - 0.5; };
     const Surface::Point a = on(bumps, 16.0 * glm::normalize(dvec3(at(0), at(1), at(2)))),
                          b = on(bumps, 16.0 * glm::normalize(dvec3(at(3), at(4), at(5))));
-    const double result = length_of(surface_line(bumps, a, b)), expected = searched(bumps, a, b);
+    const double result = length_of(surface_line(bumps, a, b)), expected = edge_path_length(bumps, a, b);
     worst = std::max(worst, result / expected - 1);
     EXPECT_GT(result, 0.99 * expected);
   }

@@ -36,7 +36,7 @@ TEST(WallThickness, OfAPlateIsItsHeight) {
   EXPECT_NEAR(facts.thinnest, 1.5, 1e-4);
   const double faces = 2 * 40 * 30, edges = 2 * 1.5 * (40 + 30);
   EXPECT_NEAR(facts.thin_share, faces / (faces + edges), 1e-12);
-  EXPECT_EQ(walls_of(plate, 1.4).thin_share, 0);  // and the limit decides
+  EXPECT_EQ(walls_of(plate, 1.4).thin_share, 0);  // no wall is thinner than 1.4 mm
 }
 
 TEST(WallThickness, OfAHollowBoxIsThatOfItsThinWall) {

@@ -32,7 +32,7 @@ std::vector<dvec3> hook() { return {{0, 0, 0}, {0, 0, -8}, {0, 0, -16}, {0, 0, -
 struct Solid {
   const char* phantom;
   std::map<std::string, double> parameters;
-  std::function<double(const dvec3&)> distance;  ///< mm, above 0 outside
+  std::function<double(const dvec3&)> distance;  ///< mm, positive outside
   dvec3 top{0.0};
 };
 std::vector<Solid> solids() {
@@ -95,7 +95,7 @@ TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
       const double voxel = scene.base->frame.spacing().x;
       for (int trial = 0; trial < 4; ++trial) {
         ChainPlay run(scene);
-        // From above onto it, up to 8 mm too deep, turning meanwhile.
+        // The hand descends onto the solid, to 1 to 8 mm below its top, and turns meanwhile.
         const double down = balls.size() == 7 ? k_radius : 28 + k_radius;
         const dvec3 to = solid.top + dvec3(between(-6, 6), between(-6, 6), down - between(1, 8));
         const dvec3 about(between(-0.4, 0.4), between(-0.4, 0.4), between(-0.6, 0.6));
@@ -133,7 +133,7 @@ TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
           if (!is_free(next) || glm::length(next.position_world - r.proxy_world) > 1) continue;
           if (const double e = energy(scene, next, hand); e < least) least = e, best = next;
         }
-        // As a length of the spring, mm.
+        // As a length of the spring, in voxels.
         worst = std::max(worst, (std::sqrt(2 * held) - std::sqrt(2 * least)) / voxel);
       }
     }
@@ -144,7 +144,7 @@ TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
   RecordProperty("deepest_voxels", std::to_string(deepest));
 }
 
-// By the statics of a lever: on a plane, pressed and tilted.
+// Statics of a lever: a rod that is pressed on a plane and tilted.
 TEST(ChainProxy, ARodOnAPlaneIsALever) {
   const Solid plane = solids()[0];
   const double half = 15;
@@ -157,8 +157,8 @@ TEST(ChainProxy, ARodOnAPlaneIsALever) {
       const dvec3 about(0, -tilt, 0);  // its far end is raised for tilt > 0
       for (int i = 0; i < 1500; ++i)
         r = run.step({{0, 0, std::max(z, 30 - 0.05 * i)}, rotation_of(std::min(1.0, i / 300.0) * about)});
-      // z = radius + half * sin|a|, at which both springs together are shortest; flat where that would be
-      // negative.
+      // The centre is at z = radius + half * sin(a), or at the hand's z if that is higher. The angle a >= 0
+      // has the least energy of both springs.
       double best = 0, least = 1e300;
       for (double a = 0; a <= std::abs(tilt); a += 1e-5) {
         const double height = std::max(z, k_radius + half * std::sin(a));
@@ -218,7 +218,8 @@ TEST(ChainProxy, NothingIsEnteredOrPassedUnderAnyMotion) {
   }
 }
 
-// Along closed paths in a pit with the whole tick: the hand receives no more energy than it gave.
+// On closed paths in the hole of a torus, with complete servo ticks, the hand receives no more energy than it
+// gave.
 TEST(ChainProxy, GivesNoEnergyOnClosedPaths) {
   const Solid torus = solids()[2];
   TouchScene scene = scene_with(torus, hook());
@@ -320,8 +321,8 @@ TEST(ChainProxy, RestsWhileTheHandRests) {
   EXPECT_GT(rests, 8);
 }
 
-// A tool that replaces another one may be inside bone where the other was not: these balls are free, since
-// otherwise the tool would be held there.
+// A tool that replaces another one may be inside bone where the other was not: its balls in bone are free,
+// since otherwise the tool would be held there.
 TEST(ChainProxy, AReplacedToolIsNotHeldInsideBone) {
   const Solid plane = solids()[0];
   const TouchScene flat = scene_with(plane, {{0, 0, 0}, {0, 0, 8}}),
@@ -350,7 +351,7 @@ TEST(ChainProxy, AReplacedToolIsNotHeldInsideBone) {
   EXPECT_NEAR(r.proxy_world.z, 3 + k_radius, 0.05);
 }
 
-/// A box of triangles that face outward.
+/// Returns a box of triangles that face outward.
 std::shared_ptr<const MeshTree> box(const dvec3& half) {
   std::vector<dvec3> corners;
   for (int i = 0; i < 8; ++i) corners.push_back(half * dvec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1));
@@ -367,13 +368,13 @@ double box_distance(const dvec3& p, const dvec3& half) {
   return glm::length(glm::max(q, dvec3(0))) + std::min(0.0, std::max({q.x, q.y, q.z}));
 }
 
-struct Led {
+struct BoxMotionCounts {
   long contacts = 0, buried = 0, aside = 0, checked = 0;
-  long in_box = 0, in_bone = 0;  ///< balls, where no step reported it
+  long in_box = 0, in_bone = 0;  ///< balls in box or bone that no step reported
 };
-/// Moves a box back and forth through the tool, and the tool through it. `is_late`: the method receives the
-/// box's pose of the previous tick.
-Led lead_box(bool is_on_bone, bool is_hook, bool is_late) {
+/// Moves a box back and forth through the tool, and the tool through the box. `is_late`: the method receives
+/// the box's pose of the previous tick.
+BoxMotionCounts lead_box(bool is_on_bone, bool is_hook, bool is_late) {
   const dvec3 half(9, 5, 3);
   const Solid plate{"plate", {{"thickness", 3}, {"angle", 0}}, nullptr, {}};
   TouchScene scene = scene_with(plate, is_hook ? hook() : rod(10, 5));
@@ -384,7 +385,7 @@ Led lead_box(bool is_on_bone, bool is_hook, bool is_late) {
   ChainPlay run(scene);
   std::mt19937 random(is_hook ? 5 : 4);
   std::normal_distribution<double> noise(0, 1);
-  Led led;
+  BoxMotionCounts led;
   dvec3 at(0, 0, high + 48), about(0);
   std::vector<bool> is_passed(scene.tool->balls().size(), false);
   Placement box_before;
@@ -426,7 +427,7 @@ TEST(ChainProxy, AMovingMeshPushesItAndPassesOverItOnlyWhereReported) {
   for (const bool is_on_bone : {false, true})
     for (const bool is_hook : {false, true}) {
       SCOPED_TRACE(is_on_bone ? "on bone" : "away from it");
-      const Led led = lead_box(is_on_bone, is_hook, false);
+      const BoxMotionCounts led = lead_box(is_on_bone, is_hook, false);
       EXPECT_GT(led.contacts, 800);
       EXPECT_GT(led.aside, 500);
       EXPECT_GT(led.checked, 8000 * 4);

@@ -44,14 +44,14 @@ void drag(const TouchScene& scene, const std::string& name, const dvec3& above,
   }
 }
 
-/// Ratio of the tangential to the normal force, by the surface's own normal at the proxy.
+/// Returns the ratio of the tangential to the normal force, by the exact normal of the surface at the proxy.
 double ratio_at(const ProxyStep& step, const dvec3& hip, const dvec3& normal) {
   const dvec3 force = step.proxy_world - hip;
   const double press = glm::dot(force, normal);
   return glm::length(force - press * normal) / press;
 }
 
-/// Point on a circle about z, angle in rad.
+/// Returns a point on a circle about z, by its angle in rad.
 dvec3 on_circle(double radius, double angle) {
   return radius * dvec3(std::cos(angle), std::sin(angle), 0.02);
 }
@@ -133,7 +133,7 @@ TEST(FrictionCone, BothWallsOfAGrooveCount) {
   }
 }
 
-/// Work on the hand over held forces plus the energy of the spring, above their minimum so far.
+/// With the HIP fixed, a slip of the proxy never increases the energy of the spring.
 TEST(FrictionCone, SlipsMakeNoEnergy) {
   for (const bool is_cavity : {false, true}) {
     const double radius = is_cavity ? 3 : 8, sign = is_cavity ? -1 : 1;
@@ -151,8 +151,7 @@ TEST(FrictionCone, SlipsMakeNoEnergy) {
         const double press = 1.5 + 1.2 * std::sin(0.013 * i), angle = 1.5 * std::sin(0.004 * i);
         const dvec3 hip = on_circle(radius - sign * std::min(press, 0.01 * i - 1), angle);
         const ProxyStep step = method->step(scene, *seen, state, {hip});
-        // With the HIP at its new position, the old proxy stretches the spring this far: sliding only lowers
-        // that.
+        // `stored`: energy with the HIP at its new position and the old proxy. Sliding only lowers it.
         const double now = 0.5 * stiffness * glm::dot(step.proxy_world - hip, step.proxy_world - hip);
         if (had_contact && step.has_contact) {
           stored = 0.5 * stiffness * glm::dot(last_proxy - hip, last_proxy - hip);

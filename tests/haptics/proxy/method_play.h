@@ -22,7 +22,7 @@ inline data_tools::PhantomOptions grid(int size, double psf, double shear = 0,
   return o;
 }
 
-/// Names of suites over methods, such as "explicit_cubes".
+/// Returns the name of a suite for a method, such as "explicit_cubes".
 inline std::string suite_name(const testing::TestParamInfo<const char*>& info) {
   std::string name = info.param;
   std::replace(name.begin(), name.end(), '-', '_');

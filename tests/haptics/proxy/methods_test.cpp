@@ -23,7 +23,7 @@ INSTANTIATE_TEST_SUITE_P(All, Methods,
                                          "depth", "scene", "scene-sequential"),
                          suite_name);
 
-/// Methods that touch cuts, with work per voxel: a whole net is a model of the untouched volume.
+/// Methods that touch cuts: not "mesh" and "depth", whose surface is built once, from the untouched volume.
 class VoxelMethods : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(All, VoxelMethods,
                          testing::Values("implicit", "path", "explicit", "explicit-cubes", "subvoxel",
@@ -67,8 +67,8 @@ TEST_P(Methods, StaysNearASphereAndFacesOut) {
   }
 }
 
-/// Tolerance of each kind of method on the sphere (mm): the sag between two slices, more on masks, which have
-/// no soft edge. Cubes and their corners are touched exactly.
+/// Returns the tolerance of a method on the sphere (mm): the sag between two slices, and more on masks, whose
+/// edges are not blurred. Methods on cubes touch the corners of voxels.
 double most_off(const std::string& method, const scenes::Scan& scan) {
   const double slice = 1.5 * scan.slice;
   using Solid = MethodInfo::Solid;
@@ -78,7 +78,7 @@ double most_off(const std::string& method, const scenes::Scan& scan) {
   return scan.is_mask ? 0.8 * slice + 0.1 : 0.055 * slice + 0.01;
 }
 
-/// Uniform bone beyond every border: it ends half a voxel outside its last samples, in every unit and frame.
+/// Uniform bone that fills the grid ends half a voxel outside its last samples, in every unit and frame.
 TEST_P(Methods, ASolidEndsHalfAVoxelBeyondTheBorder) {
   for (const scenes::Scan& scan : scenes::k_scans) {
     SCOPED_TRACE(scan.name());
@@ -265,8 +265,8 @@ TEST_P(Methods, FrictionHoldsStillAndTrailsByTheCone) {
   EXPECT_EQ(play.judge.fall_throughs(), 0);
 }
 
-/// Two overlapping shapes: the nearer one holds, in any order of the list; a proxy that starts in the upper
-/// one is held by the lower one when pressed further.
+/// Two shapes, skin over bone: the nearer one holds, in any order of the list; a proxy that starts in the
+/// skin is held by the bone when pressed further.
 TEST_P(Methods, TheNearerOfTwoShapesHolds) {
   for (const bool is_bone_first : {false, true}) {
     TouchScene scene = scenes::phantom_scene("plane", grid(64, 2, 0, {{"angle", 0}}));
@@ -311,7 +311,7 @@ TEST_P(Methods, FarAwayAndHugeStepsAreHarmless) {
 }
 
 TEST_P(VoxelMethods, WorkDoesNotGrowWithTheVolume) {
-  // Equal voxel density, volumes of 50^3 and 200^3: identical steps, identical work.
+  // Equal voxel spacing, volumes of 50^3 and 200^3 voxels: identical steps, identical work.
   long work[2] = {0, 0};
   for (const int i : {0, 1}) {
     data_tools::PhantomOptions o = grid(i == 0 ? 50 : 200, 0, 0, {{"radius", 10}});
@@ -333,8 +333,8 @@ TEST_P(VoxelMethods, WorkDoesNotGrowWithTheVolume) {
   EXPECT_GT(work[0], 1000);
 }
 
-/// Every compiler, debug and release, gives identical bits: a walk with friction, cut and undone under the
-/// tool.
+/// Every compiler, in debug and release builds, gives identical bits for a walk with friction and with cuts
+/// under the tool.
 TEST(MethodNames, EveryMethodGivesTheSameBitsOnEveryCompiler) {
   for (const MethodInfo& info : method_catalogue()) {
     if (!info.takes_points) continue;

@@ -47,7 +47,7 @@ Model sphere(double radius, int rings, double bumps, unsigned seed) {
   return model;
 }
 
-/// Position of a hand that moves over the model in a tick: around it, up and down, `deep` mm inside.
+/// Returns the position of the hand in a tick: it circles the model, up and down, `deep` mm below `surface`.
 dvec3 hand_at(int tick, double surface, double deep) {
   const double t = 1e-3 * tick, in = std::min(1.0, t / 0.2) * (deep + 2) - 2;
   const double turn = 0.7 * t, tilt = 0.3 + 0.35 * std::sin(1.9 * t);
@@ -55,12 +55,12 @@ dvec3 hand_at(int tick, double surface, double deep) {
          dvec3(std::cos(turn) * std::cos(tilt), std::sin(turn) * std::cos(tilt), std::sin(tilt));
 }
 
-/// Largest fraction of the hand's pull that the walls at the proxy do not explain, and the number of ticks
-/// above a twentieth. `shift(tick)`: a planted fault, mm.
 struct Judged {
-  double worst = 0;
-  long outside = 0, contacts = 0;
+  double worst = 0;  ///< largest share of the hand's pull that the walls at the proxy do not explain
+  long outside = 0;  ///< ticks in which this share exceeds 0.05
+  long contacts = 0;
 };
+/// Slides a ball over a model. shift(tick): displacement of the proxy, a planted fault, mm.
 template <class Shift>
 Judged play(const Model& model, double radius, double friction, const Shift& shift) {
   constexpr double k_surface = 20, k_deep = 2.5;
@@ -79,7 +79,7 @@ Judged play(const Model& model, double radius, double friction, const Shift& shi
     const ProxyStep step = method->step(scene, version, state, {hip, {}});
     const dvec3 proxy = step.proxy_world + shift(i), pull = hip - proxy;
     EXPECT_GT(wall.distance(proxy, radius + 1), radius - 1e-6) << i;
-    // A proxy on a path with more segments than a tick allows is not judged.
+    // Not judged: ticks without contact, with a small pull, and during the approach.
     if (!step.has_contact || glm::length(pull) < 0.3 || i < 300) continue;
     ++judged.contacts;
     const double share =
@@ -99,7 +99,7 @@ TEST(ModelBall, RollsOverEdgesWithoutSticking) {
       for (const double friction : {0.0, 0.3}) {
         const Judged judged = play(model, radius, friction, k_no_fault);
         EXPECT_GT(judged.contacts, 3000);
-        // In a tick in which it reaches an edge it may stop on it.
+        // A proxy may stop on an edge in the tick in which it reaches the edge.
         EXPECT_LE(judged.outside, judged.contacts / 250) << "bumps of " << bumps << " mm, radius " << radius
                                                          << ", friction " << friction << ": " << judged.worst;
       }

@@ -130,8 +130,8 @@ TEST(OwnHole, CutOnTheVoxelsASmallBurrIsHeldInItsHole) {
   EXPECT_GT(report.free_volume_error, 0.1);
 }
 
-/// A point that moves down a burr's hole, 0.15 mm from its wall, by each method that touches cuts exactly;
-/// methods on triangles refuse burrs too small for their voxels.
+/// A point moves down a burr's hole to its end, 0.15 mm from the wall, or on the axis for methods on cubes.
+/// Methods on triangles and on cubes refuse burrs that are too small for their voxels.
 TEST(OwnHole, EveryMethodReachesItsEnd) {
   struct Case {
     dvec3 spacing;
@@ -233,8 +233,8 @@ TEST(OwnHole, TheTipFollowsTheHandToTheBottom) {
   }
 }
 
-/// A hand that moves in crossing grooves of a small burr, under thick slices, is held by every wall and by
-/// nothing else.
+/// A hand that moves in crossing grooves of a small burr, in a scan of thick slices, is held by every wall
+/// and by nothing else.
 TEST(OwnHole, NothingIsPassedInCrossingGroovesUnderThickSlices) {
   for (const char* name : {"subvoxel", "scene"}) {
     Play play(name, bone_block(sheared({0.5, 0.5, 3}, 20), dvec3(14, 14, 18)));

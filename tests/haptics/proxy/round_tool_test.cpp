@@ -104,7 +104,7 @@ TEST(RoundTool, StaysOutOfNarrowerGapsAndNeverFallsThrough) {
 TEST(RoundTool, ThinSheetStopsRoundToolFromBothSides) {
   for (const double angle : {0.0, 23.0, 37.0})
     for (const double side : {1.0, -1.0}) {
-      // A voxel is 1.25 mm; the sheet passes through voxel centres.
+      // A voxel is 1.26 mm; the sheet passes through voxel centres.
       RoundPlay play(scenes::phantom_scene("plate", grid(95, 0, 0, {{"thickness", 1.35}, {"angle", angle}})),
                      3);
       const double a = angle / 57.29577951308232;
@@ -188,7 +188,7 @@ TouchScene thick_slices(const dvec3& spacing, const dvec3& extent, double half_t
   return scenes::scene_of(std::move(v));
 }
 
-/// A wall of 1 mm between slices of 3 and 5 mm is not passed, and a ball's centre stays its radius away.
+/// A wall of 1 mm in slices of 3 or 5 mm is not passed, and a ball's centre stays its radius away.
 TEST(RoundTool, AThinWallUnderThickSlicesIsNotPassed) {
   for (const double slice : {3.0, 5.0})
     for (const double radius : {0.5, 1.0, 2.0}) {
@@ -214,7 +214,7 @@ TEST(RoundTool, AThinWallUnderThickSlicesIsNotPassed) {
     }
 }
 
-/// A round burr fits into its own hole under thick slices.
+/// A round burr fits into its own hole in a scan of thick slices.
 TEST(RoundTool, ReachesTheEndOfItsOwnHoleUnderThickSlices) {
   constexpr double k_radius = 3, k_touch = 2.5;  // radius of the cut, and of touch
   TouchScene scene = thick_slices({0.5, 0.5, 3}, {30, 30, 48}, 12);

@@ -1,6 +1,6 @@
-// Volumes and polygonal models in one solve: outside both, at any angle, for points and balls, still and
-// moving.
-// Kept in one file: one proxy among volumes and models, with shared scenes.
+// SceneProxy: one proxy stays outside all volumes and polygonal models, at any angle, as a point and as a
+// ball, with models at rest and in motion.
+// Kept in one file, since the tests share their scenes.
 #include "haptics/proxy/scene_proxy.h"
 
 #include <cmath>
@@ -102,7 +102,7 @@ TEST_P(SceneOfScale, APointOnABoxRestsAtTheNearestPointOfItsSurface) {
     ASSERT_FALSE(s.is_buried);
     ASSERT_FALSE(is_in_box(s.proxy_world, low, high));
     contacts += s.has_contact;
-    // With the HIP fixed it converges to the nearest point of the face it is on.
+    // With the HIP fixed, the proxy converges to the nearest point of its face.
     if (!s.has_contact) continue;
     for (int k = 0; k < 4; ++k) player.step(hip);
     ProxyStep rest = player.step(hip);
@@ -159,7 +159,7 @@ TEST(SceneProxy, ABallRollsAroundFacesEdgesAndCornersAtItsRadius) {
 }
 
 struct Wedge {
-  double deepest = -1e300;  ///< largest depth of the proxy in either, mm
+  double deepest = -1e300;  ///< largest depth of the proxy in plate or bone, mm
   double off = 0;           ///< distance of the rest position from the nearest point outside both, mm
 };
 
@@ -203,7 +203,7 @@ Wedge press_into_wedge(const char* name, double degrees, double radius = 0) {
   const double over = glm::dot(m, plate.placement.position_world) + 2 + radius - glm::dot(m, hip),
                up = radius - hip.z, c = glm::dot(m, n), s = 1 - c * c;
   dvec3 ideal = hip + (over - c * up) / s * m + (up - c * over) / s * n;
-  if (up - c * over < 0) ideal = hip + over * m;  // the plate by itself keeps it off the bone
+  if (up - c * over < 0) ideal = hip + over * m;  // the plate alone keeps the proxy off the bone
   if (over - c * up < 0) ideal = hip + up * n;
   wedge.off = glm::length(player.scene.base->frame.world_from_volume(player.state.proxy_volume) - ideal);
   return wedge;
@@ -217,7 +217,7 @@ TEST(SceneProxy, StaysOutsideAMeshThroughAVolumeAtAnyAngle) {
       EXPECT_LT(wedge.deepest, 0.02 * voxel) << degrees << " " << radius;
       EXPECT_LT(wedge.off, 0.05 * voxel) << degrees << " " << radius;
     }
-  // Planted fault: the pipeline that it replaces pushes the proxy into the model.
+  // Planted fault: the pipeline that SceneProxy replaces pushes the proxy into the model.
   EXPECT_GT(press_into_wedge("scene-sequential", 45).deepest, 0.5 * voxel);
 }
 
@@ -287,7 +287,7 @@ TEST(SceneProxy, AMeshPushesTheToolAlongBlockingWalls) {
         mesh.mover = 0;
         scene.items.push_back(mesh);
         if (has_rail) {
-          // A rail at an angle: pushed against it the tool moves along both.
+          // A rail at an angle: the tool that is pushed against it moves along both.
           TouchItem rail = mesh_item("rail", box({-40, 0, -30}, {40, 5, 30}), k_smooth);
           const double turn = 0.15;
           rail.placement = {{0, radius + 0.5, 0}, {std::cos(turn), 0, 0, std::sin(turn)}};
@@ -295,7 +295,7 @@ TEST(SceneProxy, AMeshPushesTheToolAlongBlockingWalls) {
         }
         ASSERT_FALSE(set_tool_radius(scene, radius));
         Player player(std::move(scene));
-        // Rests on the plane, found from above.
+        // The tool comes from above, and rests on the plane.
         Placement at{{0, 100, 0}, {1, 0, 0, 0}};
         ProxyStep s;
         for (int i = 0; i <= 200; ++i) s = player.step({0, 0, 12 - 0.06 * i - 0.3}, std::span(&at, 1));
@@ -384,7 +384,7 @@ TEST(SceneProxy, DoesNotStickWhereVolumesOfDifferentVoxelsMeet) {
   };
   TouchScene scene = slab({-12, -3, -6}, {12, 6, 10}, 0.5);
   const TouchScene fine =
-      slab({-2, -3, -2}, {6, 6, 4}, 0.05);  // over the coarse one's border, whose edge is rounded
+      slab({-2, -3, -2}, {6, 6, 4}, 0.05);  // over the border of the coarse slab, whose edge is rounded
   scene.others = {fine.base};
   scene.items.push_back(fine.items[0]);
   for (TouchItem& shape : scene.items) shape.material = k_smooth;

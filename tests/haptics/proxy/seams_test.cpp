@@ -118,8 +118,9 @@ std::vector<Division> divisions() {
   return all;
 }
 
-/// Circles the ball, 1.2 to 1.8 mm inside it at 60 mm/s, across every seam at several latitudes. Counts the
-/// ticks in which nothing holds the tool, or holds it too deep. `is_lost(i)`: a planted fault in tick i.
+/// Circles the ball at 60 mm/s, with the tool's surface 0.6 to 1.8 mm inside it, across every seam at several
+/// latitudes. Counts the ticks in which nothing holds the tool, or holds it too deep. is_lost(i): a planted
+/// fault in tick i.
 template <class IsLost>
 long count_lost(const TouchScene& scene, const ProxyMethod& method, double rate, IsLost&& is_lost) {
   const auto seen = std::make_shared<const TouchState>(untouched(scene));
@@ -134,8 +135,9 @@ long count_lost(const TouchScene& scene, const ProxyMethod& method, double rate,
     if (is_lost(i)) step.has_contact = false;
     // Protruding parts hold the tool farther out.
     const double depth = k_radius - glm::length(step.proxy_world);
-    constexpr double k_deep = 0.9;  // mm, of the proxy: for labels and thick slices
-    lost += (in > 0.6 && !step.has_contact) || (step.has_contact && depth + scene.tool->radius() > k_deep);
+    constexpr double k_deep = 0.9;  // mm, allowed for labels and thick slices
+    lost += (in + scene.tool->radius() > 0.6 && !step.has_contact) ||
+            (step.has_contact && depth + scene.tool->radius() > k_deep);
   }
   return lost;
 }
@@ -210,8 +212,8 @@ TEST(Seams, TheShapeThatTheToolIsInDoesNotHideASeam) {
   }
 }
 
-/// A trough cut across the seam of a label and the window next to it: where one field continues into the
-/// other and ends there, a frictionless tool on its floor meets no obstacle.
+/// A trough is cut across the seam of a label and the window next to it. A frictionless tool on its floor
+/// meets no obstacle where the field of one ends in that of the other.
 TEST(Seams, ATroughAcrossASeamIsSmooth) {
   volume::Volume result =
       volume::make_volume(ivec3(40), volume::Frame::from_axes(dvec3(0), glm::dmat3(1)).value(), true).value();

@@ -1,4 +1,4 @@
-// ShellProxy: whole tools against solids with a formula, judged by their own dense samples of the tool.
+// ShellProxy: whole tools against solids with a formula, judged by independent dense samples of the tool.
 #include "haptics/proxy/shell_proxy.h"
 
 #include <algorithm>
@@ -121,7 +121,7 @@ TEST(ShellProxy, StaysOutsideUnderAnyMotion) {
       for (int tick = 0; tick < 3000; ++tick) {
         if (tick % 40 == 0) {
           const dvec3 target(between(-25, 25), between(-25, 25), between(-15, 30));
-          motion = (target - hand.position_world) / 40.0;  // up to 1 m/s
+          motion = (target - hand.position_world) / 40.0;  // up to 2 m/s
           spin = 0.005 * dvec3(between(-2, 2), between(-2, 2), between(-2, 2));
         }
         hand = {hand.position_world + motion, glm::normalize(rotation_of(spin) * hand.rotation)};
@@ -245,7 +245,7 @@ TEST(ShellProxy, FrictionIsCoulombs) {
       EXPECT_GT(lag, 0.05);
       EXPECT_LT(lag, 0.4 * press + 0.05);
     }
-    // Planted fault: the same with no friction has no lag.
+    // Planted fault: without friction there is no lag.
     TouchScene smooth = scene;
     smooth.items[0].material.static_friction = smooth.items[0].material.dynamic_friction = 0;
     ShellPlay slick(smooth);
@@ -256,8 +256,8 @@ TEST(ShellProxy, FrictionIsCoulombs) {
   }
 }
 
-// A rod in a hole that was drilled in the same session: it is led by the hole, and cannot be levered out
-// through its wall.
+// A rod in a hole that was drilled in the same session: the hole guides the rod, which cannot be levered out
+// through the wall.
 TEST(ShellProxy, ARodInADrilledHoleIsHeldByIt) {
   const Rod rod{0, 40, 1.2};
   TouchScene scene =
@@ -292,7 +292,7 @@ TEST(ShellProxy, ARodInADrilledHoleIsHeldByIt) {
     step({{16 * share, 0, -15}, rotation_of({0, 0.52 * share, 0})});
   }
   const Placement tool = run.tool(r);
-  // By its two contacts the rod tilts by (2 * 2 - 2 * 1.2) / depth at most.
+  // Its two contacts let the rod tilt by at most (2 * 2 - 2 * 1.2) / depth.
   const dvec3 axis = tool.rotation * dvec3(0, 0, 1);
   EXPECT_GT(axis.z, std::cos(0.13));
   EXPECT_LT(std::hypot(tool.position_world.x, tool.position_world.y), 1.2);
@@ -329,7 +329,7 @@ TEST(ShellProxy, NoPlateIsPassed) {
   }
 }
 
-// A steep wall of a sheared volume: its bounds cover all voxels around a point, in the frame of the volume.
+// A rod that moves toward a wall of a sheared volume, in random poses at random speeds, does not enter it.
 TEST(ShellProxy, ShearedVolumesAreNotEntered) {
   for (const double shear : {-45.0, 30.0, 45.0}) {
     data_tools::PhantomOptions o;
@@ -398,7 +398,7 @@ TEST(ShellProxy, AModelUnderThousandsOfPointsReleasesAndCarriesTheTool) {
   }
 }
 
-// A new version and a motion of the model in the same tick: points are found after the motion.
+// Matter is cut and the model moves in the same tick: near points are found with the model's new pose.
 TEST(ShellProxy, AModelThatMovesWhileMatterIsCutIsNotEntered) {
   const auto tool = shell_of({0, 20, 4}, 0.5);
   TouchScene scene = scene_with("sphere", {{"radius", 5}}, std::make_shared<const ToolShape>());

@@ -44,8 +44,8 @@ TEST(SubvoxelProxy, IsWithinAFiftiethOfAVoxelOfASphereAndFollowsTheHip) {
   }
 }
 
-/// Sphere and torus from outside and inside, gyroid, groove and corner, sharp and blurred: after each step
-/// the proxy is at the end of an independent, slow descent.
+/// Torus, gyroid, groove, corner, cone and steps, sharp and blurred: the proxy is at the end of an
+/// independent, slow descent.
 TEST(SubvoxelProxy, RestsWhereTheIdealProxyRests) {
   const struct {
     const char* name;
@@ -74,7 +74,7 @@ TEST(SubvoxelProxy, RestsWhereTheIdealProxyRests) {
             solid, frame.axes(), before, frame.volume_from_world(last), frame.volume_from_world(hip), 4);
         const double off = glm::length(ideal - play.state.proxy_volume);
         const auto e = [&](const dvec3& p) { return glm::length(frame.world_from_volume(p) - hip); };
-        // In a valley a millionth of a voxel of height is a thousandth along it.
+        // In a valley an error of a millionth of a voxel in height is one of a thousandth along it.
         EXPECT_LT(off, 1e-3) << c.name << " psf " << c.psf << " step " << i;
         EXPECT_LT(e(play.state.proxy_volume) - e(ideal), 1e-6 * frame.spacing().x) << c.name << " " << i;
         worst = std::max(worst, off);
@@ -184,8 +184,8 @@ TouchScene scene_of_two_labels(std::shared_ptr<const volume::Volume> base, Side 
   return scene;
 }
 
-/// Two labels meet in a tilted corner: on their stair-steps the proxy is left behind, on softened ones it
-/// slides along.
+/// Two labels meet in a tilted corner: on their stair-steps the proxy is left behind, on their softened
+/// surfaces it slides along.
 TEST(SubvoxelProxy, TwoBinaryShapesInACornerLetItSlideOnceSoftened) {
   volume::Volume base = volume::make_volume(glm::ivec3(40, 60, 40), volume::Frame(), true).value();
   base.label_names = {"", "floor", "wall"};
@@ -211,7 +211,7 @@ TEST(SubvoxelProxy, TwoBinaryShapesInACornerLetItSlideOnceSoftened) {
       const ProxyStep s = method.step(scene, version, state, {hip});
       contacts += s.has_contact;
       behind +=
-          // the exact edge: 0.7, plus the resistance of bumps of a voxel
+          // on the exact edge 0.7 mm; bumps of a voxel resist as well
           std::abs(s.proxy_world.y - hip.y) > 5;
     }
     EXPECT_GT(contacts, 1800);
@@ -222,7 +222,7 @@ TEST(SubvoxelProxy, TwoBinaryShapesInACornerLetItSlideOnceSoftened) {
   }
 }
 
-/// A tool held inside one label is free up to the next one, as if the first did not continue.
+/// A label that is touched from inside is softened alone, so that the tool is free up to the next label.
 TEST(SubvoxelProxy, AShapeHeldFromInsideIsSoftenedByItself) {
   volume::Volume base = volume::make_volume(glm::ivec3(30), volume::Frame(), true).value();
   base.label_names = {"", "room", "wall"};
@@ -240,8 +240,8 @@ TEST(SubvoxelProxy, AShapeHeldFromInsideIsSoftenedByItself) {
   EXPECT_GT(scene.items[1].soft->at(13, 14, 14), 0);
 }
 
-/// A shape held from inside is entered through the border's face, which is also the end of a cube: rounding
-/// must not hold the tip on it.
+/// A shape that is touched only from inside is entered through the face of the border, which is also the face
+/// of a cube: rounding must not hold the tip on this face.
 TEST(SubvoxelProxy, EntersAShapeHeldFromInsideThroughTheBorder) {
   glm::dmat3 axes(1.875);
   axes[2][1] = 0.23;

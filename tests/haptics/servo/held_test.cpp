@@ -58,7 +58,8 @@ TEST(Held, AnObjectMovesWithItsHandByTheTickBefore) {
   int pressed = 0;
   for (int i = 0; i < 3000; ++i) {
     const ServoScene& current = i < 200 ? lies : held;
-    // The first hand presses down on it and stays; the second turns it about itself, up and down.
+    // The first hand presses down on the cube and stays; the second turns it, and moves it sideways and up
+    // and down.
     const Pose first{{0, 0, std::max(106.0, 120 - 0.1 * i)}};
     const double t = i < 300 ? 0 : 1e-3 * (i - 300);
     Pose next = second;
@@ -74,7 +75,7 @@ TEST(Held, AnObjectMovesWithItsHandByTheTickBefore) {
     const ServoRecord holds = cores[1].step(current, {.pose = next, .places = &places});
     EXPECT_FALSE(holds.has_contact);
     EXPECT_NEAR(glm::length(before.rotation), 1, 1e-12);
-    // It rests on the surface of the previous tick; it never penetrates.
+    // The proxy rests on the surface in its pose of the previous tick, and never penetrates it.
     ASSERT_GT(top(rests.proxy_world), -1e-6) << i;
     if (i > 200 && rests.has_contact) {
       EXPECT_EQ(rests.shape, 1);
@@ -159,7 +160,8 @@ TEST(Held, AProxyIsNotMovedThroughExistingWalls) {
       EXPECT_NEAR(r.proxy_world.z, before, 1e-9) << is_new << is_two_sided;
       bench.scene.items.back().since = 0;
     }
-  // Sunk into bone: its face is nearest through the bone's surface.
+  // A cube whose lower face is just below the surface of bone: the path from the proxy to this face crosses
+  // the surface.
   Held sunk;
   const TouchScene without = scenes::phantom_scene("sphere", grid(32));
   SceneProxy alone;
@@ -173,7 +175,7 @@ TEST(Held, AProxyIsNotMovedThroughExistingWalls) {
   const double surface = r.proxy_world.z;
   sunk.scene.items.back().since = hand.layout + 1;
   hand.set_scene(borrowed(sunk.scene), borrowed(sunk.method));
-  // Upside down: its top faces down, a little under the surface.
+  // The cube is upside down: its local top faces down, slightly below the surface.
   hand.set_placement(2, {{0, 0, surface - 0.3 * spacing + 10}, {0, 1, 0, 0}});
   const ServoScene second{2, {hand}};
   for (int i = 0; i < 100; ++i) {

@@ -40,9 +40,9 @@ TEST(ServoCore, GrowthWithoutAnEscapePathFreesTheTool) {
     ASSERT_FALSE(r.has_contact);
   }
   EXPECT_LT(glm::length(r.force_world), 1e-6);
-  // A tool without an escape path before.
+  // A tool that had no escape path before.
   Servo other(scene_of_plane());
-  other.hand().escape_path = servo.hand().escape_path;  // grew before its first tick
+  other.hand().escape_path = servo.hand().escape_path;  // matter grew before the first tick
   EXPECT_FALSE(other.step({0, 0, -5}).is_escaping);
 }
 
@@ -61,7 +61,7 @@ TEST(ServoCore, AHandMissingInTheSceneHasNoForceAndFaults) {
   EXPECT_EQ(r.version, 7u);
 }
 
-/// A wall that was pressed through, touched and only partly ready is absent in the next scene.
+/// A wall that was pressed through, made untouchable and only partly ready is absent in the next scene.
 TEST(ServoCore, RemovedItemsAreForgotten) {
   Servo servo(scene_of_plane(), "scene");
   const TouchScene narrow = servo.scene;
@@ -96,7 +96,7 @@ TEST(ServoCore, AdoptsChangesOfTheNextScene) {
   servo.step({0.2, 0.1, 5});
   for (double z = 5; z > -2; z -= 0.05) servo.step({0.2, 0.1, z});
   ASSERT_TRUE(servo.step({0.2, 0.1, -2}).has_contact);
-  // A model appears next to the hand, and both hold the hand.
+  // A model appears next to the hand: model and plane both stop the hand.
   auto wider = std::make_shared<TouchScene>(servo.scene);
   const std::vector<dvec3> corners{{4, -9, -9}, {4, 9, -9}, {4, 9, 9}, {4, -9, 9}};
   wider->items.push_back(
@@ -113,7 +113,7 @@ TEST(ServoCore, AdoptsChangesOfTheNextScene) {
     ASSERT_GT(r.proxy_world.z, -0.1);
   }
   EXPECT_NEAR(r.proxy_world.x, 4, 0.01);
-  // It is moved, and switched off.
+  // The model is moved, and then switched off.
   servo.hand().set_placement(0, {{1, 0, 0}, {1, 0, 0, 0}});
   r = servo.step({6, 0.1, -2});
   EXPECT_NEAR(r.proxy_world.x, 5, 0.01);
@@ -171,7 +171,7 @@ TEST(ServoCore, TheLedgerDistinguishesFrictionAndActiveForces) {
   servo.set_laws({"constant force=0.5,0,0"});
   for (double x = 20; x < 24; x += 0.02) servo.step({x, 0, 5});
   EXPECT_NEAR(servo.core.energy().active, 2, 0.05);
-  // Energy removed by the guard is not counted as given.
+  // Forces that the guard suppresses do no work.
   const EnergyLedger before = servo.core.energy();
   ServoInput lost;
   lost.faults = fault_lost_device;
@@ -186,7 +186,7 @@ TEST(ServoCore, TheLedgerDistinguishesFrictionAndActiveForces) {
 }
 
 TEST(ServoCore, PassiveContactReturnsNoMoreEnergyThanItAbsorbedAndDisabledEffectsChangeNothing) {
-  // A surface whose damper generates energy at this rate, under a trembling hand.
+  // A stiff surface under a trembling hand: the smoothing of its force generates energy.
   TouchScene scene = scene_of_plane();
   scene.items[0].material = {4, 0, 0, 0};
   ForceOptions raw;

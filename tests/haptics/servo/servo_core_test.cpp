@@ -1,4 +1,4 @@
-// One tick: pose in, proxy and force out.
+// Single ticks of a servo core: invalid poses and faults give no force and no cut.
 #include "haptics/servo/servo_core.h"
 
 #include <cmath>

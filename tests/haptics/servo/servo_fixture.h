@@ -17,7 +17,7 @@ inline data_tools::PhantomOptions grid(int size) {
   return o;
 }
 
-/// Returns the rotation about an axis by its length in radians.
+/// Returns the rotation about the vector `about`, by its length in radians.
 inline glm::dquat rotation_of(const glm::dvec3& about) {
   const double angle = glm::length(about);
   if (angle == 0) return {1, 0, 0, 0};

@@ -61,9 +61,7 @@ TEST(Histogram, PercentilesAreWithinABucket) {
   EXPECT_EQ(h.count(), 100000u);
 }
 
-/// One hand, without cuts.
-
-TEST(ServoLoop, RunsTicksInOrderOnTheNewestVersionAndTouchesTheSurface) {
+TEST(ServoLoop, RunsTicksInOrderAndTouchesTheSurface) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(64));
   ImplicitProxy method;
   ServoChannel channel(seen_by(scene, method));
@@ -196,7 +194,7 @@ TEST(ServoLoop, AFaultIsClearedOnRequest) {
   loop.stop();
 }
 
-/// Goes from one side of a ball to the other, lifted over or straight.
+/// Moves from one side of a ball to the other in one tick, lifted over the ball or straight through it.
 class LiftedDevice final : public Device {
  public:
   static constexpr double k_height = 50;  // mm; the radius of the ball is 45

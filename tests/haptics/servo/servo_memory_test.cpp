@@ -1,4 +1,4 @@
-// Memory of a servo core: saved and loaded in the middle, it continues with identical bits.
+// A servo core whose memory is saved and loaded in the middle of a run continues with identical bits.
 #include "haptics/servo/servo_memory.h"
 
 #include <cmath>
@@ -45,7 +45,7 @@ std::shared_ptr<ServoScene> with(const ServoScene& before, std::shared_ptr<const
   next->hands[0].state = TouchState(std::move(version));
   return next;
 }
-/// Matter that grows over the proxy, with an escape path.
+/// Returns a scene in which matter grows over the proxy, with an escape path.
 std::shared_ptr<ServoScene> grown(const ServoScene& before, std::shared_ptr<const volume::Version> version,
                                   const glm::dvec3& proxy) {
   auto next = with(before, std::move(version));
@@ -153,7 +153,7 @@ TEST_P(ServoMemories, BrokenBytesAreRefusedOrHarmless) {
   EXPECT_GT(refused, 400);  // all truncated ones, and more
 }
 
-// More points are near matter than are tested: their number in matter is unknown.
+// More points of the tool are near matter than a step tests: the number of points in matter is unknown.
 TEST(ServoMemory, OfAToolWithPointsLeftOutIsLoaded) {
   data_tools::PhantomOptions options = grid(48);
   options.parameters = {{"angle", 0}};

@@ -60,7 +60,7 @@ int pthread_rwlock_rdlock(pthread_rwlock_t* l) noexcept {
 namespace trephine::haptics {
 namespace {
 
-TEST(ServoQuiet, EveryMethodNeitherAllocatesNorLocksIn100000Steps) {
+TEST(ServoQuiet, EveryPointMethodNeitherAllocatesNorLocksIn100000Steps) {
   data_tools::PhantomOptions options;
   options.size = glm::ivec3(96);
   options.psf_sigma_voxels = 1;
@@ -161,7 +161,7 @@ TEST(ServoQuiet, RoundToolsModelsEffectsPassivityAndEscapePathsNeitherAllocateNo
   long contacts = 0, led = 0, mesh_contacts = 0;
   int cut_at = -1, cuts = 0;
   for (int i = 0; i < 40000; ++i) {
-    // Cut at the contact; undone sixty ticks later.
+    // A cut at the contact, undone sixty ticks later.
     const bool is_cut = cut_at < 0 && cuts < 6 && i > 100 && core.last_step().has_contact,
                is_back = cut_at >= 0 && i == cut_at + 60;
     if (is_back || is_cut) {
@@ -229,7 +229,7 @@ class WatchingDevice final : public Device {
   std::atomic<long> count_{0};
 };
 
-/// Counts what the servo does while a tool with six degrees of freedom walks through a shell of bone.
+/// Expects no allocation and no lock while a tool with six degrees of freedom moves through a shell of bone.
 void touch_with(const SharedTool& tool) {
   allocations = locks = 0;
   data_tools::PhantomOptions options;

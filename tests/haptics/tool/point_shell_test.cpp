@@ -70,7 +70,7 @@ TEST(PointShell, HasTheMassOfItsSolid) {
   EXPECT_NEAR(solid.inertia[1][1], 72.0 / 12 * (16 + 9), 1e-8);
   EXPECT_NEAR(solid.inertia[2][2], 72.0 / 12 * (16 + 36), 1e-8);
   EXPECT_NEAR(solid.inertia[0][1], 0, 1e-8);
-  // A cylinder, by its polygon's area.
+  // A cylinder, whose cross-section is a polygon.
   const PointShell::Solid rod = PointShell::of_profile({{{-2, 1.2}, {18, 1.2}}, 0.3}).value()->solid();
   EXPECT_NEAR(rod.volume, 20 * 3.14159265 * 1.44, 0.02 * rod.volume);
   EXPECT_NEAR(rod.centre.z, 8, 1e-9);

@@ -25,7 +25,7 @@ TEST(ToolShape, HasOneKindPerGeometry) {
   EXPECT_EQ(set.freedom(), Freedom::six);
   EXPECT_EQ(set.arm(), 4);
   EXPECT_EQ(set.extent(), 5);
-  EXPECT_EQ(set.gyration_square(), 400);  // the least
+  EXPECT_EQ(set.gyration_square(), 400);  // the minimum
   EXPECT_EQ(ToolShape(std::vector<ToolShape::Ball>{{{0, 0, 30}, 1}, {{0, 0, 0}, 1}}).gyration_square(), 450);
   EXPECT_EQ(set.centres(), (std::vector<dvec3>{{0, 0, 3}, {0, 4, 0}}));
 }

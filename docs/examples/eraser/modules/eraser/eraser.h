@@ -12,7 +12,7 @@ struct Eraser {
   static const sim::Schema& schema();
 };
 
-/// Command: sets the total amount from which the eraser is refused.
+/// Command: sets the total amount at which the eraser is refused.
 struct LimitEraser {
   double max_amount = 100;  ///< mm3
   static const sim::Schema& schema();

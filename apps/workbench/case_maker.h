@@ -1,0 +1,29 @@
+// Makes a case of an open scan, with what a user marked in the window.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "data-tools/cases/case_plan.h"
+#include "data-tools/files/progress.h"
+#include "haptics/scene/touch_scene.h"
+
+namespace trephine::workbench {
+
+struct CaseRequest {
+  std::string name;                    ///< of the case; never that of a patient
+  volume::SurgicalPlan plan;           ///< trajectories, landmarks, outlines, targets, procedure, limits
+  std::vector<std::string> forbidden;  ///< names of labels that a tool must not enter
+};
+
+/// Returns the plan of the case: the touched shapes of the scene's scan as structures, the forbidden labels,
+/// and the request. Error if the name is empty, a label is unknown, a position is outside the scan, or an
+/// object of the plan is invalid.
+Result<data_tools::CasePlan> case_plan_of(const CaseRequest& request, const haptics::TouchScene& scene);
+
+/// Writes the case with its scan into a new folder, whole or not at all. Error if the folder exists.
+/// `progress` may cancel.
+Status write_case_of(const CaseRequest& request, const haptics::TouchScene& scene, const std::string& folder,
+                     const data_tools::Progress& progress = {});
+
+}  // namespace trephine::workbench

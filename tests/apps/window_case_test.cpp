@@ -1,0 +1,121 @@
+// Cases made in the window: marks, structures, procedure and limits are in the folder, which opens again.
+#include <QListWidget>
+
+#include "apps/workbench/case_maker.h"
+#include "data-tools/cases/case_folder.h"
+#include "data-tools/cases/procedure_file.h"
+#include "tests/apps/operation_window_fixture.h"
+
+namespace trephine::view {
+namespace {
+
+using glm::dvec3;
+
+/// A burr in the hand over the built-in head, seen from the left.
+class CaseWindow : public ToolWindow {
+ protected:
+  void open_head() {
+    open("head", drilling::burr({.diameter = 4}));
+    QTest::keyClick(window_.get(), Qt::Key_L, Qt::ShiftModifier);
+    let_run(200);
+  }
+  /// Clicks at a position of the picture and returns the marked position.
+  dvec3 click_at(const dvec3& at) {
+    point_at(at);
+    const std::optional<dvec3> pointed = hand().pointed();
+    EXPECT_TRUE(pointed);
+    QTest::mouseClick(window_->canvas(), Qt::LeftButton, {}, pixel_of(at));
+    return pointed.value_or(dvec3(0));
+  }
+  void press_button(const char* name) { child<QPushButton>(*window_, name)->click(); }
+  QTableWidgetItem* structure_cell(const QString& name, int column) {
+    auto* table = child<QTableWidget>(*window_, "case_structures");
+    for (int row = 0; row < table->rowCount(); ++row)
+      if (table->item(row, 0)->text() == name) return table->item(row, column);
+    return nullptr;
+  }
+};
+
+TEST_F(CaseWindow, IsMadeByClicksAndOpensAgain) {
+  open_head();
+  child<QAction>(*window_, "make_case")->trigger();
+  child<QLineEdit>(*window_, "case_name")->setText("Training case 1");
+  auto* procedure = child<QComboBox>(*window_, "case_procedure");
+  procedure->setCurrentIndex(procedure->findData("craniotomy"));
+  emit procedure->activated(procedure->currentIndex());
+  auto* limits = child<QTableWidget>(*window_, "case_limits");
+  ASSERT_GT(limits->rowCount(), 0);
+  limits->item(0, 3)->setText("7");
+  ASSERT_NE(structure_cell("dura", 1), nullptr);
+  structure_cell("dura", 1)->setCheckState(Qt::Checked);
+  structure_cell("tumour", 2)->setCheckState(Qt::Checked);
+
+  const std::size_t before = child<QListWidget>(*window_, "case_marks")->count();
+  press_button("mark_landmark");
+  const dvec3 landmark = click_at({70, 0, 20});
+  press_button("mark_trajectory");
+  const dvec3 entry = click_at({70, 10, 25}), target = click_at({70, -12, 30});
+  press_button("mark_outline");
+  std::vector<dvec3> outline;
+  for (const dvec3 at : {dvec3(70, -20, 10), dvec3(70, 20, 10), dvec3(70, 0, 40)})
+    outline.push_back(click_at(at));
+  QTest::keyClick(window_->canvas(), Qt::Key_Return);
+  EXPECT_EQ(child<QListWidget>(*window_, "case_marks")->count(), before + 3);
+  EXPECT_EQ(hand().state().removed_mm3, 0) << "marking drills nothing";
+  keep(*window_, "make-case");
+
+  const std::string folder = (folder_ / "made").string();
+  ASSERT_FALSE(window_->save_case(QString::fromStdString(folder)));
+  EXPECT_TRUE(window_->save_case(QString::fromStdString(folder))) << "a folder is not replaced";
+  const auto opened = data_tools::open_case(folder);
+  ASSERT_TRUE(opened.is_ok()) << opened.error().message();
+  const data_tools::CasePlan& plan = opened.value().plan;
+  EXPECT_EQ(plan.name, "Training case 1");
+  EXPECT_EQ(plan.procedure.name, "craniotomy");
+  EXPECT_EQ(plan.score.at(0).weight, 7);
+  const auto near = [](const dvec3& a, const dvec3& b) { return glm::distance(a, b) < 0.01; };
+  EXPECT_TRUE(near(plan.landmarks.back().position_world, landmark));
+  EXPECT_TRUE(near(plan.trajectories.back().entry_world, entry));
+  EXPECT_TRUE(near(plan.trajectories.back().target_world, target));
+  ASSERT_EQ(plan.outlines.back().points_world.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_TRUE(near(plan.outlines.back().points_world[i], outline[i]));
+  EXPECT_EQ(plan.targets.back().label, "tumour");
+  EXPECT_TRUE(std::any_of(plan.structures.begin(), plan.structures.end(),
+                          [](const auto& s) { return s.shape.name == "dura" && s.is_forbidden; }));
+  const auto a = opened.value().scan.volume.voxels.span(), b = held_->scene()->base->voxels.span();
+  EXPECT_TRUE(std::equal(a.begin(), a.end(), b.begin(), b.end())) << "every voxel";
+}
+
+class CaseRequests : public testing::Test {
+ protected:
+  CaseRequests()
+      : scene_(scenes::phantom_scene("sphere", [] {
+          data_tools::PhantomOptions o;
+          o.size = glm::ivec3(32);
+          return o;
+        }())) {
+    request_.name = "a";
+  }
+  std::string error() { return workbench::case_plan_of(request_, scene_).error().message(); }
+  haptics::TouchScene scene_;
+  workbench::CaseRequest request_;
+};
+
+TEST_F(CaseRequests, BadOnesAreRefused) {
+  EXPECT_TRUE(workbench::case_plan_of(request_, scene_).is_ok());
+  request_.name = "  ";
+  EXPECT_NE(error().find("the case has no name"), std::string::npos);
+  request_.name = "a";
+  request_.forbidden = {"dura"};
+  EXPECT_NE(error().find("unknown label"), std::string::npos);
+  request_.forbidden.clear();
+  request_.plan.landmarks = {{"far", {0, 0, 1e4}}};
+  EXPECT_NE(error().find("outside the scan"), std::string::npos);
+  request_.plan.landmarks = {{"a", {0, 0, 0}}, {"a", {1, 0, 0}}};
+  EXPECT_FALSE(workbench::case_plan_of(request_, scene_).is_ok()) << "two of one name";
+  request_.plan.landmarks = {{"a", {0, 0, std::nan("")}}};
+  EXPECT_FALSE(workbench::case_plan_of(request_, scene_).is_ok());
+}
+
+}  // namespace
+}  // namespace trephine::view
