@@ -1,6 +1,9 @@
+// Operation. One file: all functions share Operation::Data.
 #include "apps/api/operation.h"
 
 #include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
 #include <glm/matrix.hpp>
 
 #include "apps/api/operation_input.h"
@@ -11,6 +14,7 @@
 #include "modules/catalogue.h"
 #include "modules/ct_viewer/slice_image.h"
 #include "sim/drivers/lockstep.h"
+#include "volume/base/parallel.h"
 #include "volume/cuts/operated_volume.h"
 #include "volume/surface/surface_nets.h"
 
@@ -425,6 +429,48 @@ Result<Surface> Operation::surface(std::size_t item) const {
     for (std::size_t i = 0; i + 2 < surface.triangles.size(); i += 3)
       std::swap(surface.triangles[i + 1], surface.triangles[i + 2]);
   return surface;
+}
+
+std::vector<Sample> Operation::query(std::span<const glm::dvec3> positions_world) const {
+  const volume::Volume& base = scan();
+  const volume::Version& version = *data_->engine().current();
+  const auto shapes = haptics::base_shapes(data_->engine().scene());
+  std::vector<Sample> samples(positions_world.size());
+  parallel_for(static_cast<int>((samples.size() + 1023) / 1024), 0, [&](int block) {
+    const std::size_t first = 1024 * static_cast<std::size_t>(block);
+    for (std::size_t i = first; i < std::min(first + 1024, samples.size()); ++i) {
+      const glm::dvec3 p = base.frame.volume_from_world(positions_world[i]);
+      const bool is_finite = std::isfinite(p.x + p.y + p.z);
+      const glm::ivec3 v = is_finite ? volume::voxel_of(glm::clamp(p, -2.0, 1e6)) : glm::ivec3(-1);
+      if (!base.contains(v)) continue;
+      Sample& sample = samples[i];
+      for (std::size_t s = 0; s < shapes.size(); ++s) {
+        const double value = shapes[s].field.value(p);
+        if (sample.item >= 0 && value <= sample.value) continue;
+        sample.item = static_cast<int>(s), sample.value = value;
+        if (value >= 0) break;
+      }
+      sample.cut_distance = version.distance(p);
+      const bool was_solid = sample.item >= 0 && sample.value >= 0;
+      sample.is_removed = was_solid && sample.cut_distance <= 0;
+      sample.is_solid = was_solid && !sample.is_removed;
+      if (sample.item >= 0)
+        sample.gradient_world = base.frame.gradient_world_from_volume(
+            shapes[static_cast<std::size_t>(sample.item)].field.gradient(p));
+      if (!base.labels.is_empty()) sample.label = base.labels[base.index(v.x, v.y, v.z)];
+    }
+  });
+  return samples;
+}
+
+Result<std::vector<ForcePart>> Operation::explain_force(std::uint64_t tick, int hand) {
+  if (Status error = data_->check_is_recorded()) return *error;
+  auto parts = data_->session->replay->force_parts(tick, hand);
+  if (!parts) return parts.error();
+  std::vector<ForcePart> result;
+  for (const haptics::ForcePart& part : parts.value().parts)
+    result.push_back({part.name, part.wrench.force_world, part.wrench.torque_world});
+  return result;
 }
 
 Result<Image<std::int16_t>> Operation::slice(const ImagePlane& plane) const {

@@ -113,6 +113,24 @@ struct Image {
   std::vector<Pixel> pixels;
 };
 
+/// Matter at a position. Values are those of the first structure that is solid there, or else of the
+/// structure with the largest value.
+struct Sample {
+  int item = -1;            ///< index of the structure; -1: outside the scan
+  bool is_solid = false;    ///< in the structure, and not removed
+  bool is_removed = false;  ///< a tool removed the matter there
+  double value = 0;         ///< of its field: intensity above its threshold, or +-0.5 of a label; uncut
+  glm::dvec3 gradient_world{0.0};  ///< of this value, per mm
+  double cut_distance = 0;         ///< mm to removed matter, negative in it; limited to some voxels
+  int label = 0;                   ///< of the nearest voxel; 0 without labels
+};
+
+/// One part of the force of a recorded tick.
+struct ForcePart {
+  std::string name;  ///< "spring", "damping", "smoothing", an effect in words, "energy controller", ...
+  glm::dvec3 force_world{0.0}, torque_world{0.0};  ///< N, N mm
+};
+
 /// Pose of a C-arm. Angles in degrees, as in DICOM: primary 0 with the detector in front of the patient,
 /// positive toward the left; secondary positive toward the head.
 struct XrayPose {
@@ -229,6 +247,11 @@ class Operation {
   Result<std::vector<std::int16_t>> read(const VoxelRange& range) const;
   /// Surface of a structure with its cuts. Takes a second per 100 million voxels.
   Result<Surface> surface(std::size_t item = 0) const;
+  /// Returns the matter at positions (world, mm). Touches nothing and changes no bits. Cost: about 1 us each.
+  std::vector<Sample> query(std::span<const glm::dvec3> positions_world) const;
+  /// Returns the parts whose sum is the force of a recorded tick, of an operation opened with reopen(), which
+  /// is after the tick then. Error if the session has no such tick.
+  Result<std::vector<ForcePart>> explain_force(std::uint64_t tick, int hand = 0);
   /// Intensities in a plane, with the cuts; -32768 outside the scan.
   Result<Image<std::int16_t>> slice(const ImagePlane& plane) const;
   /// X-ray of a CT with bodies and models, in grey values. Further images reuse unchanged parts.

@@ -63,7 +63,7 @@ int close_holes(BenchModel& m) {
   for (const dvec3& p : m.vertices)
     same.push_back(first.emplace(p, static_cast<std::uint32_t>(same.size())).first->second);
   for (std::uint32_t& v : m.triangles) v = same[v];
-  // from, to: excess over the opposite direction
+  // Directed edges (from, to) of triangles that lack the opposite edge, with their number.
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> open;
   for (std::size_t t = 0; t < m.triangles.size(); t += 3)
     for (std::size_t k = 0; k < 3; ++k) {

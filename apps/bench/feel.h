@@ -32,7 +32,7 @@ struct FeelScene {
   /// Signed distance (mm, negative inside) to the region forbidden to the tool's centre; empty for scans.
   std::function<double(const glm::dvec3&)> distance;
   double plate_mm = 0;          ///< thickness, if the shape is a plate
-  bool has_outer_edge = false;  ///< Blurred samples blunt the edge by up to a voxel.
+  bool has_outer_edge = false;  ///< the shape has a convex edge, which blurred samples blunt by up to a voxel
 };
 
 /// One method on one scene. Errors in voxels (the shortest step of the grid) or as named; absent if the scene

@@ -24,8 +24,8 @@ class IntensityDrill {
 };
 
 /// Removes a fixed number of voxels of the ball per tick, independent of time, force and bone (rule of LCSR's
-/// volumetric_drilling on AMBF, and of CHAI3D's examples). With 6 mm diameter it removes
-/// 10 voxels per tick, with 4 mm 6.
+/// volumetric_drilling on AMBF, and of CHAI3D's examples). The published number is
+/// 10 voxels per tick for a diameter of 6 mm and 6 for 4 mm; here it is `max_voxels`.
 class FixedCountDrill {
  public:
   /// `radius`: mm. `max_voxels`: number of voxels per tick.

@@ -22,7 +22,7 @@ const sim::Catalogue& catalogue() {
   return all;
 }
 
-/// Places and judges the planned screws of L4, and times the overlays while they turn in.
+/// Places and judges the planned pedicle screws of L4, and times the overlays while they turn in.
 void time_screws(PedicleResult& result) {
   data_tools::PhantomOptions options;
   options.size = glm::ivec3(result.width, result.width, result.slices);

@@ -227,6 +227,50 @@ py::array xray(PyOperation& self, const py::object& isocentre, double primary, d
   return image_of(self.with([&](Operation& operation) { return value_of(operation.xray(pose)); }));
 }
 
+py::dict query(PyOperation& self, const py::object& points) {
+  std::vector<py::ssize_t> shape;
+  const auto numbers = doubles_of(points, "points", 3, shape);
+  if (shape.size() != 2)
+    raise({.what = "an argument has the wrong shape",
+           .where = "points",
+           .found = std::to_string(shape.size()) + " dimensions",
+           .expected = "(N, 3)"});
+  const auto count = static_cast<std::size_t>(shape[0]);
+  std::vector<glm::dvec3> positions(count);
+  for (std::size_t i = 0; i < count; ++i)
+    positions[i] = {numbers.data()[3 * i], numbers.data()[3 * i + 1], numbers.data()[3 * i + 2]};
+  const std::vector<Sample> samples =
+      self.with([&](Operation& operation) { return operation.query(positions); });
+  py::array_t<int> items(shape[0]), labels(shape[0]);
+  py::array_t<bool> solid(shape[0]), removed(shape[0]);
+  py::array_t<double> values(shape[0]), distances(shape[0]), gradients({shape[0], py::ssize_t{3}});
+  for (std::size_t i = 0; i < count; ++i) {
+    const Sample& sample = samples[i];
+    items.mutable_data()[i] = sample.item, labels.mutable_data()[i] = sample.label;
+    solid.mutable_data()[i] = sample.is_solid, removed.mutable_data()[i] = sample.is_removed;
+    values.mutable_data()[i] = sample.value, distances.mutable_data()[i] = sample.cut_distance;
+    for (int a = 0; a < 3; ++a)
+      gradients.mutable_data()[3 * i + static_cast<std::size_t>(a)] = sample.gradient_world[a];
+  }
+  py::dict result;
+  result["solid"] = solid, result["removed"] = removed, result["value"] = values;
+  result["gradient"] = gradients, result["cut_distance"] = distances, result["item"] = items;
+  result["label"] = labels;
+  return result;
+}
+
+py::list explain_force(PyOperation& self, std::uint64_t tick, int hand) {
+  py::list parts;
+  for (const ForcePart& part :
+       self.with([&](Operation& operation) { return value_of(operation.explain_force(tick, hand)); })) {
+    py::dict row;
+    row["name"] = part.name, row["force"] = tuple_of(part.force_world),
+    row["torque"] = tuple_of(part.torque_world);
+    parts.append(row);
+  }
+  return parts;
+}
+
 py::array read(PyOperation& self, const py::object& low, const py::object& high) {
   const VoxelRange range{indices_of(low, "low"), indices_of(high, "high")};
   const std::vector<std::int16_t> voxels =
@@ -404,6 +448,14 @@ void bind_operation(py::module_& module) {
             return PySurface(self.with([item](Operation& o) { return value_of(o.surface(item)); }));
           },
           py::arg("item") = 0, "Surface of a structure with its cuts.")
+      .def(
+          "query", &query, py::arg("points"),
+          "Matter at points (N, 3), world, mm: arrays solid, removed, value (of the structure's field, uncut), "
+          "gradient (per mm), cut_distance (mm to removed matter, negative in it), item (-1 outside the scan) "
+          "and label.")
+      .def("explain_force", &explain_force, py::arg("tick"), py::arg("hand") = 0,
+           "Parts whose sum is the force of a recorded tick: name, force (N), torque (N mm). Of a reopened "
+           "session, which is after the tick then.")
       .def("slice", &slice, py::arg("middle"), py::arg("right") = py::make_tuple(1, 0, 0),
            py::arg("up") = py::make_tuple(0, 0, 1), py::arg("pixel") = 0.5, py::arg("columns") = 512,
            py::arg("rows") = 512, "Intensities in a plane, int16 (rows, columns); -32768 outside the scan.")

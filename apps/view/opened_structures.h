@@ -19,13 +19,14 @@ namespace trephine::view {
 /// Drawing thread only.
 class OpenedStructures {
  public:
-  /// `labels`: values of the structures to draw, of untouched_structures().
+  /// `labels`: values of the structures to draw, of untouchable_structures().
   OpenedStructures(const haptics::TouchScene& scene, std::vector<int> labels);
   ~OpenedStructures();
   OpenedStructures(const OpenedStructures&) = delete;
   OpenedStructures& operator=(const OpenedStructures&) = delete;
 
-  /// Requests the structures near all removed matter of a version, and once those in natural gaps.
+  /// Requests the structures near all removed matter of a version. The first call also requests the
+  /// structures in natural gaps.
   void request_all(const std::shared_ptr<const volume::Version>& version);
   /// Requests the structures near the voxels that changed since the previous version.
   void request(const std::shared_ptr<const volume::Version>& version, const volume::VoxelBox& changed);

@@ -223,7 +223,8 @@ void OperationController::frame() {
   if (options_.device) options_.device->set_view({device_start_, screen_axes(viewport_)});
   if (const std::optional<bool> change = pedal_.change(seconds())) press(*change);
   if (pedal_.take_loss())
-    add_notice("The pedal does not respond. Plug it in, and start again.", EventLevel::danger);
+    add_notice("The pedal does not respond. Connect it again, close this window, and continue the operation.",
+               EventLevel::danger);
   if (!options_.device) follow_cursor();
 
   // Fetch the state of the other threads: the version, its changed chunks, the newest tick.
@@ -404,6 +405,7 @@ std::optional<dvec3> OperationController::pointed() {
   if (options_.device) return touched();
   const Ray ray = viewport_.ray_at(x_, y_);
   double hit = viewport_.distance_to_solid(*version_, ray);
+  if (const std::optional<double> face = viewport_.distance_to_cut_face(*version_, ray)) hit = *face;
   if (const double body = distance_to_bodies(ray); body >= 0 && (hit < 0 || body < hit)) hit = body;
   return hit >= 0 ? std::optional(ray.origin + hit * ray.direction) : std::nullopt;
 }

@@ -105,7 +105,7 @@ class OperationController {
   /// Point of the surface under the cursor; with a device or while a guide holds the tool, the point that the
   /// tool touches. nullopt if there is no such point.
   std::optional<glm::dvec3> touched() const;
-  /// Returns the visible position of bone or a body under the cursor; with a device, touched().
+  /// Returns the visible position of bone, a cut face or a body under the cursor; with a device, touched().
   std::optional<glm::dvec3> pointed();
   /// Grasps the handle of an overlay (anchor of an outline, pin of a clamp) nearest to touched(), which then
   /// follows touched() until release_handle(). Returns false if no handle is within a few millimetres.
@@ -247,6 +247,7 @@ class OperationController {
   bool has_click_ = false;          ///< a press since the last frame, however short
   bool is_tip_held_ = false, is_pressed_ = false, is_finished_ = false, is_started_ = false;
   bool shows_clip_volumes_ = false;
+  bool is_face_refused_ = false;     ///< this press on a cut face was refused
   int scenery_ = -1;                 ///< item that is touched by its screen depth; -1: no such item
   volume::Camera requested_camera_;  ///< camera, position and mesh of the last depth request
   glm::dvec3 requested_at_{1e9};

@@ -15,8 +15,8 @@ using workbench::Clock;
 using workbench::EventLevel;
 using workbench::seconds_since;
 
-/// Holds a tool perpendicular to the surface, a ball so that its work is visible, but always from the
-/// viewer's side. A working tool turns no faster than a wrist.
+/// Turns the shaft along the normal of the surface; a round tool is tilted so that its cut is visible. The
+/// shaft always points toward the viewer. While the button is pressed, it turns no faster than a wrist.
 void OperationController::follow_surface(const Ray& ray, bool is_over_bone, bool is_soft) {
   const ToolAppearance tool = appearance_of(state_.tool);
   const bool is_kerrison = tool.foot.kind == FootTool::Kind::kerrison;
@@ -128,10 +128,10 @@ std::function<bool(const dvec3&)> OperationController::bone_in(const volume::Ver
   };
 }
 
-/// Returns how a tool is pressed at the bone under the cursor: the depth, and the outward direction that it
-/// opposes. This is the direction to the viewer; on a slope, a direction so near to the normal of the uncut
-/// surface that the tool rests within 0.5 mm of the cursor. On an edge the depth is smaller, since a deep
-/// press would pull the tool around it.
+/// Returns the depth of a press at the bone under the cursor, and the outward direction; the tool is pressed
+/// in the opposite direction. The outward direction is that to the viewer. On a slope it is tilted toward the
+/// normal of the uncut surface, until the tool rests within 0.5 mm of the cursor. On an edge the depth is
+/// smaller, since a deep press would pull the tool around it.
 OperationController::Press OperationController::press_at(const Ray& ray, double hit) const {
   const double depth = press_depth(ray, hit);
   // The bone around the point: it lies on the other side of the surface.

@@ -55,7 +55,13 @@ void ReplayController::update_force_parts() {
     explained_tick_ = 0;
     return;
   }
-  if (next == 0 || explained_tick_ == next) return;
+  if (next == 0) {  // before the first tick
+    if (force_parts_) shown_.reset();
+    force_parts_.reset();
+    explained_tick_ = 0;
+    return;
+  }
+  if (explained_tick_ == next) return;
   explained_tick_ = next;
   auto parts = replay_->force_parts(next - 1, hand());
   force_parts_.reset();
@@ -78,7 +84,9 @@ Status ReplayController::frame(double elapsed) {
   const glm::dvec3 viewer = -viewport_.ray_at(0.5, 0.5).direction;
   // Show the tool of that tick.
   viewport_.set_contact_tool(*replay_->engine().tool(static_cast<std::size_t>(hand())).scene->tool);
-  if (replay_->next_tick() > 0)
+  if (replay_->next_tick() == 0)
+    viewport_.view().show(StylusState{.is_visible = false});
+  else
     viewport_.show_stylus(
         record(),
         appearance_of(replay_->engine().now().settings.hands[static_cast<std::size_t>(hand())].parameters),

@@ -125,7 +125,8 @@ class Matter {
 }  // namespace
 
 CapImage cap_image(const haptics::TouchScene& scene, const volume::Version& version,
-                   const std::vector<Structure>& structures, const volume::Openings::Plane& plane) {
+                   const std::vector<Structure>& structures, const volume::Openings::Plane& plane,
+                   int max_pixels) {
   const volume::Volume& scan = *scene.base;
   CapImage image;
   image.normal_world = plane.normal;
@@ -143,9 +144,9 @@ CapImage cap_image(const haptics::TouchScene& scene, const volume::Version& vers
     farthest = std::max(farthest, glm::dot(offset, plane.normal));
   }
   if (nearest > 0 || farthest < 0) return image;
-  const double pixel = std::max(k_pixel, std::max(high.x - low.x, high.y - low.y) / k_cap_pixels);
-  image.columns = std::clamp(static_cast<int>(std::ceil((high.x - low.x) / pixel)), 1, k_cap_pixels);
-  image.rows = std::clamp(static_cast<int>(std::ceil((high.y - low.y) / pixel)), 1, k_cap_pixels);
+  const double pixel = std::max(k_pixel, std::max(high.x - low.x, high.y - low.y) / max_pixels);
+  image.columns = std::clamp(static_cast<int>(std::ceil((high.x - low.x) / pixel)), 1, max_pixels);
+  image.rows = std::clamp(static_cast<int>(std::ceil((high.y - low.y) / pixel)), 1, max_pixels);
   image.corner_world = plane.at + low.x * right + low.y * up;
   image.right_world = image.columns * pixel * right, image.up_world = image.rows * pixel * up;
   // Transparent pixels have the colour of bone: interpolation makes no dark edge.
@@ -162,6 +163,11 @@ CapImage cap_image(const haptics::TouchScene& scene, const volume::Version& vers
     }
   });
   return image;
+}
+
+bool has_cap_at(const haptics::TouchScene& scene, const volume::Version& version,
+                const std::vector<Structure>& structures, const dvec3& at_world) {
+  return Matter(scene, version, structures).colour_at(at_world).has_value();
 }
 
 SectionCap::~SectionCap() {
@@ -185,7 +191,7 @@ void SectionCap::start() {
   if (job_.valid() || !waiting_) return;
   job_ = std::async(std::launch::async, [scene = scene_, request = std::move(*waiting_)] {
     setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 10);
-    return cap_image(*scene, *request.version, request.structures, request.plane);
+    return cap_image(*scene, *request.version, request.structures, request.plane, k_cap_pixels);
   });
   waiting_.reset();
 }

@@ -25,10 +25,15 @@ struct CapImage {
 
 /// Returns the matter of a version in a plane: bone shaded by its density, its marrow if labels mark it, and
 /// structures in their colours. `structures`: structures_of() the scene; those with an opacity below 1 are
-/// left out. At most k_cap_pixels per edge. Cost: some 10 ms.
+/// left out. At most `max_pixels` per edge. Cost: some 10 ms with k_cap_pixels.
 CapImage cap_image(const haptics::TouchScene& scene, const volume::Version& version,
-                   const std::vector<Structure>& structures, const volume::Openings::Plane& plane);
-inline constexpr int k_cap_pixels = 1000;
+                   const std::vector<Structure>& structures, const volume::Openings::Plane& plane,
+                   int max_pixels);
+inline constexpr int k_cap_pixels = 1000, k_coarse_cap_pixels = 250;
+
+/// Returns true if the image has matter at a position (world, mm) in its plane.
+bool has_cap_at(const haptics::TouchScene& scene, const volume::Version& version,
+                const std::vector<Structure>& structures, const glm::dvec3& at_world);
 
 /// Makes the images on another thread; the newest request replaces those that wait. No cost before the first
 /// request. Borrows the scene. Call on the drawing thread only.

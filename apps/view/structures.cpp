@@ -115,7 +115,7 @@ std::array<bool, 256> labels_with_voxels(const volume::Volume& scan) {
 }
 }  // namespace
 
-std::vector<int> untouched_structures(const haptics::TouchScene& scene) {
+std::vector<int> untouchable_structures(const haptics::TouchScene& scene) {
   return untouched_labels(scene, [](const std::string& name) { return find_structure(name) != nullptr; });
 }
 

@@ -48,7 +48,7 @@ Status check_opacities(const haptics::TouchScene& scene, std::span<const Structu
                        const std::string& where);
 
 /// Returns the label values of a scan that name a soft structure and are neither touched nor given as models.
-std::vector<int> untouched_structures(const haptics::TouchScene& scene);
+std::vector<int> untouchable_structures(const haptics::TouchScene& scene);
 /// Returns the usual colour (RGB, 0 to 1) of a structure by its name, such as "dural sac"; empty: unknown.
 std::optional<glm::dvec3> usual_structure_colour(const std::string& name);
 /// Returns the colour of a label that names a soft structure: that of the scan, or the usual one.

@@ -39,7 +39,7 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
       window_(window),
       is_live_(is_live),
       view_(window, is_live, has_scenery(scene)),
-      opened_labels_(untouched_structures(scene)),
+      opened_labels_(untouchable_structures(scene)),
       list_(structures_of(scene)),
       surfaces_(*scene.base),
       cap_(scene),

@@ -57,6 +57,8 @@ class Viewport {
   const ClipChoice& clip() const noexcept { return clip_; }
   /// Plane in front of which the picture is clipped; nullopt: no clipping.
   std::optional<volume::Openings::Plane> clip_plane() const;
+  /// Distance (mm) along the ray to the cut face of the clipped picture; nullopt if the ray does not meet it.
+  std::optional<double> distance_to_cut_face(const volume::Version& version, const Ray& ray) const;
   /// Camera of the picture, in its own pixels.
   volume::Camera camera();
   /// Turns the camera about its focal point, in degrees; the patient's head remains up.
@@ -179,7 +181,8 @@ class Viewport {
   std::vector<Structure> list_;
   StructureSurfaces surfaces_;
   SectionCap cap_;
-  bool are_structures_whole_ = false;            ///< as has_whole_structures() when opacities were applied
+  bool is_cap_moved_ = false;          ///< the plane changed, or what it cuts became visible or hidden
+  bool are_structures_whole_ = false;  ///< as has_whole_structures() when opacities were applied
   std::map<int, std::uint64_t> whole_versions_;  ///< serial of the version of each whole mesh, by label
   ClipChoice clip_;
   double touch_radius_;

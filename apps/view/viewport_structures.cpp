@@ -45,7 +45,7 @@ void Viewport::set_clip(const ClipChoice& choice) {
   view_.bone().set_clip(clip_origin_, clip_normal_);
   if (!is_live_) return;
   view_.structures()->set_clip(clip_origin_, clip_normal_);
-  view_.structures()->show_cap({});  // until the new one is ready
+  is_cap_moved_ = true;
   if (has_whole_structures() != are_structures_whole_)
     apply_opacities();
   else
@@ -56,9 +56,26 @@ void Viewport::set_clip(const ClipChoice& choice) {
 void Viewport::request_cap() {
   if (!is_live_) return;
   const std::optional<volume::Openings::Plane> plane = clip_plane();
-  if (plane && version_ && !preview_) return cap_.request(version_, list_, *plane);
+  if (plane && version_ && !preview_) {
+    // A coarse face follows the plane at once; the fine one replaces it.
+    if (is_cap_moved_)
+      view_.structures()->show_cap(cap_image(*scene_, *version_, list_, *plane, k_coarse_cap_pixels));
+    is_cap_moved_ = false;
+    return cap_.request(version_, list_, *plane);
+  }
   cap_.clear();
   view_.structures()->show_cap({});
+}
+
+std::optional<double> Viewport::distance_to_cut_face(const volume::Version& version, const Ray& ray) const {
+  const std::optional<volume::Openings::Plane> plane = clip_plane();
+  if (!plane) return std::nullopt;
+  const double toward = glm::dot(ray.direction, plane->normal);
+  if (std::abs(toward) < 1e-6) return std::nullopt;
+  const double along = glm::dot(plane->at - ray.origin, plane->normal) / toward;
+  if (along < 0 || !has_cap_at(*scene_, version, list_, ray.origin + along * ray.direction))
+    return std::nullopt;
+  return along;
 }
 
 std::optional<volume::Openings::Plane> Viewport::clip_plane() const {
@@ -119,6 +136,7 @@ void Viewport::apply_opacities() {
   }
   const double bone = list_.empty() ? 1 : list_[0].opacity;
   view_.set_bone_opacity(has_whole ? std::optional<double>(bone) : std::nullopt);
+  is_cap_moved_ = true;
   if (clip_plane()) request_cap();
 }
 

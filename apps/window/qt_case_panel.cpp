@@ -9,11 +9,14 @@
 #include <QLabel>
 #include <QLineEdit>
 #include <QListWidget>
+#include <QLocale>
 #include <QPushButton>
 #include <QScrollArea>
+#include <QSignalBlocker>
 #include <QTableWidget>
 #include <QVBoxLayout>
 #include <algorithm>
+#include <cmath>
 #include <glm/geometric.hpp>
 
 #include "apps/window/qt_text.h"
@@ -93,7 +96,7 @@ CasePanel::CasePanel(const haptics::TouchScene& scene, const volume::SurgicalPla
   }
   procedure_->setCurrentIndex(std::max(0, procedure_->findData(text_of(request_.plan.procedure.name))));
   marks_->setObjectName("case_marks");
-  marks_->setFixedHeight(5 * marks_->fontMetrics().height() + 8);
+  marks_->setFixedHeight(9 * marks_->fontMetrics().height() + 8);
 
   const volume::Volume& scan = *scene.base;
   for (std::size_t label = 1; label < scan.label_names.size(); ++label) {
@@ -159,6 +162,7 @@ CasePanel::CasePanel(const haptics::TouchScene& scene, const volume::SurgicalPla
   fill_limits();
   connect(procedure_, QOverload<int>::of(&QComboBox::activated), this,
           [this](int index) { choose_procedure(index); });
+  connect(limits_, &QTableWidget::itemChanged, this, [this](QTableWidgetItem* item) { check_number(item); });
   connect(marks_, &QListWidget::itemDoubleClicked, this, [this] { rename_mark(); });
   auto* remove = new QAction(tr("Remove"), this);
   remove->setShortcut(QKeySequence::Delete);
@@ -200,7 +204,19 @@ void CasePanel::fill_marks() {
                 .arg(plan.outlines[i].points_world.size()));
 }
 
+/// Restores the last number of a cell whose text is no number. A decimal comma is read as a point.
+void CasePanel::check_number(QTableWidgetItem* item) {
+  if (item->column() == finding) return;
+  bool is_number = false;
+  const double value = QLocale::c().toDouble(item->text().trimmed().replace(',', '.'), &is_number);
+  const QSignalBlocker blocker(limits_);
+  if (is_number && std::isfinite(value)) item->setData(Qt::UserRole, value);
+  item->setText(QString::number(item->data(Qt::UserRole).toDouble(), 'g', 10));
+  if (!is_number) on_refusal(tr("This is not a number: the previous value remains."));
+}
+
 void CasePanel::fill_limits() {
+  const QSignalBlocker blocker(limits_);
   const std::vector<volume::ScoreLimit> limits = volume::score_limits(request_.plan);
   limits_->setRowCount(static_cast<int>(limits.size()));
   for (std::size_t i = 0; i < limits.size(); ++i) {
@@ -210,9 +226,13 @@ void CasePanel::fill_limits() {
     item->setData(Qt::UserRole, text_of(limits[i].finding));
     item->setToolTip(item->text());
     limits_->setItem(row, finding, item);
-    limits_->setItem(row, full_at, new QTableWidgetItem(QString::number(limits[i].full_at)));
-    limits_->setItem(row, zero_at, new QTableWidgetItem(QString::number(limits[i].zero_at)));
-    limits_->setItem(row, weight, new QTableWidgetItem(QString::number(limits[i].weight)));
+    const double values[] = {limits[i].full_at, limits[i].zero_at, limits[i].weight};
+    for (int column = full_at; column < limit_columns; ++column) {
+      const double value = values[column - full_at];
+      auto* cell = new QTableWidgetItem(QString::number(value, 'g', 10));
+      cell->setData(Qt::UserRole, value);
+      limits_->setItem(row, column, cell);
+    }
   }
   fit_height(limits_);
 }
@@ -259,6 +279,8 @@ void CasePanel::add(Mark mark, const std::vector<glm::dvec3>& positions) {
   if (mark == Mark::outline && positions.size() >= 3)
     plan.outlines.push_back({new_name(plan.outlines, "outline"), positions});
   fill_marks();
+  for (std::size_t i = 0; i < rows_.size(); ++i)  // the new one is the last of its kind
+    if (rows_[i].mark == mark) marks_->setCurrentRow(static_cast<int>(i));
   on_change();
 }
 
@@ -276,9 +298,9 @@ const workbench::CaseRequest& CasePanel::request() {
   request_.plan.score.clear();
   for (int row = 0; row < limits_->rowCount(); ++row)
     request_.plan.score.push_back({limits_->item(row, finding)->data(Qt::UserRole).toString().toStdString(),
-                                   limits_->item(row, full_at)->text().toDouble(),
-                                   limits_->item(row, zero_at)->text().toDouble(),
-                                   limits_->item(row, weight)->text().toDouble()});
+                                   limits_->item(row, full_at)->data(Qt::UserRole).toDouble(),
+                                   limits_->item(row, zero_at)->data(Qt::UserRole).toDouble(),
+                                   limits_->item(row, weight)->data(Qt::UserRole).toDouble()});
   return request_;
 }
 

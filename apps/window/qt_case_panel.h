@@ -11,6 +11,7 @@ class QLabel;
 class QLineEdit;
 class QListWidget;
 class QTableWidget;
+class QTableWidgetItem;
 
 namespace trephine::view {
 
@@ -33,6 +34,7 @@ class CasePanel : public QDockWidget {
   /// Requests the positions of a mark.
   std::function<void(Mark)> on_mark = [](Mark) {};
   std::function<void()> on_save = [] {};
+  std::function<void(const QString& reason)> on_refusal = [](const QString&) {};
   /// The marks changed.
   std::function<void()> on_change = [] {};
 
@@ -40,6 +42,7 @@ class CasePanel : public QDockWidget {
   void choose_procedure(int index);
   void fill_marks();
   void fill_limits();
+  void check_number(QTableWidgetItem* item);
   void rename_mark();
   void remove_mark();
   /// A mark in the order of the list: its kind, and its index in the list of that kind.

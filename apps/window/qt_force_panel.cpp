@@ -54,12 +54,13 @@ ForcePanel::ForcePanel(QWidget* parent)
   hide();
 }
 
-void ForcePanel::show_parts(const std::optional<haptics::ForceParts>& parts,
-                            const haptics::TouchScene& scene) {
+void ForcePanel::show_parts(const std::optional<haptics::ForceParts>& parts, const haptics::TouchScene& scene,
+                            bool is_playing) {
   if (!parts) {
     shown_.reset();
     table_->setRowCount(0);
-    text_->setText(tr("Pause the replay to see the parts of the force."));
+    text_->setText(is_playing ? tr("Pause the replay to see the parts of the force.")
+                              : tr("The replay is before its first tick."));
     return;
   }
   if (shown_ == parts->record.tick) return;

@@ -18,8 +18,9 @@ class ForcePanel : public QDockWidget {
 
  public:
   explicit ForcePanel(QWidget* parent);
-  /// Shows a tick. Empty parts: the replay plays.
-  void show_parts(const std::optional<haptics::ForceParts>& parts, const haptics::TouchScene& scene);
+  /// Shows a tick. Empty parts: the replay plays, or is before its first tick.
+  void show_parts(const std::optional<haptics::ForceParts>& parts, const haptics::TouchScene& scene,
+                  bool is_playing);
   /// Goes some ticks forward or back.
   std::function<void(int)> on_step = [](int) {};
   std::function<void(bool)> on_visible = [](bool) {};

@@ -153,7 +153,10 @@ void StepsPanel::update_from(const StepGuide& guide) {
   for (std::size_t i = 0; i < buttons_.size(); ++i) {
     const StepGuide::Next& next = guide.next()[i];
     buttons_[i].button->setEnabled(next.is_allowed);
-    const QString reason = next.needs_empty_hand ? tr("The tool is removed first.") : text_of(next.reason);
+    const QString reason =
+        next.needs_empty_hand
+            ? tr("This step allows no tool in the hand: the tool is removed when you go on.")
+            : text_of(next.reason);
     buttons_[i].reason->setText(reason);
     buttons_[i].reason->setVisible(!reason.isEmpty());
   }

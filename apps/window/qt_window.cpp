@@ -369,7 +369,7 @@ void MainWindow::show_notices() {
   log_->update_from(operation_ ? operation_->notices() : replay_notices_);
   if (replay_) log_->show_time(replay_notices_, replay_->seconds());
   if (force_panel_ && force_panel_->isVisible())
-    force_panel_->show_parts(replay_->force_parts(), *replay_->touch_scene());
+    force_panel_->show_parts(replay_->force_parts(), *replay_->touch_scene(), replay_->is_playing());
 }
 
 void MainWindow::show_state() {

@@ -2,10 +2,12 @@
 #include <QApplication>
 #include <QFileDialog>
 #include <QProgressDialog>
+#include <QRegularExpression>
 #include <atomic>
 #include <future>
 
 #include "apps/window/qt_case_panel.h"
+#include "apps/window/qt_text.h"
 #include "apps/window/qt_window.h"
 #include "apps/workbench/plan_overlays.h"
 
@@ -19,9 +21,12 @@ void MainWindow::show_case_panel() {
     case_panel_ = new CasePanel(*scene_, options_.plan.get(), forbidden, this);
     case_panel_->on_mark = [this](CasePanel::Mark mark) { mark_for_case(mark); };
     case_panel_->on_change = [this] {
-      viewport()->set_plan(workbench::plan_overlays(case_panel_->request().plan));
+      // The picture and the panes show the marks.
+      options_.plan = std::make_shared<const volume::SurgicalPlan>(case_panel_->request().plan);
+      viewport()->set_plan(workbench::plan_overlays(*options_.plan));
     };
     case_panel_->on_save = [this] { ask_and_save_case(); };
+    case_panel_->on_refusal = [this](const QString& reason) { show_refusal(reason); };
     addDockWidget(Qt::LeftDockWidgetArea, case_panel_);
   }
   case_panel_->show();
@@ -46,15 +51,18 @@ void MainWindow::ask_and_save_case() {
   const auto plan = workbench::case_plan_of(case_panel_->request(), *scene_);
   if (!plan) return show_error(plan.error());
   operation_->press(false);
-  QString path;
+  QString folder;
   {
     const WindowStage::Dialog dialog(stage_);
-    path = QFileDialog::getSaveFileName(this, tr("Save the case as a new folder"), "case", QString(), nullptr,
-                                        QFileDialog::DontConfirmOverwrite);
+    folder = QFileDialog::getExistingDirectory(this, tr("Folder in which the folder of the case is written"));
   }
-  if (path.isEmpty()) return;
-  if (const Status error = save_case(path)) return show_error(*error);
-  show_message(tr("The case is saved. Open it with File > Open a scanner's folder or a case."));
+  if (folder.isEmpty()) return;
+  QString name = text_of(case_panel_->request().name).toLower();
+  name.replace(QRegularExpression("[^a-z0-9]+"), "-");
+  if (const Status error = save_case(folder + "/" + name)) return show_error(*error);
+  show_message(
+      tr("The case is saved as the folder %1. Open it with File > Open a scanner's folder or a case.")
+          .arg(name));
 }
 
 Status MainWindow::save_case(const QString& path) {

@@ -1,6 +1,8 @@
 #include "apps/workbench/case_maker.h"
 
 #include <algorithm>
+#include <cmath>
+#include <set>
 
 #include "data-tools/cases/case_folder.h"
 #include "data-tools/files/words.h"
@@ -30,6 +32,33 @@ Status check_inside(const volume::SurgicalPlan& plan, const volume::Volume& scan
   return error;
 }
 
+/// Returns an error unless no two marks have one name, limits can give points, and no structure is both
+/// forbidden and a target.
+Status check_request(const CaseRequest& request) {
+  std::set<std::string> names;
+  Status error;
+  const auto add = [&](const std::string& name) {
+    if (!names.insert(name).second && !error)
+      error = Error{.what = "two marks have the same name", .found = name, .remedy = "rename one of them"};
+  };
+  for (const auto& one : request.plan.trajectories) add(one.name);
+  for (const auto& one : request.plan.landmarks) add(one.name);
+  for (const auto& one : request.plan.outlines) add(one.name);
+  for (const volume::ScoreLimit& limit : request.plan.score)
+    if (!error && (!(limit.weight >= 0) || limit.full_at == limit.zero_at || !std::isfinite(limit.full_at) ||
+                   !std::isfinite(limit.zero_at) || !std::isfinite(limit.weight)))
+      error = Error{.what = "the limits of a finding are invalid",
+                    .where = limit.finding,
+                    .expected = "two different values, and points of 0 or more",
+                    .remedy = "correct its row"};
+  for (const volume::PlannedTarget& target : request.plan.targets)
+    if (!error && std::count(request.forbidden.begin(), request.forbidden.end(), target.label) > 0)
+      error = Error{.what = "a structure is forbidden and a target",
+                    .found = target.label,
+                    .remedy = "remove one of its two ticks"};
+  return error;
+}
+
 }  // namespace
 
 Result<data_tools::CasePlan> case_plan_of(const CaseRequest& request, const haptics::TouchScene& scene) {
@@ -39,6 +68,7 @@ Result<data_tools::CasePlan> case_plan_of(const CaseRequest& request, const hapt
                  .where = "name",
                  .expected = "a name that does not identify a patient",
                  .remedy = "enter a name, such as \"L4 training case\""};
+  if (Status error = check_request(request)) return *error;
   if (Status error = volume::check(request.plan)) return *error;
   if (Status error = check_inside(request.plan, scan)) return *error;
   data_tools::CasePlan plan;

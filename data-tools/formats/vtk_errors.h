@@ -1,4 +1,4 @@
-// listen_to(): collects errors of VTK objects instead of printing them.
+// listen_to(): stores the first error of a VTK object instead of printing it.
 #pragma once
 
 #include <string>

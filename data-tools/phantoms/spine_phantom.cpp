@@ -234,7 +234,7 @@ double SpinePhantom::part_distance(const SpinePart& part, const dvec3& world) co
   } else {
     distance = std::max({distance, nerve_root(p[vertebra]), -part.side * world.x});
   }
-  constexpr double k_far = 2;  // mm: other parts do not change the side of a point
+  constexpr double k_far = 2;  // mm: beyond it a point is outside, whatever the other parts are
   if (distance > k_far) return distance;
   // As in sample(): bone covers nerve roots, which cover the dural sac, which covers discs.
   for (const double bone : bone_distances(world)) distance = std::max(distance, -bone);
@@ -244,7 +244,8 @@ double SpinePhantom::part_distance(const SpinePart& part, const dvec3& world) co
 }
 
 double SpinePhantom::bone_margin(int vertebra, const dvec3& entry, const dvec3& target) const noexcept {
-  constexpr double k_in = 6, k_step = 0.5;  // mm: nearer to the entry the outer surface of bone is near
+  // Positions nearer to the entry are skipped, because the outer surface of bone is there.
+  constexpr double k_in = 6, k_step = 0.5;  // mm
   const double length = glm::length(target - entry);
   double least = 1e3;
   for (double t = k_in; t <= length; t += k_step)

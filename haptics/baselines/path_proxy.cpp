@@ -13,7 +13,7 @@ using glm::ivec3;
 namespace {
 
 constexpr int k_max_nodes = 192;      // voxels that a search may open
-constexpr int k_max_idle = 24;        // voxels opened in a row without progress: the target is unreachable
+constexpr int k_max_idle = 24;        // voxels closed in a row without progress: the target is unreachable
 constexpr int k_max_length = 24;      // voxels: the longest path
 constexpr double k_margin = 0x1p-10;  // voxels: distance that the proxy keeps from a wall
 
@@ -124,7 +124,8 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, const ProxyInput& 
   if (!barrier.is_blocked) {
     result.add_waypoint(hip);
   } else {
-    // Move to the wall: the voxel before it is free, and so is the motion to that voxel.
+    // Move to the wall. The voxel before it is free; the motion to the clamped point leaves the traced line,
+    // so it is tested again.
     dvec3 p = clamp_to_voxel(state.proxy_volume + barrier.t * (hip - state.proxy_volume), barrier.before);
     ShapeSet after = state.inside;
     if (find_barrier(scene, grid, state.proxy_volume, p, state.around.passable, after, result.counters)

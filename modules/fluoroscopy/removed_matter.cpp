@@ -27,8 +27,9 @@ void add_changed(const Version& version, const Version* other, std::set<std::arr
   });
 }
 
-/// Returns the removed share of a voxel, from the distances of its samples to the cut, which never change,
-/// unlike the masks of an unfrozen version. A sample near the surface counts in part.
+/// Returns the removed share of a voxel, from the distances of its samples to the cut: within a version they
+/// are constant, whereas the masks of an unfrozen version still change. A sample near the surface counts in
+/// part.
 double removed_share(const Version& version, const ivec3& voxel, double softness) {
   const volume::CutLattice& lattice = version.lattice();
   const ivec3 low = lattice.low_of(voxel), high = lattice.high_of(voxel);
@@ -43,7 +44,7 @@ double removed_share(const Version& version, const ivec3& voxel, double softness
 
 }  // namespace
 
-bool shows_body(const volume::Volume& scan) {
+bool has_soft_tissue(const volume::Volume& scan) {
   constexpr std::int16_t k_low = -150, k_bone = 120;  // HU
   const std::size_t stride = 1 + scan.voxels.size() / 400'000;
   std::int64_t tissue = 0, bone = 0;
@@ -100,7 +101,7 @@ std::vector<ivec3> RemovedMatter::update(const volume::LineIntegrals& lines,
   std::vector<std::uint8_t> is_touched(block_positions.size(), 0);
   const volume::Volume& base = version->base();
   const volume::CutLattice& lattice = version->lattice();
-  if (fill_attenuation_ < 0) fill_attenuation_ = shows_body(base) ? lines.weights().of(0) : 0;
+  if (fill_attenuation_ < 0) fill_attenuation_ = has_soft_tissue(base) ? lines.weights().of(0) : 0;
   const double softness =
       (lattice.frame().spacing().x + lattice.frame().spacing().y + lattice.frame().spacing().z) / 3;
   parallel_for(static_cast<int>(block_positions.size()), threads, [&](int n) {

@@ -14,7 +14,7 @@ namespace trephine::fluoroscopy {
 
 /// Returns true if a scan shows a body, with soft tissue around the bone, and not a dry specimen. Matter
 /// removed from a body is replaced by fluid and soft tissue; from a specimen, by air.
-bool shows_body(const volume::Volume& scan);
+bool has_soft_tissue(const volume::Volume& scan);
 
 /// Blocks of 8 x 8 x 8 voxels with removed matter: the decrease of each voxel's attenuation, 1/mm, times its
 /// removed share. In a body, removed bone counts as water, and removed soft tissue as unchanged.

@@ -222,27 +222,6 @@ Status Replay::take(const LogItem& item) {
   return std::nullopt;
 }
 
-Result<haptics::ForceParts> Replay::force_parts(std::uint64_t tick, int hand) {
-  parts_.reset();
-  if (Status error = seek(tick)) return *error;
-  explained_ = {tick, hand};
-  Status failure;
-  while (!parts_ && state_->next_tick <= tick + 1) {
-    const Result<bool> has_stepped = step();
-    if (!has_stepped) failure = has_stepped.error();
-    if (!has_stepped || !has_stepped.value()) break;
-  }
-  explained_.reset();
-  if (failure) return *failure;
-  if (!parts_)
-    return Error{
-        .what = "the session does not contain this tick",
-        .found = "tick " + std::to_string(tick) + " of hand " + std::to_string(hand + 1),
-        .expected = "a recorded tick of one of " + std::to_string(state_->engine.hand_count()) + " hands",
-        .remedy = "choose an earlier time or another hand"};
-  return std::move(*parts_);
-}
-
 /// Compares the next checkpoint with the state, if the last item read begins its block.
 void Replay::compare_checkpoint() {
   const SessionReader::Position position = session_->position();

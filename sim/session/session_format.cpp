@@ -50,7 +50,7 @@ Error broken(const char* what) {
   return Error{.what = "the session's record is damaged",
                .found = what,
                .expected = "unchanged data written by trephine",
-               .remedy = "use the part before the damage"};
+               .remedy = "choose a time before the damage, or use an undamaged copy of the session"};
 }
 
 }  // namespace
@@ -249,7 +249,7 @@ Result<LogItem> ItemDecoder::next_value(std::uint8_t kind) {
                         get(bytes_, type) && get(bytes_, length) && bytes_.size() >= length;
   if (!is_whole) return broken("it ends early");
   if (event.hand >= last_.size()) return broken("an unknown hand");
-  if (type >= types_.size()) return broken("an unknown command");
+  if (type >= types_.size()) return broken(is_command ? "an unknown command" : "an unknown event");
   const std::string_view fields = bytes_.substr(0, length);
   bytes_.remove_prefix(length);
   if (types_[type] == nullptr) return LogItem{UnknownItem{type, is_command}};

@@ -123,7 +123,7 @@ TEST_F(FurtherVolumes, InvalidShapesAreRefused) {
   const Ended label =
       run("touch a.nrrd --iso 300 --more-scan b.nrrd --more-shape graft --path p.csv -o t.csv");
   EXPECT_EQ(label.exit_code, 2);
-  EXPECT_NE(label.err.find("unknown label"), std::string::npos) << label.err;
+  EXPECT_NE(label.err.find("the scan has no labels"), std::string::npos) << label.err;
   EXPECT_EQ(leftovers({"a.nrrd", "b.nrrd", "p.csv"}), "");
 }
 

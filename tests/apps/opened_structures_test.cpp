@@ -57,7 +57,7 @@ struct Bottom {
 /// Drills `below` mm below the inner table, with a ball of 4 mm radius, and returns what is drawn there.
 Bottom drilled(const haptics::TouchScene& scene, double below, bool is_at_once) {
   const auto untouched = haptics::untouched(scene);
-  OpenedStructures structures(scene, untouched_structures(scene));
+  OpenedStructures structures(scene, untouchable_structures(scene));
   structures.request_all(untouched);
   structures.finish();
   EXPECT_TRUE(structures.take().empty()) << "nothing is open";
@@ -98,10 +98,10 @@ Bottom drilled(const haptics::TouchScene& scene, double below, bool is_at_once) 
 const std::vector<std::string> k_names{"background", "skull", "dura", "brain"};
 
 TEST(OpenedStructures, AreIdentifiedByTheirNames) {
-  EXPECT_EQ(untouched_structures(layers(k_names)), (std::vector<int>{2, 3}));
-  EXPECT_EQ(untouched_structures(layers({"background", "vertebra", "Nerve root L4", "vertebral disc"})),
+  EXPECT_EQ(untouchable_structures(layers(k_names)), (std::vector<int>{2, 3}));
+  EXPECT_EQ(untouchable_structures(layers({"background", "vertebra", "Nerve root L4", "vertebral disc"})),
             (std::vector<int>{2, 3}));
-  EXPECT_TRUE(untouched_structures(layers({"background", "skull", "label-2", "label-3"})).empty());
+  EXPECT_TRUE(untouchable_structures(layers({"background", "skull", "label-2", "label-3"})).empty());
 }
 
 TEST(OpenedStructures, DuraIsTheBottomOfAHole) {
@@ -143,7 +143,7 @@ TEST(OpenedStructures, BordersBetweenThemAreSmooth) {
   const auto versions = haptics::untouched(scene);
   volume::RemovalEditor editor(versions, {scene.items[0].field});
   editor.remove({dvec3(8, 12, k_inner_table + 1), dvec3(30, 20, k_inner_table + 1), 7});
-  OpenedStructures structures(scene, untouched_structures(scene));
+  OpenedStructures structures(scene, untouchable_structures(scene));
   structures.request_all(editor.freeze());
   structures.finish();
   // On each edge of a triangle the border is where the colour is half way between both.
@@ -200,7 +200,7 @@ TEST(OpenedStructures, TheDuralSacIsVisibleInNaturalGaps) {
     return found;
   };
   const auto untouched = haptics::untouched(spine);
-  OpenedStructures structures(spine, untouched_structures(spine));
+  OpenedStructures structures(spine, untouchable_structures(spine));
   structures.request_all(untouched);
   structures.finish();
   const Count whole = count(structures);
@@ -216,7 +216,7 @@ TEST(OpenedStructures, TheDuralSacIsVisibleInNaturalGaps) {
   EXPECT_GT(opened.cord, 300u);
   EXPECT_GT(opened.aorta, 300u);
   const haptics::TouchScene head = below_bone({"background", "skull", "spinal_cord", "aorta"}, label_of);
-  OpenedStructures none(head, untouched_structures(head));
+  OpenedStructures none(head, untouchable_structures(head));
   none.request_all(haptics::untouched(head));
   none.finish();
   EXPECT_EQ(count(none).cord, 0u);

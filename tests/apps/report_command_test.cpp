@@ -263,7 +263,8 @@ TEST_F(ReportPage, HasTheScoreThePicturesAndNoNames) {
   EXPECT_NE(page.find("&lt;script&gt;alert(1)"), std::string::npos);
   EXPECT_EQ(page.find("<img src=x"), std::string::npos);
   // The page names no folder and no file, and requests nothing.
-  for (const char* name : {"Mustermann", "Erika", "page.html", "s.mha", "a.toml", "/tmp"})
+  for (const std::string& name : {std::string("Mustermann"), std::string("Erika"), std::string("page.html"),
+                                  std::string("s.mha"), std::string("a.toml"), folder_.filename().string()})
     EXPECT_EQ(page.find(name), std::string::npos) << name;
   const std::regex request(R"re((src|href|action|data)="(?!data:image/png;base64,)[^"]*"|url\(|@import)re");
   std::string outside = page;  // scripts are limited by the policy, and too long for a regex
@@ -376,7 +377,8 @@ TEST_F(ReportPage, OfAFolderHasNoNames) {
   EXPECT_EQ(report["scored_sessions"], 1);
   const std::string page = read(file("page.html"));
   EXPECT_EQ(report["bytes"], page.size());
-  for (const char* name : {"Mustermann", "Erika", "course", "/tmp"})
+  for (const std::string& name :
+       {std::string("Mustermann"), std::string("Erika"), std::string("course"), folder_.filename().string()})
     EXPECT_EQ(page.find(name), std::string::npos) << name;
   EXPECT_EQ(run("report course --expert course/Erika.session -o other.html").exit_code, 2);
   EXPECT_FALSE(fs::exists(folder_ / "other.html"));

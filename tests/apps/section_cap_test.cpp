@@ -69,7 +69,8 @@ TEST(SectionCap, AreasAreThoseOfTheCutSpheres) {
     const auto version = haptics::untouched(scene);
     for (const double offset : {0.0, 5.0, -7.0})
       for (const dvec3 normal : {dvec3(0, 0, 1), glm::normalize(dvec3(0.3, -0.8, 0.5))}) {
-        const CapImage image = cap_image(scene, *version, structures_of(scene), {offset * normal, normal});
+        const CapImage image =
+            cap_image(scene, *version, structures_of(scene), {offset * normal, normal}, k_cap_pixels);
         const double ring = k_pi * (18 * 18 - 16 * 16), disc = k_pi * (8 * 8 - offset * offset);
         EXPECT_NEAR(area(image, is_outer), ring, 0.03 * ring) << offset;
         EXPECT_NEAR(area(image, is_inner), disc, 0.03 * k_pi * 64) << offset;
@@ -85,14 +86,15 @@ TEST(SectionCap, ShowsOnlyOpaqueStructures) {
   std::vector<Structure> list = structures_of(scene);
   ASSERT_EQ(list.size(), 2u);
   list[1].opacity = 0.5;
-  const CapImage bone = cap_image(scene, *version, list, plane);
+  const CapImage bone = cap_image(scene, *version, list, plane, k_cap_pixels);
   EXPECT_GT(area(bone, is_outer), 200);
   EXPECT_EQ(area(bone, is_inner), 0);
   list[0].opacity = 0, list[1].opacity = 1;
-  const CapImage brain = cap_image(scene, *version, list, plane);
+  const CapImage brain = cap_image(scene, *version, list, plane, k_cap_pixels);
   EXPECT_EQ(area(brain, is_outer), 0);
   EXPECT_GT(area(brain, is_inner), 190);
-  EXPECT_EQ(cap_image(scene, *version, list, {dvec3(0, 60, 0), dvec3(0, 1, 0)}).columns, 0) << "a miss";
+  EXPECT_EQ(cap_image(scene, *version, list, {dvec3(0, 60, 0), dvec3(0, 1, 0)}, k_cap_pixels).columns, 0)
+      << "a miss";
 }
 
 TEST(SectionCap, RemovedMatterIsEmpty) {
@@ -103,9 +105,9 @@ TEST(SectionCap, RemovedMatterIsEmpty) {
   const auto is_near = [&](const dvec3& p) { return glm::distance(p, at) < 3.6; };
   const auto is_far = [&](const dvec3& p) { return glm::distance(p, at) > 4.4; };
   volume::RemovalEditor editor(haptics::untouched(scene), {scene.items[0].field});
-  const CapImage before = cap_image(scene, *editor.publish(), list, plane);
+  const CapImage before = cap_image(scene, *editor.publish(), list, plane, k_cap_pixels);
   editor.remove({at, at + dvec3(0, 1e-3, 0), 4});
-  const CapImage after = cap_image(scene, *editor.publish(), list, plane);
+  const CapImage after = cap_image(scene, *editor.publish(), list, plane, k_cap_pixels);
   EXPECT_GT(area(before, is_near), 10);
   EXPECT_EQ(area(after, is_near), 0);
   EXPECT_NEAR(area(after, is_far), area(before, is_far), 0.5);

@@ -45,7 +45,6 @@ TEST_F(CaseWindow, IsMadeByClicksAndOpensAgain) {
   emit procedure->activated(procedure->currentIndex());
   auto* limits = child<QTableWidget>(*window_, "case_limits");
   ASSERT_GT(limits->rowCount(), 0);
-  limits->item(0, 3)->setText("7");
   ASSERT_NE(structure_cell("dura", 1), nullptr);
   structure_cell("dura", 1)->setCheckState(Qt::Checked);
   structure_cell("tumour", 2)->setCheckState(Qt::Checked);
@@ -63,6 +62,11 @@ TEST_F(CaseWindow, IsMadeByClicksAndOpensAgain) {
   EXPECT_EQ(child<QListWidget>(*window_, "case_marks")->count(), before + 3);
   EXPECT_EQ(hand().state().removed_mm3, 0) << "marking drills nothing";
   keep(*window_, "make-case");
+  limits->item(0, 3)->setText("6,5");
+  EXPECT_EQ(limits->item(0, 3)->text(), "6.5") << "a decimal comma";
+  limits->item(0, 3)->setText("abc");
+  EXPECT_EQ(limits->item(0, 3)->text(), "6.5") << "no number";
+  limits->item(0, 3)->setText("7");
 
   const std::string folder = (folder_ / "made").string();
   ASSERT_FALSE(window_->save_case(QString::fromStdString(folder)));
@@ -113,6 +117,19 @@ TEST_F(CaseRequests, BadOnesAreRefused) {
   EXPECT_NE(error().find("outside the scan"), std::string::npos);
   request_.plan.landmarks = {{"a", {0, 0, 0}}, {"a", {1, 0, 0}}};
   EXPECT_FALSE(workbench::case_plan_of(request_, scene_).is_ok()) << "two of one name";
+  request_.plan.landmarks = {{"a", {0, 0, 0}}};
+  request_.plan.trajectories = {{"a", {0, 0, 0}, {1, 0, 0}}};
+  EXPECT_NE(error().find("two marks have the same name"), std::string::npos);
+  request_.plan.trajectories.clear();
+  request_.plan.score = {{"time", 3, 3, 1}};
+  EXPECT_NE(error().find("the limits of a finding are invalid"), std::string::npos);
+  request_.plan.score = {{"time", 3, 4, -1}};
+  EXPECT_NE(error().find("the limits of a finding are invalid"), std::string::npos);
+  request_.plan.score.clear();
+  request_.plan.targets = {{"tumour", "tumour"}};
+  request_.forbidden = {"tumour"};
+  EXPECT_NE(error().find("a structure is forbidden and a target"), std::string::npos);
+  request_.forbidden.clear(), request_.plan.targets.clear();
   request_.plan.landmarks = {{"a", {0, 0, std::nan("")}}};
   EXPECT_FALSE(workbench::case_plan_of(request_, scene_).is_ok());
 }

@@ -118,8 +118,8 @@ TEST_F(ToolWindow, AnIdleToolEntersNoStructureOfAClippedHead) {
     ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 200; }));
     EXPECT_EQ(entries(), 0) << inside.x << " " << inside.z;
     const auto pointed = hand().pointed();
-    ASSERT_TRUE(pointed) << "the bone behind can be marked";
-    EXPECT_GT(pointed->y, 20);
+    ASSERT_TRUE(pointed) << "the cut face can be marked";
+    EXPECT_NEAR(pointed->y, hand().viewport().clip_plane()->at.y, 1e-6);
   }
 }
 
@@ -229,6 +229,39 @@ TEST_F(ToolWindow, ABurrRemovesBoneWhereTheLineOfSightGrazesIt) {
       let_run(100);
     }
   EXPECT_GT(count, 5);
+}
+
+/// A press on a cut face is refused: the hidden bone in front of it cannot be passed, and what is behind it
+/// is not visible. It tore a nerve root far behind the face.
+TEST_F(ToolWindow, APressOnACutFaceIsRefused) {
+  workbench::SourceChoice source("spine");
+  source.uses_plan = true;
+  open(source, drilling::burr({.diameter = 4}));
+  QTest::keyClick(window_.get(), Qt::Key_L, Qt::ShiftModifier);
+  QTest::keyClick(window_.get(), Qt::Key_C);
+  ASSERT_TRUE(reaches([&] { return viewport().clip_plane() && viewport().is_complete(); }));
+  int presses = 0;
+  for (const dvec3& at :
+       {dvec3(0, -10, 0), dvec3(0, -14, 30), dvec3(0, 12, 0), dvec3(0, 45, 0), dvec3(0, 8, -30)}) {
+    SCOPED_TRACE(testing::Message() << at.y << ' ' << at.z);
+    point_at(at);
+    const glm::dvec2 pixel = hand().viewport().project(at);
+    if (!viewport().distance_to_cut_face(*hand().version(), hand().viewport().ray_at(pixel.x, pixel.y)))
+      continue;
+    ++presses;
+    const std::size_t notices = hand().notices().count();
+    QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(at));
+    EXPECT_TRUE(reaches([&] { return hand().notices().count() > notices; }));
+    EXPECT_NE(hand().notices().log().back().text.find("cut face"), std::string::npos);
+    const std::uint64_t tick = hand().state().newest.tick;
+    ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 500; }));
+    QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(at));
+    EXPECT_EQ(entries(), 0);
+    EXPECT_EQ(hand().state().removed_mm3, 0);
+    let_run(100);
+  }
+  EXPECT_GE(presses, 3);
+  keep(*window_, "press-on-face");
 }
 
 /// An idle burr that moves over a hole stays clear of the dura at its bottom and at its edge.

@@ -154,7 +154,7 @@ TEST_F(WindowSteps, ANewStepIsLaidOutBeforeItIsDrawn) {
   }
 }
 
-TEST_F(WindowSteps, WithoutAProcedureThereIsNoPanelAndNoRequest) {
+TEST_F(WindowSteps, WithoutAProcedureThereAreNoStepsAndAllToolsAreEnabled) {
   MainWindow window(scene_, options_);
   ASSERT_TRUE(open(window));
   EXPECT_EQ(window.findChild<QDockWidget*>("steps"), nullptr);
@@ -224,7 +224,8 @@ TEST_F(WindowSteps, ButtonsGoThroughTheStepsAndUndoGoesBack) {
 
   drill(window);
   // The next step does not allow the burr, which is removed.
-  ASSERT_TRUE(has_reason(window, "reason_judge", "The tool is removed first."));
+  ASSERT_TRUE(has_reason(window, "reason_judge",
+                         "This step allows no tool in the hand: the tool is removed when you go on."));
   ASSERT_TRUE(
       QTest::qWaitFor([&] { return child<QPushButton>(window, "next_judge")->isEnabled(); }, k_patience));
   child<QAction>(window, "next_step")->trigger();

@@ -112,7 +112,7 @@ TEST(VolumeXray, AfterAStrokeIsRenewedOnlyWhereNeeded) {
         if (glm::length(p) > 24) return is_body && glm::length(p) < 38 ? (p.x > 0 ? 45.0 : -90.0) : -1000.0;
         return 400 + 300 * std::sin(p.x) * std::cos(0.7 * p.y + p.z);
       });
-      EXPECT_EQ(shows_body(*scan), is_body);
+      EXPECT_EQ(has_soft_tissue(*scan), is_body);
       const volume::Field bone(*scan, volume::Shape{"bone", 0});
       volume::RemovalEditor editor(
           std::make_shared<Version>(scan, volume::CutLattice::for_burr(*scan, 4).value()), {bone});

@@ -165,6 +165,45 @@ def test_surface_slice_and_xray():
     assert xray.shape == (64, 64) and xray.dtype == np.uint8 and xray.std() > 1
 
 
+def test_queries_touch_nothing():
+    operation = tr.Operation.open(sphere(), hand=tr.Hand("burr", diameter=8, kinematic=True))
+    points = np.array([[0, 0, 0], [0, 0, 28], [0, 0, 32], [0, 0, 1e4], [np.nan, 0, 0]])
+    first, state = operation.query(points), operation.hash
+    assert first["solid"].tolist() == [True, True, False, False, False]
+    assert first["item"].tolist() == [0, 0, 0, -1, -1]
+    assert first["gradient"].shape == (5, 3)
+    assert np.all(first["gradient"][1][2] < 0), "the value falls outward"
+    operation.run(path_down(300, start=40, depth=0.05), buttons=1)
+    now = operation.query(points)
+    assert now["removed"].tolist() == [False, True, False, False, False]
+    assert not now["solid"][1] and now["cut_distance"][1] < 0
+    assert np.array_equal(first["value"], now["value"]), "of the uncut scan"
+    operation.undo()
+    assert operation.query(points)["solid"][1]
+    assert isinstance(state, int)
+    for wrong in (np.zeros(3), np.zeros((2, 2)), np.zeros((2, 2, 3)), "points"):
+        with pytest.raises(tr.Error):
+            operation.query(wrong)
+
+
+def test_the_force_of_a_recorded_tick_is_explained(tmp_path):
+    scan = sphere()
+    file = tmp_path / "a.session"
+    operation = tr.Operation.open(scan, hand=tr.Hand(effects=["constant force=0,0.5,0 most=3"]), record=file)
+    touches = operation.run(path_down(400))
+    operation.end()
+    session = tr.Operation.reopen(file, scan)
+    parts = session.explain_force(350)
+    assert {"spring", "constant"} <= {part["name"].split()[0] for part in parts}
+    total = np.sum([part["force"] for part in parts], axis=0)
+    assert np.allclose(total, touches.force[350], atol=1e-6)
+    assert session.tick == 351
+    with pytest.raises(tr.Error):
+        session.explain_force(10**9)
+    with pytest.raises(tr.Error):
+        operation.explain_force(3)
+
+
 def test_two_hands():
     operation = tr.Operation.open(sphere(), hands=[tr.Hand(), tr.Hand()], iso=300)
     positions = np.stack([path_down(400), path_down(400, 60)], axis=1)

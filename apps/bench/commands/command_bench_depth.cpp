@@ -48,7 +48,7 @@ void report_images(bool is_quick, Outcome& outcome) {
       "triangles = {triangles} | pixels = {pixels}^2 | ours = {ours_ms:.2f} | "
       "Embree: its tree = {embree_tree_ms:.1f} | first hits = {embree_first_hits_ms:.2f} | "
       "pixels that differ = {embree_different_pixels} | VTK's depth buffer: first = {gl_first_ms:.1f} | "
-      "then = {gl_ms:.1f} | pixels that differ = {gl_different_pixels} | ours moved by a pixel = {moved_different_pixels}");
+      "then = {gl_ms:.1f} | pixels that differ = {gl_different_pixels} | differ if ours is shifted by a pixel (check) = {moved_different_pixels}");
   Json table = Json::array();
   json["edits"] = Json::array();
   for (const bench::EditRow& row : bench::run_depth_edits(is_quick)) {
@@ -61,7 +61,7 @@ void report_images(bool is_quick, Outcome& outcome) {
     table.push_back(json["edits"].back());
     table.back()["ratio"] = row.embree_ms < 0 ? Json() : Json(1e3 * row.embree_ms / row.update_us);
   }
-  outcome.print("\nSix images of 256^2 rows of voxels after a burr touched them");
+  outcome.print("\nSix images of rows of voxels, updated after a burr removed matter");
   outcome.print_table(table,
                       "burr, mm = {burr_mm:.0f} | whole, ms = {all_ms:.2f} | "
                       "changed rows, us = {update_us:.1f} | the chunk's net, ms = {net_ms:.2f} | "
@@ -85,8 +85,8 @@ void report_images(bool is_quick, Outcome& outcome) {
   outcome.print_table(
       table,
       "surface or volume = {of} | drawn, ms = {draw_ms:.1f} | "
-      "voxels touched, us = {voxels_us:.1f} | depth images, ms = {depth_images_ms:.2f} | "
-      "drawn again and read, ms = {drawn_again_ms:.1f} | all triangles, ms = {feedback_ms:.2f}");
+      "16 steps of touch on voxels, us = {voxels_us:.1f} | depth images, ms = {depth_images_ms:.2f} | "
+      "drawn again and read, ms = {drawn_again_ms:.1f} | search of all triangles, ms = {feedback_ms:.2f}");
 }
 
 void report_falls(bool is_quick, Outcome& outcome) {

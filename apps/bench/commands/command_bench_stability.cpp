@@ -78,7 +78,7 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
       return Error{.what = "unknown method",
                    .where = "--only",
                    .found = arguments.only,
-                   .expected = "part of a name of " + haptics::method_names()};
+                   .expected = "a part of one of these names: " + haptics::method_names()};
   }
   ProgressLine progress("random motion");
   bool is_stopped = false;

@@ -121,7 +121,8 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
   sim::LiveSession live(devices, operation.engine(), operation.servo(), recorder.value().get());
   if (Status error = live.start()) return *error;
 
-  // After ten strokes all are undone. After more than three, in contact, one is undone at random.
+  // After ten strokes all are undone. With more than three, and in contact, the newest is undone at random
+  // times.
   std::mt19937_64 random(arguments.seed + 1);
   std::vector<double> resident_mb;
   int undos = 0, redos = 0, fault_resets = 0;
@@ -177,7 +178,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
     std::error_code ignored;
     std::filesystem::remove(record.file, ignored);
   }
-  // Flat: in the last quarter less than 16 MB and 5 % above the second; the allocator keeps some memory.
+  // Flat: in the last quarter at most 16 MB plus 5 % above the second; the allocator keeps some memory.
   const auto mean = [&resident_mb](double from, double to) {
     double sum = 0;
     int count = 0;
