@@ -39,8 +39,8 @@ void MainWindow::undo() {
   operation_->undo();
   if (state.can_undo || state.removed_mm3 > 0) return;  // removed matter: a stroke may still be ending
   show_refusal(
-      tr("There is no change of bone or bodies to undo. Anchors, pins and measurements are removed "
-         "with their own commands."));
+      tr("There is no change of bone or bodies to undo. Injuries stay recorded; anchors, pins and "
+         "measurements are removed with their own commands."));
 }
 
 void MainWindow::toggle_names() {

@@ -226,10 +226,10 @@ Result<Outcome> list_series(const std::string& path) {
   return outcome;
 }
 
-/// Reports structures, trajectories and landmarks of a plan.
+/// Reports structures, trajectories, landmarks and outlines of a plan.
 void report_plan(const data_tools::CasePlan& plan, bool is_hounsfield, Outcome& outcome) {
   Json& json = outcome.json;
-  for (const char* list : {"structures", "trajectories", "landmarks"}) json[list] = Json::array();
+  for (const char* list : {"structures", "trajectories", "landmarks", "outlines"}) json[list] = Json::array();
   for (const data_tools::CaseStructure& s : plan.structures) {
     json["structures"].push_back({{"name", s.shape.name},
                                   {"shape", describe(s.shape, is_hounsfield)},
@@ -256,6 +256,10 @@ void report_plan(const data_tools::CasePlan& plan, bool is_hounsfield, Outcome& 
   for (const volume::PlannedLandmark& l : plan.landmarks) {
     json["landmarks"].push_back({{"name", l.name}, {"at", json_of(l.position_world)}});
     outcome.print("  landmark {name}: ({at:.1f}) mm", json["landmarks"].back());
+  }
+  for (const volume::PlannedOutline& o : plan.outlines) {
+    json["outlines"].push_back({{"name", o.name}, {"positions", o.points_world.size()}});
+    outcome.print("  outline {name}: {positions} positions", json["outlines"].back());
   }
 }
 
