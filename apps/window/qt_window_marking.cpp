@@ -24,6 +24,7 @@ void MainWindow::begin_marking(PositionMarking::Request request,
 /// Marks the position under the cursor.
 void MainWindow::mark_pointed() {
   if (!operation_) return;
+  follow_cursor();  // it may have moved since the last frame
   if (const std::optional<dvec3> at = operation_->pointed())
     marking_.add(*at);
   else
