@@ -85,16 +85,18 @@ bool OperationController::passes_forbidden(const dvec3& from, const dvec3& to) c
 /// worked on, and idle if there are structures between the clip plane and the bone at `hit`. Returns false if
 /// the path is free.
 bool OperationController::wait_outside_clip(const Ray& ray, double hit) {
-  if (!viewport_.clip_plane()) return false;
+  if (!is_pressed_) is_face_refused_ = false;
+  // A guided tool is independent of the cursor: a probe or a catheter stays in its track.
+  if (!viewport_.clip_plane() || is_guided()) return false;
   const std::optional<double> face = viewport_.distance_to_cut_face(*version_, ray);
   if (!face && (is_pressed_ || hit < 0 || !distance_to_forbidden(ray, hit))) return false;
   constexpr double k_away = 5;  // mm
-  const double outer = viewport_.distance_to_solid(*version_, ray, Viewport::Clipping::ignored);
+  double outer = viewport_.distance_to_solid(*version_, ray, Viewport::Clipping::ignored);
+  if (face && outer < 0) outer = *face;  // a face of soft tissue, without bone on the line of sight
   if (outer < 0 || (!face && outer >= hit)) return false;
   if (face && is_pressed_ && !std::exchange(is_face_refused_, true))
     show_refusal(
         "The cut face shows hidden matter, which cannot be reached. Press C until nothing is clipped.");
-  if (!is_pressed_) is_face_refused_ = false;
   double along = std::max(0.0, outer - state_.tool_radius - k_away);
   if (const std::optional<double> soft = distance_to_forbidden(ray, outer, Viewport::Clipping::ignored))
     along = std::min(along, *soft);

@@ -49,13 +49,7 @@ void ReplayController::explain_force(bool is_explained) {
 void ReplayController::update_force_parts() {
   if (!is_force_explained_) return;
   const std::uint64_t next = replay_->next_tick();
-  if (is_playing_) {
-    if (force_parts_) shown_.reset();
-    force_parts_.reset();
-    explained_tick_ = 0;
-    return;
-  }
-  if (next == 0) {  // before the first tick
+  if (is_playing_ || next == 0) {  // 0: before the first tick
     if (force_parts_) shown_.reset();
     force_parts_.reset();
     explained_tick_ = 0;

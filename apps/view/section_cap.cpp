@@ -175,10 +175,12 @@ SectionCap::~SectionCap() {
 }
 
 void SectionCap::request(std::shared_ptr<const volume::Version> version, std::vector<Structure> structures,
-                         const volume::Openings::Plane& plane) {
+                         const volume::Openings::Plane& plane, bool is_moved) {
   waiting_ = Request{std::move(version), std::move(structures), plane};
-  done_.reset();
-  is_discarded_ = job_.valid();
+  if (is_moved) {
+    done_.reset();
+    is_discarded_ = job_.valid();
+  }
   start();
 }
 

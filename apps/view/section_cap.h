@@ -44,8 +44,9 @@ class SectionCap {
   SectionCap(const SectionCap&) = delete;
   SectionCap& operator=(const SectionCap&) = delete;
 
+  /// `is_moved`: plane or structures changed, so that the image of an unfinished request is not used.
   void request(std::shared_ptr<const volume::Version> version, std::vector<Structure> structures,
-               const volume::Openings::Plane& plane);
+               const volume::Openings::Plane& plane, bool is_moved = true);
   /// Discards the requests and their images.
   void clear();
   /// Returns the image of the newest request once it is finished.

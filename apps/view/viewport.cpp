@@ -114,7 +114,7 @@ void Viewport::request(const std::shared_ptr<const volume::Version>& version,
   version_ = version;
   worker_->request(version, changed.low, changed.high);
   opened_->request(version, changed);
-  if (clip_plane()) request_cap();
+  if (is_clipped_in(changed)) request_cap();
   if (!has_whole_structures()) return;
   for (std::size_t i = 0; i < list_.size(); ++i)
     if (list_[i].label >= 0 && surfaces_.has_voxels(list_[i].label, changed)) request_whole(i, version);

@@ -165,6 +165,7 @@ class Viewport {
   void follow(const volume::Version& version, const Ray& ray, const Visit& visit,
               Clipping clipping = Clipping::applied) const;
   void request_cap();
+  bool is_clipped_in(const volume::VoxelBox& voxels) const;
   void show_in_front();
   sim::Overlays plan_;
   sim::Overlays marks_, in_front_;  ///< `in_front_`: overlays of the last show() that bone does not hide

@@ -1,6 +1,8 @@
 // Structures of Viewport: opacities, clipping and the cut face.
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <set>
 #include <utility>
 #include <vtkCamera.h>
@@ -58,13 +60,27 @@ void Viewport::request_cap() {
   const std::optional<volume::Openings::Plane> plane = clip_plane();
   if (plane && version_ && !preview_) {
     // A coarse face follows the plane at once; the fine one replaces it.
-    if (is_cap_moved_)
+    const bool is_moved = std::exchange(is_cap_moved_, false);
+    if (is_moved)
       view_.structures()->show_cap(cap_image(*scene_, *version_, list_, *plane, k_coarse_cap_pixels));
-    is_cap_moved_ = false;
-    return cap_.request(version_, list_, *plane);
+    return cap_.request(version_, list_, *plane, is_moved);
   }
   cap_.clear();
   view_.structures()->show_cap({});
+}
+
+/// True if the clip plane crosses a box of voxels.
+bool Viewport::is_clipped_in(const volume::VoxelBox& voxels) const {
+  const std::optional<volume::Openings::Plane> plane = clip_plane();
+  if (!plane) return false;
+  bool is_before = false, is_behind = false;
+  for (int corner = 0; corner < 8; ++corner) {
+    const dvec3 p = glm::mix(dvec3(voxels.low) - 1.0, dvec3(voxels.high) + 1.0,
+                             dvec3(corner & 1, (corner >> 1) & 1, corner >> 2));
+    (glm::dot(scene_->base->frame.world_from_volume(p) - plane->at, plane->normal) > 0 ? is_before
+                                                                                       : is_behind) = true;
+  }
+  return is_before && is_behind;
 }
 
 std::optional<double> Viewport::distance_to_cut_face(const volume::Version& version, const Ray& ray) const {

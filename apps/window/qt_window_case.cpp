@@ -58,7 +58,8 @@ void MainWindow::ask_and_save_case() {
   }
   if (folder.isEmpty()) return;
   QString name = text_of(case_panel_->request().name).toLower();
-  name.replace(QRegularExpression("[^a-z0-9]+"), "-");
+  name.replace(QRegularExpression("[^a-z0-9]+"), "-").remove(QRegularExpression("^-|-$"));
+  if (name.isEmpty()) name = "case";
   if (const Status error = save_case(folder + "/" + name)) return show_error(*error);
   show_message(
       tr("The case is saved as the folder %1. Open it with File > Open a scanner's folder or a case.")

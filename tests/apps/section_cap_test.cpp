@@ -5,6 +5,7 @@
 #include <functional>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <thread>
 
 #include "apps/bench/scenes/scenes.h"
 #include "volume/cuts/removal.h"
@@ -129,6 +130,15 @@ TEST(SectionCap, TheNewestRequestCounts) {
   cap.clear();
   cap.finish();
   EXPECT_FALSE(cap.take()) << "discarded";
+  // While only matter is removed, unfinished images are shown: a face follows continuous cuts.
+  cap.request(version, structures_of(scene), {dvec3(0), dvec3(0, 1, 0)});
+  bool is_shown = false;
+  for (int i = 0; i < 2000 && !is_shown; ++i) {
+    cap.request(version, structures_of(scene), {dvec3(0), dvec3(0, 1, 0)}, false);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    is_shown = cap.take().has_value();
+  }
+  EXPECT_TRUE(is_shown);
 }
 
 }  // namespace

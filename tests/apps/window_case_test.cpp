@@ -59,6 +59,7 @@ TEST_F(CaseWindow, IsMadeByClicksAndOpensAgain) {
   QTest::keyClick(window_->canvas(), Qt::Key_Return);
   EXPECT_EQ(child<QListWidget>(*window_, "case_marks")->count(), before + 3);
   EXPECT_EQ(hand().state().removed_mm3, 0) << "marking drills nothing";
+  let_run(300);  // the prompt disappears
   keep(*window_, "make-case");
   limits->item(0, 3)->setText("6,5");
   EXPECT_EQ(limits->item(0, 3)->text(), "6.5") << "a decimal comma";

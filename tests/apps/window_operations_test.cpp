@@ -57,6 +57,12 @@ TEST_F(WholeOperation, AProbeMakesATrackAlongThePlanForAScrewThatIsJudged) {
   QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(entry));
   keep(*window_, "probe-in-pedicle");
   EXPECT_NE(logged("The probe entered bone."), "");
+  // It stays in its track while the picture is clipped, also with the cursor over a cut face.
+  hand().viewport().set_clip({.axis = ClipChoice::Axis::view, .share = 0.5});
+  const std::uint64_t tick = hand().state().newest.tick;
+  ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 400; }));
+  EXPECT_GT(glm::dot(hand().state().newest.proxy_world - entry, ahead), 33) << "mm deep";
+  hand().viewport().set_clip({});
   // A click elsewhere withdraws the probe.
   const dvec3 aside = entry + dvec3(-25, 0, 25);
   point_at(aside);

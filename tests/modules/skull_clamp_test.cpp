@@ -385,6 +385,8 @@ TEST(Clamp, PostureFollowsClosedForms) {
   ASSERT_EQ(refusal(run, {SetPosture{{-s, -c, 0}, 10}, 0}), "");
   ASSERT_TRUE(fit(run, level_pins()).is_fitted);
   EXPECT_NEAR(measures(run)["neck rotation"], 20, 1e-9);
+  ASSERT_EQ(refusal(run, {SetPosture{{0, -1, 0}, 0}, 0}), "");
+  EXPECT_EQ(measures(run)["clamp fitted"], 0) << "a fit belongs to its posture";
 }
 
 TEST(Clamp, ShowsHandlesFrameAndSweatbandOfTheCurrentPins) {
