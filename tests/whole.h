@@ -5,7 +5,7 @@
 
 namespace trephine {
 
-inline bool is_whole() { return std::getenv("TREPHINE_WHOLE") != nullptr; }
+inline bool runs_all_cases() { return std::getenv("TREPHINE_WHOLE") != nullptr; }
 
 /// True for optimized builds without sanitizers; other builds take up to twenty times as long per step.
 #if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)

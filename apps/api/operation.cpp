@@ -7,6 +7,7 @@
 #include <glm/matrix.hpp>
 
 #include "apps/api/operation_input.h"
+#include "apps/imaging/render_panel.h"
 #include "apps/imaging/xray_panel.h"
 #include "apps/workbench/findings.h"
 #include "apps/workbench/moment.h"
@@ -30,6 +31,20 @@ Touch touch_of(const haptics::ServoRecord& record) noexcept {
           record.shape,        record.faults};
 }
 
+/// Returns the image of a panel, whose rows begin at the lower left.
+Image<Colour> image_of(const imaging::Panel& panel) {
+  Image<Colour> image{panel.columns, panel.rows, {}};
+  image.pixels.reserve(panel.pixels.size());
+  for (int row = panel.rows - 1; row >= 0; --row)
+    for (int column = 0; column < panel.columns; ++column) {
+      const auto& pixel =
+          panel.pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(panel.columns) +
+                       static_cast<std::size_t>(column)];
+      image.pixels.push_back({pixel[0], pixel[1], pixel[2]});
+    }
+  return image;
+}
+
 }  // namespace
 
 /// An operation that is driven by its caller (`run`), or read from a file (`session`).
@@ -44,6 +59,8 @@ struct Operation::Data {
   volume::VoxelBox changed = sim::k_no_voxels;
   std::vector<Touch> touches;  ///< of the last tick
   imaging::XrayCamera camera;
+  imaging::Renderer renderer;
+  std::string drawn_function;  ///< transfer function of the renderer
 
   ~Data() {
     if (run && recorder && !has_ended) (void)recorder->finish(run->engine());
@@ -59,6 +76,15 @@ struct Operation::Data {
     air = volume::air_of(*engine.scene().base);
     touches.resize(engine.hand_count());
     run.emplace(std::move(engine), scene.force, scene.rate_hz, recorder.get());
+  }
+  /// Current state for images.
+  imaging::Subject subject() {
+    engine().freeze();
+    imaging::Subject subject;
+    subject.scan = engine().scene().base;
+    subject.version = engine().current();
+    subject.objects = workbench::objects_of(engine());
+    return subject;
   }
   Status check_is_running() const {
     if (!run)
@@ -89,7 +115,7 @@ struct Operation::Data {
                    .found = std::to_string(command.hand),
                    .expected = "below " + std::to_string(engine().hand_count())};
     sim::Outcome outcome = run->apply_whole(command);
-    changed = sim::united(changed, outcome.box);
+    changed = sim::union_of(changed, outcome.box);
     if (outcome.refused) outcome.refused->kind = ErrorKind::refused;
     return std::move(outcome.refused ? outcome.refused : outcome.failed);
   }
@@ -174,7 +200,7 @@ Result<Operation> Operation::open_scene(std::string_view scene,
   const auto smallest = spec.smallest_burr > 0 ? std::optional(spec.smallest_burr) : std::nullopt;
   if (Status error = sim::apply_tool_needs(spec, *input.volumes[0], modules::catalogue(), smallest))
     return *error;
-  spec.is_softening = sim::touches_smooth(spec);
+  spec.smooths_all_shapes = sim::touches_smooth(spec);
   auto built = sim::build_scene(spec, input, modules::catalogue());
   if (!built) return built.error();
   auto data = std::make_unique<Data>();
@@ -229,7 +255,7 @@ Result<std::span<const Touch>> Operation::step(std::span<const Pose> poses) {
                  .expected = std::to_string(hand_count()) + ", one per hand"};
   const auto records = data_->run->step(poses);
   std::transform(records.begin(), records.end(), data_->touches.begin(), touch_of);
-  data_->changed = sim::united(data_->changed, data_->run->last_outcome().box);
+  data_->changed = sim::union_of(data_->changed, data_->run->last_outcome().box);
   return std::span<const Touch>(data_->touches);
 }
 
@@ -291,11 +317,11 @@ Status Operation::restore(const Snapshot& snapshot) {
                  .where = k_where,
                  .expected = "a snapshot of this operation",
                  .remedy = "call snapshot() of the operation that you restore"};
-  const volume::VoxelBox ever_cut =
-      sim::united(data_->engine().ever_cut(), snapshot.data_->run.engine().ever_cut());
+  const volume::VoxelBox all_cuts_box =
+      sim::union_of(data_->engine().all_cuts_box(), snapshot.data_->run.engine().all_cuts_box());
   data_->run.emplace(snapshot.data_->run);
   data_->touches = snapshot.data_->touches;
-  data_->changed = sim::united(data_->changed, ever_cut);
+  data_->changed = sim::union_of(data_->changed, all_cuts_box);
   return std::nullopt;
 }
 
@@ -313,7 +339,7 @@ Status Operation::go_to(std::uint64_t tick) {
 Status Operation::verify() {
   if (Status error = data_->check_is_recorded()) return error;
   sim::Replay& replay = *data_->session->replay;
-  if (Status error = replay.why_not_verifiable()) return error;
+  if (Status error = replay.reason_not_verifiable()) return error;
   if (Status error = replay.seek(0)) return error;
   for (bool has_next = true; has_next;) {
     const Result<bool> stepped = replay.step();
@@ -348,8 +374,35 @@ std::string Operation::scene() const { return sim::to_text(data_->scene); }
 double Operation::removed_mm3() const { return data_->engine().removed_mm3(); }
 std::vector<Measure> Operation::measures() const { return data_->engine().measures(); }
 
-Score Operation::score() {
-  const sim::Score judged = workbench::score_of(data_->engine(), nullptr);
+Score Operation::score() { return score({}).value(); }
+
+Result<Score> Operation::score(const std::vector<Judgement>& judgements) {
+  std::vector<sim::Finding> findings;
+  for (const Judgement& one : judgements) {
+    for (const double number : {one.value.value_or(0), one.full_at, one.zero_at, one.weight})
+      if (!std::isfinite(number) || one.weight < 0 || one.name.empty())
+        return Error{.what = "a judgement is not valid",
+                     .where = "score",
+                     .found = one.name.empty() ? "no name" : one.name,
+                     .expected = "a name, finite numbers, and a weight of 0 or more"};
+    findings.push_back({.name = one.name,
+                        .value = one.value,
+                        .unit = one.unit,
+                        .reason = one.reason,
+                        .full_at = one.full_at,
+                        .zero_at = one.zero_at,
+                        .weight = one.weight});
+  }
+  const sim::Score judged = workbench::score_of(
+      data_->engine(), nullptr, [](double) { return true; }, std::move(findings));
+  for (std::size_t i = 0; i < judged.findings.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (judged.findings[i].name == judged.findings[j].name)
+        return Error{.what = "two findings have one name",
+                     .where = "score",
+                     .found = judged.findings[i].name,
+                     .expected = "names that differ",
+                     .remedy = "choose another name for the judgement"};
   Score result{.findings = {},
                .points = judged.points,
                .possible = judged.possible,
@@ -370,7 +423,7 @@ const Event& Operation::event(std::size_t index) const noexcept {
 std::vector<Body> Operation::bodies() const {
   std::vector<Body> result;
   for (const sim::Body& source : data_->engine().now().undoable.bodies) {
-    const haptics::Placement place = data_->engine().place_of(source);
+    const haptics::Placement place = data_->engine().placement_of(source);
     const haptics::MeshTree& tree = *source.piece->tree;
     auto surface = std::make_shared<Surface>(Surface{tree.vertices(), tree.triangles()});
     result.push_back({source.id.value, source.holder, source.piece->mm3, place.position_world, place.rotation,
@@ -492,21 +545,40 @@ Result<Image<std::uint8_t>> Operation::xray(const XrayPose& pose) {
   arm.pixel = pose.pixel;
   arm.columns = pose.columns, arm.rows = pose.rows;
   if (Status error = fluoroscopy::check(arm)) return *error;
-  data_->engine().freeze();
-  imaging::Subject subject;
-  subject.scan = data_->engine().scene().base;
-  subject.version = data_->engine().current();
-  subject.objects = workbench::objects_of(data_->engine());
-  const Result<imaging::Panel> panel = data_->camera.shoot(subject, arm, 0);
+  const Result<imaging::Panel> panel = data_->camera.shoot(data_->subject(), arm, 0);
   if (!panel) return panel.error();
+  const Image<Colour> colours = image_of(panel.value());
   Image<std::uint8_t> image{pose.columns, pose.rows, {}};
-  image.pixels.reserve(panel.value().pixels.size());
-  for (int row = pose.rows - 1; row >= 0; --row)  // panels begin at the lower left
-    for (int column = 0; column < pose.columns; ++column)
-      image.pixels.push_back(
-          panel.value().pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(pose.columns) +
-                               static_cast<std::size_t>(column)][0]);
+  image.pixels.reserve(colours.pixels.size());
+  for (const Colour& pixel : colours.pixels) image.pixels.push_back(pixel[0]);
   return image;
+}
+
+Result<Image<Colour>> Operation::render(const RenderView& view) {
+  const auto check_name = [](const char* what, const std::string& name, const auto& known) -> Status {
+    std::string list;
+    for (const std::string_view one : known) {
+      if (one == name) return std::nullopt;
+      list.append(list.empty() ? "" : ", ").append(one);
+    }
+    return Error{.what = std::string("unknown ") + what, .where = "render", .found = name, .expected = list};
+  };
+  if (Status error = check_name("side", view.side, imaging::k_sides)) return *error;
+  if (Status error = check_name("transfer function", view.function, imaging::k_transfer_functions))
+    return *error;
+  constexpr int k_max = 8192;
+  if (view.columns < 1 || view.rows < 1 || view.columns > k_max || view.rows > k_max)
+    return Error{.what = "the size of the image is out of range",
+                 .where = "render",
+                 .found = std::to_string(view.columns) + " x " + std::to_string(view.rows),
+                 .expected = "1 to 8192 columns and rows"};
+  const imaging::Subject subject = data_->subject();
+  if (std::exchange(data_->drawn_function, view.function) != view.function)
+    data_->renderer.set_transfer_function(imaging::transfer_function_of(view.function, *subject.scan));
+  volume::RaycastRequest request;
+  request.camera = imaging::camera_from(
+      view.side, subject.scan->frame, data_->renderer.visible_box(subject.scan, 0), view.columns, view.rows);
+  return image_of(data_->renderer.draw(subject, request, 0));
 }
 
 }  // namespace trephine

@@ -106,6 +106,17 @@ struct Score {
   std::vector<std::string> critical;  ///< names of bad findings of weight 4 or more
 };
 
+/// A value that the calling program measured, to be judged with the findings of the modules.
+struct Judgement {
+  std::string name;             ///< differs from those of all other findings
+  std::optional<double> value;  ///< empty: it could not be measured
+  std::string unit = {};        ///< "mm"; empty: dimensionless
+  std::string reason = {};      ///< one sentence; may be empty
+  /// Values with all points and with none, linear between them; equal: the value is only reported.
+  double full_at = 0, zero_at = 0;
+  double weight = 0;  ///< points at `full_at`
+};
+
 /// Image row by row from the upper left.
 template <class Pixel>
 struct Image {
@@ -139,6 +150,14 @@ struct XrayPose {
   double pixel = 0.3;  ///< mm, of the detector
   int columns = 1024, rows = 1024;
 };
+
+/// View of a volume rendering.
+struct RenderView {
+  std::string side = "oblique";   ///< front, back, left, right, top, bottom, oblique
+  std::string function = "bone";  ///< transfer function: bone, bone-and-skin, skin, vessels, grey
+  int columns = 512, rows = 512;  ///< at most 8192
+};
+using Colour = std::array<std::uint8_t, 3>;  ///< red, green, blue
 
 struct VoxelRange {
   glm::ivec3 low{0}, high{-1};  ///< both included
@@ -234,6 +253,8 @@ class Operation {
   /// Judges the current state by the findings of the modules and the limits of the plan. Without measures of
   /// the hands' motion, which `trephine score` adds for a session. Takes up to seconds.
   Score score();
+  /// As score(), with values of the caller. Error: a name that occurs twice, or a number that is not finite.
+  Result<Score> score(const std::vector<Judgement>& judgements);
   std::size_t event_count() const noexcept;  ///< undo removes no events
   const Event& event(std::size_t index) const noexcept;
   std::vector<Body> bodies() const;
@@ -256,6 +277,9 @@ class Operation {
   Result<Image<std::int16_t>> slice(const ImagePlane& plane) const;
   /// X-ray of a CT with bodies and models, in grey values. Further images reuse unchanged parts.
   Result<Image<std::uint8_t>> xray(const XrayPose& pose);
+  /// Volume rendering with the cuts, bodies and models (docs/rendering.md). A scan without Hounsfield units
+  /// is always drawn by "grey". Further images reuse unchanged parts.
+  Result<Image<Colour>> render(const RenderView& view = {});
 
  private:
   struct Data;

@@ -235,7 +235,7 @@ void time_hover(StepResult& result) {
     const volume::RemovalReport report = editor.remove({at(tick), at(tick + 1), 2, true});
     if (report.bricks_changed > 0) {
       waiting.push_back(tick);
-      box = sim::united(box, report.box);
+      box = sim::union_of(box, report.box);
     }
     if (tick < busy_until || waiting.empty()) continue;
     for (const double cut : in_work) hovers.push_back(busy_until - cut);

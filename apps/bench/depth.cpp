@@ -51,13 +51,13 @@ double search_us(const DepthCube& cube, const haptics::baselines::LomiOptions& o
   std::vector<double> us;
   double sum = 0;
   for (int n = 0; n < k_searches; ++n) {
-    // The hand is 0.5 mm deep, half of the local map, and 0.3 mm to the side.
+    // The hand is 0.5 mm deep, a quarter of the local map's edge, and 0.3 mm to the side.
     const dvec3 out = direction(n), aside = 0.3 * direction(n + 7000);
     const auto begin = Clock::now();
     const haptics::baselines::LomiRest rest = haptics::baselines::find_rest(
         (20 + options.resolution) * out, 19.5 * out + aside, options, inside, inside_smoothly);
     us.push_back(1e6 * seconds_since(begin));
-    const double off = glm::length(rest.place) - 20;
+    const double off = glm::length(rest.position) - 20;
     sum += off * off;
   }
   error = std::sqrt(sum / k_searches);
@@ -154,7 +154,8 @@ ModelHand hand_on(const std::shared_ptr<const MeshTree>& tree) {
   return hand;
 }
 
-/// Step times of one method, the least of several runs each.
+/// Measures the step times of a method, for each step the minimum over several runs, and the errors of its
+/// proxies in the first run.
 void time_steps(const ProxyMethod& method, const TouchScene& scene, const ModelHand& hand,
                 ModelRow::Method& one) {
   const auto version = untouched(scene);
@@ -197,8 +198,8 @@ ModelRow model_row(const BenchModel& m, bool is_quick, bool is_ball) {
   };
   ModelHand hand = is_ball ? hand_on_ball() : hand_on(tree);
   if (is_quick) hand.runs = 2;
-  const dvec3 touched = is_ball ? k_radius * direction(3) : hand.at(0);
-  row.clip_ms = images(volume::Frame::from_spacing(touched - 10.0, dvec3(0.2)).value(), ivec3(100));
+  const dvec3 contact_point = is_ball ? k_radius * direction(3) : hand.at(0);
+  row.clip_ms = images(volume::Frame::from_spacing(contact_point - 10.0, dvec3(0.2)).value(), ivec3(100));
   ivec3 size(0);
   const auto frame = depth::lattice_around(tree->low(), tree->high(), 0.2, size).value();
   row.complete_ms = images(frame, size);
@@ -249,7 +250,7 @@ std::vector<DeformRow> run_depth_deforming(bool is_quick) {
   const int sets = is_quick ? 20 : 200;
   std::vector<DeformRow> rows;
   for (const int count : {69'451, 233'204, 871'414, 2'000'000}) {
-    // Back and forth at 400 mm/s, and larger by 2 mm.
+    // The ball moves back and forth at 400 mm/s, and its radius grows and shrinks by 2 mm.
     const auto middle = [](double key) { return dvec3(0, 0, 4 * (std::abs(std::fmod(key, 4) - 2) - 1)); };
     const auto swollen = [](double key) { return 1 + 0.05 * (1 - std::abs(std::fmod(key, 4) - 2) / 2); };
     const BenchModel rest = ball_of(count);

@@ -55,8 +55,8 @@ struct FallRow {
   long steps = 0;
   struct Method {
     std::string name;
-    long touched = 0;  ///< steps in contact
-    long passed = 0;   ///< segments of the proxy's path from one side of a wall to the other
+    long contact_steps = 0;
+    long passed = 0;  ///< segments of the proxy's path from one side of a wall to the other
   };
   std::vector<Method> methods;
 };

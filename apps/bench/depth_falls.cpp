@@ -111,7 +111,7 @@ std::vector<FallRow> run_depth_falls(bool is_quick) {
         const dvec3 direction = 2.0 * random_point() - 1.0;
         hip = glm::clamp(hip + mm * direction, dvec3(-10), dvec3(10));
         const ProxyStep s = method->step(scene, *version, state, {hip});
-        one.touched += s.has_contact;
+        one.contact_steps += s.has_contact;
         for (int k = 1; !was_fresh && k < s.waypoint_count; ++k) {
           const auto at = [&](int w) {
             return frame.world_from_volume(s.path_volume[static_cast<std::size_t>(w)]);

@@ -52,7 +52,8 @@ struct Floats {
   }
 };
 
-/// Counts the pixels in which a peer's images differ from ours, which use rays through the same pixels.
+/// Counts the pixels in which a peer's images differ from ours. The rays of `ours` pass through the centres
+/// of the peer's pixels.
 long count_differing_pixels(const DepthCube& ours, const SixImages& peer, double edge) {
   constexpr double k_apart = 2e-3;  // mm; rasterisers snap vertices to 1/256 pixel
   const int pixels = peer.pixels;
@@ -72,8 +73,8 @@ long count_differing_pixels(const DepthCube& ours, const SixImages& peer, double
           first = std::min(first, camera % 2 == 0 ? from_low : edge - from_low);
         }
         const double distance = static_cast<double>(*mm);
-        const bool is_visible = distance < edge - k_apart, is_ours = first < edge - k_apart;
-        count += is_visible != is_ours || (is_visible && std::abs(distance - first) > k_apart);
+        const bool has_peer_hit = distance < edge - k_apart, has_our_hit = first < edge - k_apart;
+        count += has_peer_hit != has_our_hit || (has_peer_hit && std::abs(distance - first) > k_apart);
       }
   }
   return count;
@@ -95,7 +96,7 @@ DrawPeerRequest request_of(const Floats& floats, const BenchModel& m, const dvec
 
 }  // namespace
 
-std::vector<ImagesRow> run_depth_images(bool is_quick, MakeWindow draw_on) {
+std::vector<ImagesRow> run_depth_images(bool is_quick, MakeDrawTarget make_draw_target) {
   std::vector<ImagesRow> rows;
   const std::vector<int> counts =
       is_quick ? std::vector{69'451} : std::vector{69'451, 200'000, 400'000, 800'000, 1'600'000};
@@ -103,7 +104,7 @@ std::vector<ImagesRow> run_depth_images(bool is_quick, MakeWindow draw_on) {
   for (const int count : counts) {
     const BenchModel m = ball_of(count);
     const Floats floats(m.vertices);
-    const dvec3 touched = k_ball_radius * direction(3);
+    const dvec3 contact_point = k_ball_radius * direction(3);
     constexpr double k_edge = 20;  // mm
     for (const int pixels : sizes) {
       // The smallest and the largest model at every size, and every model at 100^2 pixels.
@@ -113,8 +114,8 @@ std::vector<ImagesRow> run_depth_images(bool is_quick, MakeWindow draw_on) {
       const double step = k_edge / pixels;
       row.ours_ms = min_ms(3, [&] {
         (void)DepthCube::of_triangles(
-            m.vertices, m.triangles, volume::Frame::from_spacing(touched - 0.5 * k_edge, dvec3(step)).value(),
-            ivec3(pixels))
+            m.vertices, m.triangles,
+            volume::Frame::from_spacing(contact_point - 0.5 * k_edge, dvec3(step)).value(), ivec3(pixels))
             .value();
       });
       // Rays through pixel centres, as in the peers.
@@ -126,21 +127,22 @@ std::vector<ImagesRow> run_depth_images(bool is_quick, MakeWindow draw_on) {
       };
       SixImages images(pixels);
       if (peers().embree_images) {
-        const double at[3] = {touched.x, touched.y, touched.z};
+        const double at[3] = {contact_point.x, contact_point.y, contact_point.z};
         row.embree_build_ms = peers().embree_images(
             floats.vertices.data(), static_cast<long>(m.vertices.size()), m.triangles.data(),
             static_cast<long>(m.triangles.size() / 3), at, k_edge, pixels, row.embree_ms, images.mm.data());
-        row.embree_different = count_differing_pixels(ours_at(touched), images, k_edge);
+        row.embree_different = count_differing_pixels(ours_at(contact_point), images, k_edge);
       }
-      if (const DrawOn on = draw_on(pixels); on.window && draw_peer()) {
+      if (const DrawTarget on = make_draw_target(pixels); on.window && draw_peer()) {
         DrawPeerResult answer;
-        if (draw_peer()(request_of(floats, m, touched, k_edge, 3, images), on.window, answer)) {
+        if (draw_peer()(request_of(floats, m, contact_point, k_edge, 3, images), on.window, answer)) {
           row.gl_first_ms = answer.first_ms, row.gl_ms = answer.draw_ms + answer.read_ms;
-          row.gl_different = count_differing_pixels(ours_at(touched), images, k_edge);
+          row.gl_different = count_differing_pixels(ours_at(contact_point), images, k_edge);
         }
       }
       if (row.embree_different >= 0 || row.gl_different >= 0)
-        row.moved_different = count_differing_pixels(ours_at(touched + dvec3(step, 0, 0)), images, k_edge);
+        row.moved_different =
+            count_differing_pixels(ours_at(contact_point + dvec3(step, 0, 0)), images, k_edge);
       rows.push_back(row);
     }
   }
@@ -202,7 +204,7 @@ std::vector<EditRow> run_depth_edits(bool is_quick) {
   return rows;
 }
 
-std::vector<FrameRow> run_frame_times(bool is_quick, MakeWindow draw_on) {
+std::vector<FrameRow> run_frame_times(bool is_quick, MakeDrawTarget make_draw_target) {
   std::vector<FrameRow> rows;
   data_tools::PhantomOptions o;
   o.size = ivec3(128);
@@ -231,10 +233,10 @@ std::vector<FrameRow> run_frame_times(bool is_quick, MakeWindow draw_on) {
     FrameRow row;
     row.triangles = count;
     row.voxel_touch_us = steps_us();
-    const dvec3 touched = k_ball_radius * direction(3);
+    const dvec3 contact_point = k_ball_radius * direction(3);
     row.depth_ms = min_ms(3, [&] {
       (void)DepthCube::of_triangles(m.vertices, m.triangles,
-                                    volume::Frame::from_spacing(touched - 10.0, dvec3(0.2)).value(),
+                                    volume::Frame::from_spacing(contact_point - 10.0, dvec3(0.2)).value(),
                                     ivec3(100))
           .value();
     });
@@ -245,11 +247,11 @@ std::vector<FrameRow> run_frame_times(bool is_quick, MakeWindow draw_on) {
         const dvec3 &a = m.vertices[m.triangles[t]], &b = m.vertices[m.triangles[t + 1]],
                     &c = m.vertices[m.triangles[t + 2]];
         const dvec3 low = glm::min(glm::min(a, b), c), high = glm::max(glm::max(a, b), c);
-        near += glm::length(touched - glm::clamp(touched, low, high)) < 5;
+        near += glm::length(contact_point - glm::clamp(contact_point, low, high)) < 5;
       }
     });
     if (near == 0) row.feedback_ms = -1;
-    if (const DrawOn on = draw_on(k_pixels); on.window && draw_peer()) {
+    if (const DrawTarget on = make_draw_target(k_pixels); on.window && draw_peer()) {
       DrawPeerResult answer;
       SixImages images(k_pixels);
       if (draw_peer()(request_of(floats, m, dvec3(0), 2.5 * k_ball_radius, 3, images), on.window, answer)) {

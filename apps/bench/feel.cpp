@@ -26,7 +26,7 @@ namespace {
 
 /// The judges of one scene, built once for all methods.
 struct Judges {
-  Ideal ideal;
+  IdealProxies ideal;
 
   explicit Judges(const FeelScene& s) : ideal(s) {}
   /// RMS distance of an ideal proxy on the smooth solid from the analytic surface, voxels.
@@ -172,7 +172,7 @@ std::optional<double> instructions_per_step(const FeelScene& s, const Contender&
 }
 
 /// The row of another program's results.
-FeelRow score(const FeelScene& s, const Ideal& ideal, const FeelResults& results) {
+FeelRow score(const FeelScene& s, const IdealProxies& ideal, const FeelResults& results) {
   const std::string id = feel_id(s);
   const auto& proxies = results.proxies_world.at(id);
   const auto& samples = s.path.samples();

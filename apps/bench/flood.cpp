@@ -97,9 +97,10 @@ std::vector<FloodRow> run_flood_benchmark(int size) {
         glm::ivec3 seed(-1);
         for (int run = 0; run < k_flood_runs; ++run) {
           const auto begin = Clock::now();
-          const verify::Components parts(
-              v, shape, has_corners ? verify::Components::Touch::corners : verify::Components::Touch::faces,
-              threads);
+          const verify::Components parts(v, shape,
+                                         has_corners ? verify::Components::Connectivity::corners
+                                                     : verify::Components::Connectivity::faces,
+                                         threads);
           const double components = ms_since(begin);
           row.components_ms = std::min(row.components_ms, components);
           if (seed.x < 0) seed = seed_of(parts, size);

@@ -70,13 +70,13 @@ verify::Clearance clearance_of(const FeelScene& s) {
   };
 }
 
-IdealProxy::Go go_on(verify::Clearance clearance, double voxel) {
+IdealProxy::Advance go_on(verify::Clearance clearance, double voxel) {
   return [clearance = std::move(clearance), voxel](const dvec3& proxy, const dvec3& from, const dvec3& to) {
     return verify::follow_exactly(clearance, voxel, proxy, from, to);
   };
 }
 
-IdealProxy::Go go_on_cubes(const FeelScene& s) {
+IdealProxy::Advance go_on_cubes(const FeelScene& s) {
   return [solid = verify::solid_voxels(s.scene.base, s.scene.items[0].field.shape(),
                                        s.drilled ? s.drilled->version : nullptr),
           base = s.scene.base](const dvec3& proxy, const dvec3&, const dvec3& to) {
@@ -89,39 +89,39 @@ IdealProxy::Go go_on_cubes(const FeelScene& s) {
 
 }  // namespace
 
-Ideal::Ideal(const FeelScene& scene) : scene_(scene), of_smooth_(clearance_of(scene)) {
+IdealProxies::IdealProxies(const FeelScene& scene) : scene_(scene), of_smooth_(clearance_of(scene)) {
   const dvec3& spacing = scene.scene.base->frame.spacing();
   voxel_ = std::min({spacing.x, spacing.y, spacing.z});
   if (scene.distance) on_shape_ = follow_path(go_on(scene.distance, voxel_));
 }
 
-IdealProxy Ideal::follow_path(IdealProxy::Go go) const {
-  IdealProxy hand{std::move(go), {}};
+IdealProxy IdealProxies::follow_path(IdealProxy::Advance advance) const {
+  IdealProxy path{std::move(advance), {}};
   dvec3 last(0);
   for (const auto& sample : scene_.path.samples()) {
     const dvec3& hip = sample.pose.position_world;
-    hand.proxies.push_back(hand.proxies.empty() ? hip : hand.go(hand.proxies.back(), last, hip));
+    path.proxies.push_back(path.proxies.empty() ? hip : path.advance(path.proxies.back(), last, hip));
     last = hip;
   }
-  return hand;
+  return path;
 }
 
-const IdealProxy& Ideal::on_smooth_solid() const {
-  if (!on_smooth_.go) on_smooth_ = follow_path(go_on(of_smooth_, voxel_));
+const IdealProxy& IdealProxies::on_smooth_solid() const {
+  if (!on_smooth_.advance) on_smooth_ = follow_path(go_on(of_smooth_, voxel_));
   return on_smooth_;
 }
 
-const IdealProxy& Ideal::on_cubes() const {
-  if (!on_cubes_.go) on_cubes_ = follow_path(go_on_cubes(scene_));
+const IdealProxy& IdealProxies::on_cubes() const {
+  if (!on_cubes_.advance) on_cubes_ = follow_path(go_on_cubes(scene_));
   return on_cubes_;
 }
 
-const IdealProxy& Ideal::judge() const {
+const IdealProxy& IdealProxies::judge() const {
   const bool is_blunt = scene_.group == "sharp" && scene_.radius_mm == 0;
   return is_blunt || !scene_.distance ? on_smooth_solid() : on_shape_;
 }
 
-bool Ideal::is_fallen(const dvec3& p) const {
+bool IdealProxies::is_fallen(const dvec3& p) const {
   const double deep = -scene_.distance(p);
   const double blunted = scene_.has_outer_edge ? voxel_ : 0.1 * voxel_;
   if (scene_.radius_mm > 0) return deep > blunted + 0.02 * scene_.radius_mm;
@@ -130,8 +130,8 @@ bool Ideal::is_fallen(const dvec3& p) const {
 }
 
 const dvec3& IdealProxyTracker::at(std::size_t i) {
-  if (!own_) return hand_.proxies[i];
-  own_ = hand_.go(*own_, hip(i > 0 ? i - 1 : 0), hip(i));
+  if (!own_) return reference_.proxies[i];
+  own_ = reference_.advance(*own_, hip(i > 0 ? i - 1 : 0), hip(i));
   return *own_;
 }
 
@@ -140,13 +140,13 @@ IdealProxyTracker::Verdict IdealProxyTracker::judge(std::size_t i, const dvec3& 
   if (away_ == 0) return Verdict::following;
   if (away_ < 10) return Verdict::away;
   away_ = 0;
-  const dvec3 free = hand_.go(proxy, proxy, proxy), down = hand_.go(free, hip(i), hip(i));
+  const dvec3 free = reference_.advance(proxy, proxy, proxy), down = reference_.advance(free, hip(i), hip(i));
   if (glm::length(down - free) > voxel_) return Verdict::stuck;
   own_ = down;
   return Verdict::other_rest;
 }
 
-Scorer::Scorer(const FeelScene& scene, const Ideal& ideal, const IdealProxy* same_solid)
+Scorer::Scorer(const FeelScene& scene, const IdealProxies& ideal, const IdealProxy* same_solid)
     : scene_(scene),
       ideal_(ideal),
       raw_(without_smoothing(), 1e-3),
@@ -226,7 +226,7 @@ void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
       break;
     case IdealProxyTracker::Verdict::other_rest:
       ++other_rest_;
-      on_shape_.part(proxy);
+      on_shape_.continue_from(proxy);
       pending_.clear();
       break;
     case IdealProxyTracker::Verdict::following:

@@ -14,16 +14,16 @@ namespace trephine::bench {
 
 /// Path of an ideal proxy on one solid, from the start of a motion.
 struct IdealProxy {
-  using Go = std::function<glm::dvec3(const glm::dvec3& proxy, const glm::dvec3& hip_from,
-                                      const glm::dvec3& hip_to)>;
-  Go go;                            ///< one step of the ideal proxy
+  using Advance = std::function<glm::dvec3(const glm::dvec3& proxy, const glm::dvec3& hip_from,
+                                           const glm::dvec3& hip_to)>;
+  Advance advance;                  ///< one step of the ideal proxy
   std::vector<glm::dvec3> proxies;  ///< one per step of the motion
 };
 
-/// Ideal proxies of a scene, built once for all methods.
-class Ideal {
+/// Paths of the ideal proxies of a scene, on each of its solids; built once for all methods.
+class IdealProxies {
  public:
-  explicit Ideal(const FeelScene& scene);
+  explicit IdealProxies(const FeelScene& scene);
 
   const IdealProxy& on_shape() const { return on_shape_; }  ///< on the analytic shape; empty for scans
   const IdealProxy& on_smooth_solid() const;                ///< of the samples; built at the first call
@@ -41,7 +41,7 @@ class Ideal {
   double voxel() const { return voxel_; }
 
  private:
-  IdealProxy follow_path(IdealProxy::Go go) const;
+  IdealProxy follow_path(IdealProxy::Advance advance) const;
 
   const FeelScene& scene_;
   double voxel_;
@@ -54,8 +54,8 @@ class Ideal {
 /// proxy from there.
 class IdealProxyTracker {
  public:
-  IdealProxyTracker(const IdealProxy& hand, const FeelScene& scene, double voxel)
-      : hand_(hand), scene_(scene), voxel_(voxel) {}
+  IdealProxyTracker(const IdealProxy& reference, const FeelScene& scene, double voxel)
+      : reference_(reference), scene_(scene), voxel_(voxel) {}
 
   enum class Verdict {
     following,
@@ -68,12 +68,12 @@ class IdealProxyTracker {
   /// `is_away`: more than a voxel off. Call after at().
   Verdict judge(std::size_t i, const glm::dvec3& proxy, bool is_away);
   /// Continues with an ideal proxy of its own from this position.
-  void part(const glm::dvec3& proxy) { own_ = proxy; }
+  void continue_from(const glm::dvec3& proxy) { own_ = proxy; }
 
  private:
   const glm::dvec3& hip(std::size_t i) const { return scene_.path.samples()[i].pose.position_world; }
 
-  const IdealProxy& hand_;
+  const IdealProxy& reference_;
   const FeelScene& scene_;
   double voxel_;
   std::optional<glm::dvec3> own_;
@@ -84,7 +84,7 @@ class IdealProxyTracker {
 class Scorer {
  public:
   /// `same_solid`: ideal proxy on the solid that the method guarantees, or null.
-  Scorer(const FeelScene& scene, const Ideal& ideal, const IdealProxy* same_solid = nullptr);
+  Scorer(const FeelScene& scene, const IdealProxies& ideal, const IdealProxy* same_solid = nullptr);
   void judge_step(std::size_t i, const haptics::ProxyStep& step);
   /// Writes errors, forces and counts. The number of falls is raised to the number counted here.
   void finish(FeelRow& row);
@@ -102,7 +102,7 @@ class Scorer {
   void find_falls(const glm::dvec3& proxy);
 
   const FeelScene& scene_;
-  const Ideal& ideal_;
+  const IdealProxies& ideal_;
   haptics::ForceModel raw_, smoothed_;
   IdealProxyTracker on_shape_, judged_;
   std::optional<IdealProxyTracker> on_same_;

@@ -445,8 +445,8 @@ std::vector<EnergyRow> run_energy_test() {
             one_step = std::max(one_step, std::abs(work));
             const haptics::ProxyStep step = method.step(surface.scene, version, state, {x});
             const dvec3 stretch = step.has_contact ? step.proxy_world - x : dvec3(0);
-            row.softness = std::min(row.softness, controller.softness());
-            const double rendered = (has_controller ? controller.softness() : 1) * stiffness;
+            row.force_scale = std::min(row.force_scale, controller.force_scale());
+            const double rendered = (has_controller ? controller.force_scale() : 1) * stiffness;
             result.add_work(work, 0.5 * rendered * glm::dot(stretch, stretch), device.lost);
             least = std::min(least, device.lost - result.given);
             contacts += step.has_contact;
@@ -470,7 +470,7 @@ std::vector<EnergyRow> run_energy_test() {
           (has_controller ? row.max_generated_with_controller : row.max_generated) = result.largest;
           (has_controller ? row.balance_with_controller : row.balance_without_controller) = least;
           (has_controller ? row.one_step : row.one_step_without_controller) = one_step;
-          row.share_cut = static_cast<double>(controller.cuts()) / k_ticks;
+          row.share_cut = static_cast<double>(controller.limited_ticks()) / k_ticks;
         }
         rows.push_back(row);
       }

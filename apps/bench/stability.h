@@ -48,7 +48,7 @@ struct EnergyRow {
   double one_step = 0,
          one_step_without_controller = 0;  ///< largest work of one tick, with the controller and without
   double share_cut = 0;                    ///< share of ticks in which the controller limited the force
-  double softness = 1;                     ///< least factor of the stiffness by the controller, 0 to 1
+  double force_scale = 1;                  ///< least factor of the stiffness by the controller, 0 to 1
 };
 std::vector<EnergyRow> run_energy_test();
 

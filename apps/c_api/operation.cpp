@@ -296,7 +296,7 @@ int trephine_operation_event(const trephine_operation* operation, size_t index, 
     const Event& source = operation->operation.event(index);
     event->tick = source.tick;
     event->hand = source.hand;
-    for (int a = 0; a < 3; ++a) event->place[a] = source.position_world[a];
+    for (int a = 0; a < 3; ++a) event->position[a] = source.position_world[a];
     copy_text(event->name, source.value.name());
     copy_text(event->words, source.value.words());
     return std::nullopt;

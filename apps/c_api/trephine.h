@@ -124,7 +124,7 @@ typedef struct trephine_pose {
 typedef struct trephine_event {
   uint64_t tick;
   int hand;
-  double place[3]; /* position, mm */
+  double position[3]; /* mm */
   char name[64];
   char words[400]; /* parameters, truncated if longer: "structure=dura deepest=0.2" */
 } trephine_event;

@@ -149,7 +149,7 @@ int run_program(const Program& program, int argc, char** argv) {
     const Status not_loaded = chosen->options->load_modules();
     Result<Outcome> result = not_loaded ? Result<Outcome>(*not_loaded) : chosen->run();
     if (!result) {
-      Error error = chosen->options->in_words_of_options(result.error());
+      Error error = chosen->options->with_option_names(result.error());
       for (std::string* text : {&error.what, &error.found, &error.expected, &error.remedy})
         *text = with_dashes(*text);
       result = std::move(error);

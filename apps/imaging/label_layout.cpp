@@ -48,16 +48,16 @@ struct Fit {
 LabelLayout::Obstacles markers_of(const Panel& panel, const Fit& fit, double small) {
   LabelLayout::Obstacles markers;
   for (const Panel::Line& line : panel.lines) {
-    if (!line.is_marker || line.places.empty()) continue;
+    if (!line.is_marker || line.points.empty()) continue;
     PictureBox box{dvec2(1e300), dvec2(-1e300)};
-    for (const dvec2& p : line.places) box = {glm::min(box.low, fit(p)), glm::max(box.high, fit(p))};
+    for (const dvec2& p : line.points) box = {glm::min(box.low, fit(p)), glm::max(box.high, fit(p))};
     if (line.is_closed && std::max(box.high.x - box.low.x, box.high.y - box.low.y) < small) {
       markers.boxes.push_back({box.low - 1.0, box.high + 1.0});
       continue;
     }
-    const std::size_t count = line.places.size();
+    const std::size_t count = line.points.size();
     for (std::size_t i = 0; i + (line.is_closed ? 0 : 1) < count; ++i)
-      markers.segments.push_back({fit(line.places[i]), fit(line.places[(i + 1) % count])});
+      markers.segments.push_back({fit(line.points[i]), fit(line.points[(i + 1) % count])});
   }
   return markers;
 }
@@ -167,13 +167,13 @@ std::vector<PlacedLabel> place_labels(const Panel& panel, const LabelSpace& spac
   std::vector<std::size_t> order;
   double low = 1e300, high = -1e300;
   for (std::size_t i = 0; i < panel.labels.size(); ++i) {
-    const dvec2 at = fit(panel.labels[i].place);
+    const dvec2 at = fit(panel.labels[i].point);
     if (!contains(area, at)) continue;
     low = std::min(low, at.x), high = std::max(high, at.x);
     order.push_back(i);
   }
   const double middle = fit.centre.x < low || fit.centre.x > high ? fit.centre.x : 0.5 * (low + high);
-  const auto from_middle = [&](std::size_t i) { return fit(panel.labels[i].place).x - middle; };
+  const auto from_middle = [&](std::size_t i) { return fit(panel.labels[i].point).x - middle; };
   // The outermost labels are next to their markers; those of inner markers are placed around them.
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return std::abs(from_middle(a)) > std::abs(from_middle(b)) + 1e-6;
@@ -183,7 +183,7 @@ std::vector<PlacedLabel> place_labels(const Panel& panel, const LabelSpace& spac
   const auto request = [&](std::size_t i, const std::string& text) {
     const Panel::Label& label = panel.labels[i];
     LabelLayout::Request r;
-    r.anchor = fit(label.place), r.radius = fit.pixels_per_mm * label.radius;
+    r.anchor = fit(label.point), r.radius = fit.pixels_per_mm * label.radius;
     r.size = {space.width_of(text), space.line};
     const bool is_in_middle = std::abs(from_middle(i)) <= std::max(1.0, r.radius);
     r.is_left = is_in_middle ? label.is_to_left : from_middle(i) < 0;
@@ -243,7 +243,7 @@ std::size_t least_covering(const Panel& panel, double width, double height,
       }
     for (const Panel::Line& line : panel.lines) {
       if (!line.is_marker) continue;
-      for (const dvec2& p : line.places) area += contains(box, fit(p)) ? k_marker : 0;
+      for (const dvec2& p : line.points) area += contains(box, fit(p)) ? k_marker : 0;
     }
     for (const PictureBox& other : occupied) {
       const dvec2 common =

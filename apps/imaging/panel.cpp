@@ -32,7 +32,7 @@ void add_trajectory(Panel& panel, const glm::dvec2& entry, const glm::dvec2& tar
   Panel::Line ring{{}, k_plan_colour, true, "plan (ring: entry)", true};
   const double radius = 0.008 * panel.mm_per_pixel * panel.columns;
   for (int i = 0; i < k_corners; ++i)
-    ring.places.push_back(
+    ring.points.push_back(
         entry + radius * glm::dvec2(std::cos(i * k_turn / k_corners), std::sin(i * k_turn / k_corners)));
   panel.lines.push_back(std::move(ring));
   // A name in the middle of the plan is on the side that the trajectory leaves free.
@@ -45,9 +45,9 @@ void mirror(Panel& panel) {
     std::reverse(begin, begin + panel.columns);
   }
   for (Panel::Line& line : panel.lines)
-    for (glm::dvec2& point : line.places) point.x = -point.x;
+    for (glm::dvec2& point : line.points) point.x = -point.x;
   for (Panel::Label& label : panel.labels)
-    label.place.x = -label.place.x, label.is_to_left = !label.is_to_left;
+    label.point.x = -label.point.x, label.is_to_left = !label.is_to_left;
   std::swap(panel.left, panel.right);
 }
 

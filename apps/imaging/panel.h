@@ -13,14 +13,14 @@ namespace trephine::imaging {
 struct Panel {
   using Colour = std::array<std::uint8_t, 3>;
   struct Line {
-    std::vector<glm::dvec2> places;  ///< points in mm from the panel's centre: x to the right, y up
+    std::vector<glm::dvec2> points;  ///< points in mm from the panel's centre: x to the right, y up
     Colour colour{255, 255, 255};
     bool is_closed = true;
     std::string name = {};   ///< name in the legend; equal names appear once
     bool is_marker = false;  ///< part of the plan, which labels must not cover
   };
   struct Label {
-    glm::dvec2 place{0.0};  ///< the marked point, mm from the panel's centre
+    glm::dvec2 point{0.0};  ///< the marked point, mm from the panel's centre
     std::string text;
     Colour colour{255, 255, 255};
     bool is_to_left = false;  ///< preferred side if the point is in the middle of the plan

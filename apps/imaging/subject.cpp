@@ -16,11 +16,11 @@ Subject subject_of(const workbench::Moment& moment) {
 
 Status check_closed(const Object& object) {
   const volume::SurfaceFacts facts = volume::facts_of(object.tree->vertices(), object.tree->triangles());
-  if (facts.open_edges + facts.turned_edges > 0)
+  if (facts.open_edges + facts.misoriented_edges > 0)
     return Error{.what = "a model is not a closed surface",
                  .where = object.name,
                  .found = format_text("%zu open edges, %zu between triangles that face opposite sides",
-                                      facts.open_edges, facts.turned_edges),
+                                      facts.open_edges, facts.misoriented_edges),
                  .expected = "a closed surface with all triangles facing outward",
                  .remedy = "close the surface and turn these triangles in a mesh editor"};
   if (facts.volume > 0) return std::nullopt;

@@ -30,7 +30,7 @@ Panel xray_panel(std::span<const float> received, const View& view, double pixel
 
 bool shows_sides(const View& view) noexcept { return std::abs(view.right.x) > 0.5 * glm::length(view.right); }
 
-std::optional<dvec2> in_panel(const View& view, double pixel, const dvec3& world) {
+std::optional<dvec2> project_to_panel(const View& view, double pixel, const dvec3& world) {
   const auto at = view.project(world);
   if (!at) return std::nullopt;
   return dvec2(pixel * (at->x - 0.5 * (view.columns - 1)), -pixel * (at->y - 0.5 * (view.rows - 1)));
@@ -38,11 +38,12 @@ std::optional<dvec2> in_panel(const View& view, double pixel, const dvec3& world
 
 void draw_plan(Panel& panel, const volume::SurgicalPlan& plan, const View& view, double pixel) {
   for (const volume::PlannedTrajectory& t : plan.trajectories) {
-    const auto from = in_panel(view, pixel, t.entry_world), to = in_panel(view, pixel, t.target_world);
+    const auto from = project_to_panel(view, pixel, t.entry_world),
+               to = project_to_panel(view, pixel, t.target_world);
     if (from && to) add_trajectory(panel, *from, *to, t.name);
   }
   for (const volume::PlannedLandmark& l : plan.landmarks) {
-    const auto at = in_panel(view, pixel, l.position_world);
+    const auto at = project_to_panel(view, pixel, l.position_world);
     if (!at) continue;
     const double r = 0.006 * pixel * view.columns;
     panel.lines.push_back({{*at - dvec2(r, 0), *at + dvec2(0, r), *at + dvec2(r, 0), *at - dvec2(0, r)},
@@ -55,8 +56,8 @@ void draw_plan(Panel& panel, const volume::SurgicalPlan& plan, const View& view,
   for (const volume::PlannedOutline& o : plan.outlines) {
     Panel::Line line{{}, k_plan_colour, true, o.name, true};
     for (const dvec3& p : o.points_world)
-      if (const auto at = in_panel(view, pixel, p)) line.places.push_back(*at);
-    if (line.places.size() == o.points_world.size()) panel.lines.push_back(std::move(line));
+      if (const auto at = project_to_panel(view, pixel, p)) line.points.push_back(*at);
+    if (line.points.size() == o.points_world.size()) panel.lines.push_back(std::move(line));
   }
 }
 
@@ -81,7 +82,7 @@ Result<Panel> XrayCamera::shoot(const Subject& subject, const fluoroscopy::CArm&
     return *error;
   if (!(arm == arm_) || beyond_.empty()) {
     arm_ = arm;
-    beyond_ = xray_->beyond(view, threads);
+    beyond_ = xray_->sums_outside(view, threads);
     hidden_.clear();
     for (const Border border : xray_->borders(view)) hidden_.push_back(border == Border::end);
   }

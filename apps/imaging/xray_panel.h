@@ -14,7 +14,8 @@ Panel xray_panel(std::span<const float> received, const fluoroscopy::View& view,
 /// True if an image shows the patient's left and right.
 bool shows_sides(const fluoroscopy::View& view) noexcept;
 /// Projection of a world point, mm from the panel's centre; nullopt behind the source.
-std::optional<glm::dvec2> in_panel(const fluoroscopy::View& view, double pixel, const glm::dvec3& world);
+std::optional<glm::dvec2> project_to_panel(const fluoroscopy::View& view, double pixel,
+                                           const glm::dvec3& world);
 /// Draws trajectories, landmarks and outlines with their names.
 void draw_plan(Panel& panel, const volume::SurgicalPlan& plan, const fluoroscopy::View& view, double pixel);
 

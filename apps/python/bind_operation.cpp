@@ -207,8 +207,11 @@ py::dict measures(PyOperation& self) {
   return result;
 }
 
-py::dict score(PyOperation& self) {
-  return dict_of(self.with([](Operation& operation) { return operation.score(); }));
+py::dict score(PyOperation& self, const py::object& judgements) {
+  std::vector<Judgement> all;
+  for (const auto& one : argument<py::sequence>(judgements, "judgements", "a list of trephine.Judgement"))
+    all.push_back(argument<Judgement>(one, "judgements", "a list of trephine.Judgement"));
+  return dict_of(self.with([&](Operation& operation) { return value_of(operation.score(all)); }));
 }
 
 py::array slice(PyOperation& self, const py::object& middle, const py::object& right, const py::object& up,
@@ -219,6 +222,15 @@ py::array slice(PyOperation& self, const py::object& middle, const py::object& r
   plane.up = vector_of(up, "up");
   plane.pixel = pixel, plane.columns = columns, plane.rows = rows;
   return image_of(self.with([&](Operation& operation) { return value_of(operation.slice(plane)); }));
+}
+
+py::array_t<std::uint8_t> render(PyOperation& self, const py::object& side, const py::object& function,
+                                 int columns, int rows) {
+  const RenderView view{text_of(side, "side", "the name of a side"),
+                        text_of(function, "function", "the name of a transfer function"), columns, rows};
+  const Image<Colour> image =
+      self.with([&](Operation& operation) { return value_of(operation.render(view)); });
+  return py::array_t<std::uint8_t>({image.rows, image.columns, 3}, image.pixels[0].data());
 }
 
 py::array xray(PyOperation& self, const py::object& isocentre, double primary, double secondary, double pixel,
@@ -391,10 +403,10 @@ void bind_operation(py::module_& module) {
           "verify", [](PyOperation& self) { self.with([](Operation& o) { return check(o.verify()), 0; }); },
           "Replays all of a reopened operation. Raises Error with the first difference.")
       .def_property_readonly("measures", &measures, "Values by name: \"removed\", \"nearest to dura\", ...")
-      .def("score", &score,
+      .def("score", &score, py::arg("judgements") = py::tuple(),
            "Judges the current state: `points` of `possible`, the weight that is `not_judged`, the names of "
            "bad findings of weight 4 or more (`critical`), and `findings`, a dict each. Without measures of "
-           "the hands' motion, which `trephine score` adds.")
+           "the hands' motion, which `trephine score` adds. `judgements`: values of your own, judged alike.")
       .def_property_readonly("events", &events, "All events so far.")
       .def_property_readonly(
           "event_count",
@@ -423,6 +435,12 @@ void bind_operation(py::module_& module) {
       .def_property_readonly(
           "hash", [](PyOperation& self) { return self.with([](Operation& o) { return o.hash(); }); },
           "Equal states have equal hashes.")
+      .def_property_readonly(
+          "spacing",
+          [](PyOperation& self) {
+            return tuple_of(self.with([](Operation& o) { return o.scan().frame.spacing(); }));
+          },
+          "Distance of two voxels along x, y, z, mm.")
       .def_property_readonly(
           "array",
           [](py::object self) {
@@ -459,6 +477,9 @@ void bind_operation(py::module_& module) {
       .def("slice", &slice, py::arg("middle"), py::arg("right") = py::make_tuple(1, 0, 0),
            py::arg("up") = py::make_tuple(0, 0, 1), py::arg("pixel") = 0.5, py::arg("columns") = 512,
            py::arg("rows") = 512, "Intensities in a plane, int16 (rows, columns); -32768 outside the scan.")
+      .def("render", &render, py::arg("side") = "oblique", py::arg("function") = "bone",
+           py::arg("columns") = 512, py::arg("rows") = 512,
+           "Returns a volume rendering with the cuts, bodies and models: uint8 of shape (rows, columns, 3).")
       .def("xray", &xray, py::arg("isocentre"), py::arg("primary") = 0.0, py::arg("secondary") = 0.0,
            py::arg("pixel") = 0.3, py::arg("columns") = 1024, py::arg("rows") = 1024,
            "X-ray of a CT, uint8 (rows, columns). Angles of the C-arm in degrees, as in DICOM.")

@@ -20,6 +20,22 @@ py::dict dict_of(const Score& judged) {
 }
 
 void bind_results(py::module_& module) {
+  py::class_<Judgement>(
+      module, "Judgement",
+      "A value that a program measured, with the limits for its points: all at `full_at`, none at "
+      "`zero_at`, linear between. Without limits it is only reported.")
+      .def(py::init([](std::string name, std::optional<double> value, std::string unit, std::string reason,
+                       std::optional<double> full_at, std::optional<double> zero_at, double weight) {
+             if (full_at.has_value() != zero_at.has_value())
+               raise({.what = "a judgement has one limit",
+                      .where = name,
+                      .expected = "full_at and zero_at, or neither"});
+             return Judgement{
+                 std::move(name),     value, std::move(unit), std::move(reason), full_at.value_or(0),
+                 zero_at.value_or(0), weight};
+           }),
+           py::arg("name"), py::arg("value"), py::kw_only(), py::arg("unit") = "", py::arg("reason") = "",
+           py::arg("full_at") = py::none(), py::arg("zero_at") = py::none(), py::arg("weight") = 1.0);
   py::class_<Touches>(
       module, "Touches",
       "Results of ticks: arrays of shape (N, 3) and (N,), or (T, H, 3) and (T, H) for H hands.")

@@ -13,14 +13,15 @@ constexpr int k_slab = 16;
 int slabs_of(int slices) { return (slices + k_slab - 1) / k_slab; }
 }  // namespace
 
-Components::Components(const volume::Occupancy& bits, Touch touch, int threads)
+Components::Components(const volume::Occupancy& bits, Connectivity touch, int threads)
     : size_(bits.size()), words_(static_cast<std::size_t>(bits.words_per_row())) {
   find_runs(threads, [&](int y, int z, std::uint64_t*) { return bits.row(y, z); });
   join_runs(touch, threads);
   number_parts();
 }
 
-Components::Components(const volume::Volume& scan, const volume::Shape& shape, Touch touch, int threads)
+Components::Components(const volume::Volume& scan, const volume::Shape& shape, Connectivity touch,
+                       int threads)
     : size_(scan.size), words_(static_cast<std::size_t>((scan.size.x + 63) / 64)) {
   find_runs(threads, [&](int y, int z, std::uint64_t* scratch) {
     volume::threshold_row(scan, shape, y, z, scratch);
@@ -96,9 +97,9 @@ void Components::join_rows(std::size_t row, std::size_t other, int reach) noexce
   }
 }
 
-void Components::join_runs(Touch touch, int threads) {
+void Components::join_runs(Connectivity touch, int threads) {
   part_.resize(runs_.size());
-  const bool has_corners = touch == Touch::corners;
+  const bool has_corners = touch == Connectivity::corners;
   const int reach = has_corners ? 1 : 0;
   const auto join_below = [&](int y, int z) {
     const std::size_t row = row_of(y, z);

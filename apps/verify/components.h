@@ -13,10 +13,10 @@ namespace trephine::verify {
 class Components {
  public:
   /// Connectivity: voxels that share a face (6), or at least a corner (26).
-  enum class Touch : std::uint8_t { faces, corners };
-  Components(const volume::Occupancy& bits, Touch touch, int threads = 0);
+  enum class Connectivity : std::uint8_t { faces, corners };
+  Components(const volume::Occupancy& bits, Connectivity touch, int threads = 0);
   /// Computes the bits from the voxels row by row, without keeping them.
-  Components(const volume::Volume& scan, const volume::Shape& shape, Touch touch, int threads = 0);
+  Components(const volume::Volume& scan, const volume::Shape& shape, Connectivity touch, int threads = 0);
 
   /// Returns the number of voxels of each part; parts are numbered by first voxel, z before y before x.
   const std::vector<std::int64_t>& sizes() const noexcept { return sizes_; }
@@ -38,7 +38,7 @@ class Components {
   template <class RowBits>
   void find_runs(int threads, const RowBits& row_bits);
   void add_runs(const std::uint64_t* words, std::vector<Run>& runs) const;
-  void join_runs(Touch touch, int threads);
+  void join_runs(Connectivity touch, int threads);
   /// Joins the runs of a row with those of another row.
   void join_rows(std::size_t row, std::size_t other, int reach) noexcept;
   int root_of(int run) noexcept;

@@ -78,7 +78,7 @@ EffectJudge::Forces EffectJudge::judge_tick(const dvec3& at, const dvec3& proxy,
         double& end = track_end_[i];
         if (end < 0) end = std::max(0.0, along);
         // A push beyond the resistance extends the track until the push equals the resistance.
-        end = std::max(end, along - law.second / law.strength);
+        end = std::max(end, along - law.second_parameter / law.strength);
         force -= law.strength * std::max(0.0, along - end) * law.direction;
         break;
       }
@@ -86,7 +86,7 @@ EffectJudge::Forces EffectJudge::judge_tick(const dvec3& at, const dvec3& proxy,
         force = law.strength * std::max(0.0, -along) * law.direction, is_active = false;
         break;
       case Kind::vibration:
-        turns_[i] += std::min(law.second * dt_, 0.25);
+        turns_[i] += std::min(law.second_parameter * dt_, 0.25);
         force = law.strength * std::sin(k_turn * std::fmod(turns_[i], 1.0)) * law.direction;
         break;
       case Kind::gravity:
@@ -95,16 +95,16 @@ EffectJudge::Forces EffectJudge::judge_tick(const dvec3& at, const dvec3& proxy,
       case Kind::texture:
         if (has_contact) {
           const dvec3 in_surface = law.direction - glm::dot(law.direction, normal) * normal;
-          const double slope = k_turn * law.strength / law.second *
-                               std::cos(k_turn * glm::dot(proxy, law.direction) / law.second);
+          const double slope = k_turn * law.strength / law.second_parameter *
+                               std::cos(k_turn * glm::dot(proxy, law.direction) / law.second_parameter);
           force = -std::max(0.0, glm::dot(contact_force, normal)) * slope * in_surface;
         }
         break;
       case Kind::spin: {
-        turns_[i] += std::min(law.second * dt_, 0.25);
+        turns_[i] += std::min(law.second_parameter * dt_, 0.25);
         const double push = glm::dot(contact_force, normal);
         if (!is_working || !has_contact || push <= 0) break;
-        const double swing = law.third * std::sin(k_turn * std::fmod(turns_[i], 1.0));
+        const double swing = law.third_parameter * std::sin(k_turn * std::fmod(turns_[i], 1.0));
         // The tool turns clockwise, viewed from the hand: a wall on its left drags it forward.
         force = push * swing * normal + push * (law.strength + swing) * glm::cross(shaft, normal);
         break;
@@ -113,7 +113,7 @@ EffectJudge::Forces EffectJudge::judge_tick(const dvec3& at, const dvec3& proxy,
         // The proxy is the tip, which is at the end of the track while the hand pushes.
         const double end = glm::dot(proxy - law.position, law.direction);
         force = -law.strength * (offset - along * law.direction) -
-                law.second * std::max(0.0, along - end) * law.direction;
+                law.second_parameter * std::max(0.0, along - end) * law.direction;
         is_active = false;
         break;
       }
@@ -132,8 +132,8 @@ dvec3 EffectJudge::torque(const dvec3& shaft, const dvec3& rotation) {
   dvec3 sum(0);
   for (const EffectLaw& law : laws_)
     if (law.kind == EffectLaw::Kind::align)
-      sum +=
-          limited(law.strength * glm::cross(shaft, law.direction) - law.second * spin_, 10 * law.max_force);
+      sum += limited(law.strength * glm::cross(shaft, law.direction) - law.second_parameter * spin_,
+                     10 * law.max_force);
   return sum;
 }
 

@@ -24,12 +24,12 @@ struct EffectLaw {
     insertion
   };
   Kind kind = Kind::constant;
-  glm::dvec3 position{0.0};   ///< anchor, start or point, mm; of a constant effect the force, N
-  glm::dvec3 direction{0.0};  ///< unit: forward, normal, up, or direction of the effect
-  double strength = 0;        ///< N s/mm, N/mm, N, kg, mm, N mm/rad or a share, by its kind
-  double second = 0;          ///< resistance N, frequency Hz, wavelength mm, N/mm or N mm s/rad
-  double third = 0;           ///< a share, of a spin
-  double max_force = 3;       ///< largest force, N
+  glm::dvec3 position{0.0};     ///< anchor, start or point, mm; of a constant effect the force, N
+  glm::dvec3 direction{0.0};    ///< unit: forward, normal, up, or direction of the effect
+  double strength = 0;          ///< N s/mm, N/mm, N, kg, mm, N mm/rad or a share, by its kind
+  double second_parameter = 0;  ///< resistance N, frequency Hz, wavelength mm, N/mm or N mm s/rad
+  double third_parameter = 0;   ///< a share, of a spin
+  double max_force = 3;         ///< largest force, N
   std::uint32_t id = 0;
 };
 

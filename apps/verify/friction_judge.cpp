@@ -9,7 +9,7 @@ namespace trephine::verify {
 
 using glm::dvec3;
 
-double beyond_cone(const dvec3& pull, const std::vector<dvec3>& normals, double coefficient) {
+double distance_from_cone(const dvec3& pull, const std::vector<dvec3>& normals, double coefficient) {
   // Each wall exerts a force in its own cone. The problem is convex: optimize one force after the other until
   // the sum stops falling.
   std::vector<dvec3> forces(normals.size(), dvec3(0));

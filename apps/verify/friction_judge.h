@@ -15,7 +15,7 @@ using SurfaceValue = std::function<double(const glm::dvec3&)>;
 /// Returns the distance of the pull of a hand (mm, from the proxy to the hand) from the friction cones: the
 /// part of the pull that remains if each wall resists as far as friction with this coefficient allows; 0
 /// inside. `normals`: unit, out of each wall.
-double beyond_cone(const glm::dvec3& pull, const std::vector<glm::dvec3>& normals, double coefficient);
+double distance_from_cone(const glm::dvec3& pull, const std::vector<glm::dvec3>& normals, double coefficient);
 
 /// Returns the normals of the walls that touch a position: the normal of the surface there and, if the
 /// surface bends with a radius below `reach`, as at an edge or in a groove, all its normals within `reach`.

@@ -39,7 +39,7 @@ MeshVerdict judge_mesh(std::span<const glm::vec3> vertices, std::span<const std:
     if (count == 1)
       ++verdict.boundary_edges;
     else if (count > 2)
-      ++verdict.crowded_edges;
+      ++verdict.non_manifold_edges;
     else if (forward != 1)
       ++verdict.twisted_edges;
     i = end;

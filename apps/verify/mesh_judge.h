@@ -12,13 +12,13 @@ namespace trephine::verify {
 
 struct MeshVerdict {
   std::size_t boundary_edges = 0;        ///< used by one triangle
-  std::size_t crowded_edges = 0;         ///< used by more than two
+  std::size_t non_manifold_edges = 0;    ///< used by more than two
   std::size_t twisted_edges = 0;         ///< used twice in the same direction
   std::size_t pinched_vertices = 0;      ///< triangles around it do not form one fan
   std::size_t degenerate_triangles = 0;  ///< two equal indices
   double signed_volume = 0;              ///< enclosed volume, positive when oriented outward
   bool is_closed_manifold() const {
-    return boundary_edges + crowded_edges + twisted_edges + pinched_vertices + degenerate_triangles == 0;
+    return boundary_edges + non_manifold_edges + twisted_edges + pinched_vertices + degenerate_triangles == 0;
   }
 };
 /// Checks that a mesh is closed, manifold and oriented, and computes its volume.

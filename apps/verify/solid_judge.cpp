@@ -30,7 +30,7 @@ int side_of(const Point& p, const Point& b, const Point& c, const Point& d) {
 
 }  // namespace
 
-int winding(const WholeMesh& mesh, const Point& p) {
+int winding(const IntegerMesh& mesh, const Point& p) {
   static constexpr Point far{1'987'654'321, -1'876'543'219, 1'765'432'198};
   int sum = 0;
   for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {

@@ -64,7 +64,7 @@ SmoothSolid smooth_solid(std::shared_ptr<const Volume> base, const Shape& shape,
     fields.push_back({[soft](int x, int y, int z) { return soft->at(x, y, z); }});
   else
     fields.push_back({[base, shape](int x, int y, int z) { return field(*base, shape, x, y, z); }});
-  if (version && !version->is_untouched()) {
+  if (version && !version->is_uncut()) {
     // Samples of the cut, numbered from the sample at the centre of voxel 0.
     const glm::ivec3 first = version->lattice().centre_of(glm::ivec3(0));
     fields.push_back({[version, first](int x, int y, int z) {

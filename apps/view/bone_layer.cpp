@@ -52,7 +52,7 @@ class BoneLayer::Painter {
   void set_clip(const dvec3& origin, const dvec3& normal);
   void set_room(const dvec3& low, const dvec3& high) { room_low_ = low, room_high_ = high; }
   bool render(bool always);
-  void expose();
+  void complete_next_drawing();
   bool is_complete() const noexcept { return is_fine_ && !has_moved(); }
   double drawn_share() const noexcept {
     if (is_complete()) return 1;
@@ -306,7 +306,7 @@ void BoneLayer::Painter::fit_clipping_range() {
   bone_->GetActiveCamera()->GetClippingRange(fitted_range_.data());
 }
 
-void BoneLayer::Painter::expose() {
+void BoneLayer::Painter::complete_next_drawing() {
   draw_all_once();
   fit_clipping_range();
   is_fine_ = true;
@@ -457,7 +457,7 @@ void BoneLayer::set_opacity(double opacity, std::function<void()> restore_behind
 void BoneLayer::blend() { painter_->blend(); }
 void BoneLayer::set_clip(const dvec3& origin, const dvec3& normal) { painter_->set_clip(origin, normal); }
 void BoneLayer::set_room(const dvec3& low, const dvec3& high) { painter_->set_room(low, high); }
-void BoneLayer::expose() { painter_->expose(); }
+void BoneLayer::complete_next_drawing() { painter_->complete_next_drawing(); }
 bool BoneLayer::render(bool always) { return painter_->render(always); }
 bool BoneLayer::is_complete() const noexcept { return painter_->is_complete(); }
 double BoneLayer::drawn_share() const noexcept { return painter_->drawn_share(); }

@@ -51,7 +51,7 @@ class BoneLayer {
   bool render(bool always = false);
   /// Makes the next drawing of the window (a picture file) show the whole bone at full detail. Later calls of
   /// render() are not affected.
-  void expose();
+  void complete_next_drawing();
   /// True if the picture shows the whole bone at full detail, in the window's size and by its camera.
   bool is_complete() const noexcept;
   /// Returns the share of the bone that is drawn at full detail, 0 to 1; 0 if the window or its camera

@@ -85,7 +85,7 @@ Result<volume::Volume> block_counts(const volume::Volume& base, const volume::Oc
           word &= ~part;
         }
     }
-  if (version.is_untouched()) return counts;
+  if (version.is_uncut()) return counts;
   for (int z = 0; z < counts.size.z; ++z)
     for (int y = 0; y < counts.size.y; ++y)
       for (int x = 0; x < counts.size.x; ++x)
@@ -379,7 +379,7 @@ void ChunkWorker::request(std::shared_ptr<const volume::Version> version, const 
           for (std::size_t s = 0; s < base_shapes(*scene_).size(); ++s)
             if (scene_->items[s].bits->empty_distance(middle) <= volume::k_chunk / 8 + 2) {
               volume::VoxelBox& known = waiting_.try_emplace({z, y, x, s}, box).first->second;
-              known = sim::united(known, box);
+              known = sim::union_of(known, box);
               if (is_urgent) urgent_.insert({z, y, x, s});
             }
         }

@@ -170,7 +170,7 @@ Result<std::vector<imaging::Panel>> comparison_panels(const haptics::TouchScene&
   axial.lines.push_back(
       {{}, {90, 166, 255}, true, difference.second_mm3 > 0 ? "only in the first" : "removed in the second"});
   if (difference.second_mm3 > 0) axial.lines.push_back({{}, {255, 153, 38}, true, "only in the second"});
-  if (!first.version->is_untouched()) axial.lines.push_back({{}, {200, 60, 60}, true, "removed in both"});
+  if (!first.version->is_uncut()) axial.lines.push_back({{}, {200, 60, 60}, true, "removed in both"});
   axial.foot =
       "slice " + std::to_string(1 + static_cast<int>(std::lround(scan.frame.volume_from_world(at).z)));
   panels.push_back(std::move(axial));

@@ -21,7 +21,7 @@ constexpr double k_hollow = 3;               // mm; largest hollow (marrow space
 
 /// Returns two unit vectors perpendicular to a shaft.
 std::array<dvec3, 2> across(const dvec3& shaft) {
-  const dvec3 axis = volume::axis_aside(shaft);
+  const dvec3 axis = volume::non_parallel_axis(shaft);
   const dvec3 a = glm::normalize(glm::cross(shaft, axis));
   return {a, glm::cross(shaft, a)};
 }
@@ -90,7 +90,7 @@ enum class Fit { fits, too_thick, no_room };
 
 /// Fits the foot under an edge at `s` mm along `direction` from `at`.
 Fit fit_under(const BoneTest& is_bone, const FootTool& tool, const dvec3& at, const dvec3& shaft,
-              const dvec3& direction, double s, double reach, FootPose& place) {
+              const dvec3& direction, double s, double reach, FootPose& pose) {
   // Extent of the bone above the foot.
   double top = -1e9, bottom = 1e9;
   const dvec3 tangent = glm::cross(shaft, direction);
@@ -101,8 +101,8 @@ Fit fit_under(const BoneTest& is_bone, const FootTool& tool, const dvec3& at, co
       if (c.has_bone) top = std::max(top, c.top), bottom = std::min(bottom, c.bottom);
     }
   if (top < bottom) return Fit::no_room;
-  place.bone_thickness = top - bottom;
-  if (place.bone_thickness + k_gap > tool.opening) return Fit::too_thick;
+  pose.bone_thickness = top - bottom;
+  if (pose.bone_thickness + k_gap > tool.opening) return Fit::too_thick;
   const double height = bottom - k_gap;  // of the top of the foot
   const double begin = s + tool.radius + k_gap, end = s - reach;
   const auto point_at = [&](double along, double h) { return at + along * direction + h * shaft; };
@@ -116,10 +116,10 @@ Fit fit_under(const BoneTest& is_bone, const FootTool& tool, const dvec3& at, co
       !is_disc_free(is_bone, point_at(end, 0), shaft, tool.radius, height + tool.opening + 0.1,
                     height + tool.opening + tool.jaw))
     return Fit::no_room;
-  place.at_world = point_at(end, height);
-  place.edge_world = point_at(s, top);
-  place.path = {point_at(begin, std::max(top, 0.0) + 4), point_at(begin, height)};
-  place.turn = glm::normalize(glm::quat_cast(glm::dmat3(direction, glm::cross(shaft, direction), shaft)));
+  pose.at_world = point_at(end, height);
+  pose.edge_world = point_at(s, top);
+  pose.path = {point_at(begin, std::max(top, 0.0) + 4), point_at(begin, height)};
+  pose.turn = glm::normalize(glm::quat_cast(glm::dmat3(direction, glm::cross(shaft, direction), shaft)));
   return Fit::fits;
 }
 
@@ -185,13 +185,13 @@ FootSearch find_edge(const BoneTest& is_bone, const FootTool& tool, const dvec3&
                                  : edge_along(is_bone, from, shaft, edge.direction, std::max(0.0, edge.s - 3),
                                               edge.s + 3);
       if (!s) continue;
-      FootPose place;
-      const Fit fit = fit_under(is_bone, tool, from, shaft, edge.direction, *s, reach, place);
+      FootPose pose;
+      const Fit fit = fit_under(is_bone, tool, from, shaft, edge.direction, *s, reach, pose);
       is_too_thick = is_too_thick || fit == Fit::too_thick;
       if (fit == Fit::too_thick) break;  // also too thick farther along the edge
       if (fit != Fit::fits) continue;
-      place.edge = line_along(is_bone, from, shaft, edge.direction, *s);
-      return {std::move(place), {}};
+      pose.edge = line_along(is_bone, from, shaft, edge.direction, *s);
+      return {std::move(pose), {}};
     }
   }
   return {std::nullopt, is_too_thick
@@ -254,12 +254,12 @@ FootSearch find_hole(const BoneTest& is_bone, const BoneTest& was_bone, const Fo
     if (!is_disc_free(is_bone, at, shaft, std::max(tool.bit, k_toe * tool.radius), height, k_above) ||
         !is_disc_free(is_bone, at, shaft, tool.radius, height - tool.thickness, height))
       continue;
-    FootPose place;
-    place.at_world = at + height * shaft;
-    place.path = {at + 4.0 * shaft};
-    place.turn = glm::dquat(dvec3(0, 0, 1), shaft);
-    place.bone_thickness = *depth;
-    return {std::move(place), {}};
+    FootPose pose;
+    pose.at_world = at + height * shaft;
+    pose.path = {at + 4.0 * shaft};
+    pose.turn = glm::dquat(dvec3(0, 0, 1), shaft);
+    pose.bone_thickness = *depth;
+    return {std::move(pose), {}};
   }
   return {
       std::nullopt,

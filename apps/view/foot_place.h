@@ -37,7 +37,7 @@ struct FootPose {
 };
 
 struct FootSearch {
-  std::optional<FootPose> place;
+  std::optional<FootPose> pose;
   std::string reason;  ///< reason and remedy if no pose was found
 };
 

@@ -44,9 +44,9 @@ class LineGuide {
   /// Depth (mm) of the requested tip below the begin of the line; negative: above.
   double depth() const noexcept { return depth_; }
   /// Depth (mm) of the tip below the begin of the line while a tool is held; 0 above, and without one.
-  double inserted() const noexcept { return state_ == State::free ? 0 : std::max(0.0, tip_); }
+  double inserted_depth() const noexcept { return state_ == State::free ? 0 : std::max(0.0, tip_); }
   /// Length (mm) of the planned trajectory on which the tool is; 0 on a line without a plan.
-  double planned() const noexcept { return is_planned_ ? line_length_ : 0; }
+  double planned_length() const noexcept { return is_planned_ ? line_length_ : 0; }
   /// The line on which the tool stands or is held, to be drawn; empty without one.
   std::vector<glm::dvec3> line() const;
 

@@ -32,7 +32,7 @@ class MouseDevice final : public haptics::Device {
   void set(const glm::dvec3& request_world, const glm::dquat& turn, bool is_pressed,
            const std::optional<glm::dvec3>& jump_world = {},
            const glm::dvec3& press_world = glm::dvec3(0.0)) noexcept;
-  std::optional<glm::dvec3> take_jump() noexcept override { return std::exchange(jump_, std::nullopt); }
+  std::optional<glm::dvec3> fetch_jump() noexcept override { return std::exchange(jump_, std::nullopt); }
   /// Releases the button at once, and keeps the requested pose.
   void release() noexcept;
   /// True if the last pose that was read had the button pressed.

@@ -40,6 +40,7 @@ void Notices::visit_shown(double now, const Visit& visit) const {
   for (auto entry = log_.rbegin(); entry != log_.rend() && shown.size() < k_max_shown; ++entry) {
     if (entry->time > now) continue;  // possible in a replay
     if (now - entry->time > k_danger_seconds) break;
+    if (entry->time <= dismissed_ && entry->level != EventLevel::danger) continue;
     if (now - entry->time > seconds_of(entry->level) || entry->level == EventLevel::record) continue;
     // A later action that succeeded ends an earlier refusal.
     if (entry->level == EventLevel::refusal && has_outcome && entry->session_time < outcome_time) continue;

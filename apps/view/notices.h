@@ -24,6 +24,9 @@ class Notices {
   };
 
   void add(Entry entry);
+  /// Ends the display of the outcomes and refusals before `now`, such as those of an undone change. Dangers
+  /// stay for their time.
+  void dismiss(double now) noexcept { dismissed_ = now; }
   /// Returns the newest messages to show at the tool, one per line, newest last. Equal messages are merged.
   std::string shown(double now) const;
   /// Returns the most urgent level of the messages of shown().
@@ -37,6 +40,7 @@ class Notices {
   void visit_shown(double now, const Visit& visit) const;
   std::deque<Entry> log_;
   std::size_t count_ = 0;
+  double dismissed_ = -1;  ///< s, time of the last dismiss()
 };
 
 }  // namespace trephine::view

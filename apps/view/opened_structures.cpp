@@ -282,7 +282,7 @@ void OpenedStructures::Solid::paint(DrawMesh& mesh) const {
   std::vector<double> shares(colours.size());
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const dvec3 at(mesh.vertices[i]), normal(mesh.normals[i]);
-    const dvec3 other = volume::axis_aside(normal), right = glm::normalize(glm::cross(normal, other)),
+    const dvec3 other = volume::non_parallel_axis(normal), right = glm::normalize(glm::cross(normal, other)),
                 up = glm::cross(right, normal);
     std::fill(shares.begin(), shares.end(), 0.0);
     for (const Near& near : k_near)
@@ -337,7 +337,7 @@ OpenedStructures::~OpenedStructures() {
 void OpenedStructures::request_all(const std::shared_ptr<const volume::Version>& version) {
   if (labels_.empty()) return;
   if (are_gaps_waiting_) version_ = version, start();
-  if (version->is_untouched()) return;
+  if (version->is_uncut()) return;
   // Chunk by chunk, which is the granularity of requests.
   const volume::CutLattice& lattice = version->lattice();
   VoxelBox opened{ivec3(0), ivec3(-1)};
@@ -345,7 +345,7 @@ void OpenedStructures::request_all(const std::shared_ptr<const volume::Version>&
     const VoxelBox box{volume::k_chunk * chunk,
                        glm::min(volume::k_chunk * (chunk + 1), scene_->base->size) - 1};
     if (version->has_brick(lattice.low_of(box.low), lattice.high_of(box.high)))
-      opened = is_empty(opened) ? box : volume::united(opened, box);
+      opened = is_empty(opened) ? box : volume::union_of(opened, box);
   });
   request(version, opened);
 }
@@ -354,7 +354,7 @@ void OpenedStructures::request(const std::shared_ptr<const volume::Version>& ver
                                const VoxelBox& changed) {
   if (labels_.empty() || is_empty(changed)) return;
   version_ = version;
-  waiting_ = is_empty(waiting_) ? changed : volume::united(waiting_, changed);
+  waiting_ = is_empty(waiting_) ? changed : volume::union_of(waiting_, changed);
   start();
 }
 

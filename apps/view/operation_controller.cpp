@@ -139,9 +139,9 @@ std::string OperationController::fault_text() const {
 /// empty text for other tools. The label at the entry states the depth in matter.
 std::string OperationController::depth_text() const {
   constexpr double k_least = 0.5;  // mm
-  if (!is_pressed_ || line_.inserted() < k_least || appearance_of(state_.tool).is_drill) return "";
-  if (!(line_.planned() > 0)) return workbench::format_text("Depth %.0f mm", line_.inserted());
-  const double rest = line_.planned() - line_.inserted();
+  if (!is_pressed_ || line_.inserted_depth() < k_least || appearance_of(state_.tool).is_drill) return "";
+  if (!(line_.planned_length() > 0)) return workbench::format_text("Depth %.0f mm", line_.inserted_depth());
+  const double rest = line_.planned_length() - line_.inserted_depth();
   return workbench::format_text("%.0f mm %s the planned target", std::abs(rest), rest >= 0 ? "to" : "beyond");
 }
 
@@ -203,6 +203,7 @@ void OperationController::send_history_steps() {
   if (history_steps_.empty() || !is_release_processed()) return;
   for (const HistoryStep step : history_steps_) step == HistoryStep::undo ? live_.undo() : live_.redo();
   history_steps_.clear();
+  notices_.dismiss(seconds());
 }
 
 /// Restores the force of a mouse, which has no motors, automatically some time after a fault.
@@ -229,10 +230,10 @@ void OperationController::frame() {
 
   // Fetch the state of the other threads: the version, its changed chunks, the newest tick.
   state_ = live_.fetch_state();
-  send_history_steps();
   if (state_.refused) refused_ = state_.refused->message();
   if (state_.refused) release_handle();
   collect_notices();
+  send_history_steps();
   if (steps_) steps_->follow(live_, state_, seconds());
   restore_force();
   follow_instrument_change();
@@ -274,7 +275,7 @@ void OperationController::touch_scenery() {
   const dvec3 hip = r.pose.position_world, proxy = r.has_contact ? r.proxy_world : hip;
   if (const std::optional<ScreenDepth::Reading> depth = viewport_.take_depth()) {
     const haptics::depth::DepthPicture& picture = depth->picture;
-    const double pixel = glm::length(depth->at - picture.place.position_world) / picture.camera.fx;
+    const double pixel = glm::length(depth->at - picture.placement.position_world) / picture.camera.fx;
     const std::optional<double> behind = picture.behind(proxy);
     const bool is_hidden =
         state_.newest.shape == scenery_ && r.has_contact && (!behind || *behind > 1 + 2 * pixel);
@@ -284,7 +285,7 @@ void OperationController::touch_scenery() {
     // A hand that was in the scenery before the picture arrived is moved in front of it.
     const double deepest = depth_mm_ + 2 * state_.tool_radius + 4;
     if (!is_hidden && !r.has_contact && behind && *behind > -state_.tool_radius && *behind < deepest) {
-      const dvec3 ahead = glm::normalize(proxy - picture.place.position_world);
+      const dvec3 ahead = glm::normalize(proxy - picture.placement.position_world);
       landing_ = proxy - (*behind + state_.tool_radius + 1) * ahead;
     }
   }
@@ -306,8 +307,8 @@ void OperationController::touch_scenery() {
       camera.at == requested_camera_.at && camera.forward == requested_camera_.forward &&
       camera.up == requested_camera_.up && camera.columns == requested_camera_.columns &&
       camera.rows == requested_camera_.rows && mesh == requested_mesh_;
-  const auto knows = [&](const dvec3& p) {
-    return known != nullptr && known->knows(p, k_margin + state_.tool_radius);
+  const auto is_known_around = [&](const dvec3& p) {
+    return known != nullptr && known->is_known_around(p, k_margin + state_.tool_radius);
   };
   const auto is_near = [&](const dvec3& p) {
     return glm::length(p - glm::clamp(p, mesh->low(), mesh->high())) < k_edge;
@@ -315,37 +316,9 @@ void OperationController::touch_scenery() {
   if (mesh == nullptr || (!is_near(hip) && !is_near(proxy))) return;
   // The depth around this position was requested already, or the known depth contains the hand.
   const bool is_same_place = glm::length(proxy - requested_at_) < 1;
-  if (is_same_view && (is_same_place || (knows(hip) && knows(proxy)))) return;
+  if (is_same_view && (is_same_place || (is_known_around(hip) && is_known_around(proxy)))) return;
   requested_camera_ = camera, requested_mesh_ = mesh, requested_at_ = proxy;
   viewport_.request_depth(proxy, k_edge);
-}
-
-void OperationController::take_instrument(sim::Value instrument) {
-  const sim::InstrumentType* type =
-      options_.catalogue ? options_.catalogue->find_instrument(instrument.name()) : nullptr;
-  // Parameters that need no other balls are applied at once.
-  const bool is_same = type != nullptr && !is_changing_instrument() && !state_.tool.is_empty() &&
-                       state_.tool.name() == instrument.name() && !needs_other_balls(*type, instrument);
-  if (type == nullptr || is_same) return apply(std::move(instrument));
-  apply(sim::TakeInstrument{std::string(instrument.name()), instrument.words()});
-  requested_tool_ = std::move(instrument);
-  frames_without_job_ = 0;
-}
-
-bool OperationController::needs_other_balls(const sim::InstrumentType& type,
-                                            const sim::Value& instrument) const {
-  const sim::ToolNeeds needs = type.needs ? type.needs(instrument.data(), *scene_->base) : sim::ToolNeeds();
-  const haptics::ToolShape& needed = needs.tool ? *needs.tool : *scene_->tool;
-  return needed != (state_.contact_tool ? *state_.contact_tool : *scene_->tool);
-}
-
-/// Ends the wait for an instrument when the hand has it, or when it was refused or discarded.
-void OperationController::follow_instrument_change() {
-  if (!is_changing_instrument()) return;
-  constexpr int k_patience = 120;  // frames without a job
-  frames_without_job_ = state_.pending_jobs == 0 ? frames_without_job_ + 1 : 0;
-  if (state_.tool == requested_tool_ || state_.refused || frames_without_job_ > k_patience)
-    requested_tool_ = {};
 }
 
 /// Distance (mm) along the ray to the nearest surface of an overlay that no hand holds, such as a detached
@@ -358,9 +331,9 @@ double OperationController::distance_to_bodies(const Ray& ray) const {
     if (!overlay.surface || overlay.holder >= 0) continue;
     haptics::FacetHit hit;
     int visited = 0;
-    if (overlay.surface->cast(overlay.place.local_from_world(ray.origin),
-                              overlay.place.local_from_world(ray.origin + k_far * ray.direction), true, false,
-                              hit, visited) &&
+    if (overlay.surface->cast(overlay.placement.local_from_world(ray.origin),
+                              overlay.placement.local_from_world(ray.origin + k_far * ray.direction), true,
+                              false, hit, visited) &&
         (nearest < 0 || k_far * hit.t < nearest))
       nearest = k_far * hit.t;
   }
@@ -368,7 +341,7 @@ double OperationController::distance_to_bodies(const Ray& ray) const {
 }
 
 bool OperationController::grasp_handle() {
-  const std::optional<dvec3> at = touched();
+  const std::optional<dvec3> at = surface_point();
   if (!at || !state_.overlays) return false;
   double nearest = std::max(4.0, 0.015 * reach_);  // mm; more from a distance
   for (const sim::Overlay& overlay : *state_.overlays)
@@ -381,7 +354,7 @@ bool OperationController::grasp_handle() {
 /// Moves the grasped handle every third frame, so that the outline follows visibly.
 void OperationController::drag_handle() {
   constexpr int k_every = 3;
-  const std::optional<dvec3> at = touched();
+  const std::optional<dvec3> at = surface_point();
   if (!has_handle() || !at || ++frames_since_drag_ < k_every || glm::length(*at - dragged_to_) < 0.2) return;
   for (const sim::Field& field : dragged_handle_.schema().fields) {
     const sim::FieldPointer pointer = field.pointer_in(dragged_handle_.data());
@@ -392,7 +365,7 @@ void OperationController::drag_handle() {
   frames_since_drag_ = 0;
 }
 
-std::optional<dvec3> OperationController::touched() const {
+std::optional<dvec3> OperationController::surface_point() const {
   if (!options_.device && is_over_bone_ && !is_guided()) return under_cursor_;
   const haptics::ServoRecord& newest = state_.newest;
   const bool is_ball = state_.contact_tool && !state_.contact_tool->is_six_dof();
@@ -401,11 +374,11 @@ std::optional<dvec3> OperationController::touched() const {
   return std::nullopt;
 }
 
-std::optional<dvec3> OperationController::pointed() {
-  if (options_.device) return touched();
+std::optional<dvec3> OperationController::picked_point() {
+  if (options_.device) return surface_point();
   const Ray ray = viewport_.ray_at(x_, y_);
   double hit = viewport_.distance_to_solid(*version_, ray);
-  if (const std::optional<double> face = viewport_.distance_to_cut_face(*version_, ray)) hit = *face;
+  if (const std::optional<double> face = viewport_.distance_to_clip_face(*version_, ray)) hit = *face;
   if (const double body = distance_to_bodies(ray); body >= 0 && (hit < 0 || body < hit)) hit = body;
   return hit >= 0 ? std::optional(ray.origin + hit * ray.direction) : std::nullopt;
 }
@@ -424,7 +397,8 @@ double OperationController::press_depth(const Ray& ray, double hit) const {
 void OperationController::follow_cursor() {
   // The requested position: on the surface under the cursor, and below it while the button is down.
   const Ray ray = viewport_.ray_at(x_, y_);
-  // A tool with a foot works through its guide only: without a place for its foot, a press must not move it.
+  // A tool with a foot works through its guide only: without a position for its foot, a press must not move
+  // it.
   const bool is_pressed =
       is_pressed_ && (appearance_of(state_.tool).foot.kind == FootTool::Kind::none || guide_.is_holding());
   if (carry_piece(ray)) return;
@@ -495,6 +469,7 @@ void OperationController::follow_cursor() {
   mouse_.set(request, turn_along(shaft()), is_pressed && hit >= 0, jump, press);
   request_ = request, is_lifted_ = false;
   watch_sight(ray, is_pressed);
+  watch_progress(is_pressed);
 }
 
 }  // namespace trephine::view

@@ -57,11 +57,11 @@ class OperationController {
   void tilt(double right, double up);
   /// Direction of the shaft before it is tilted: along the normal of the surface under the cursor, toward the
   /// viewer, or fixed.
-  enum class Hold : std::uint8_t { surface, viewer, fixed };
+  enum class ShaftMode : std::uint8_t { surface, viewer, fixed };
   /// Selects the next hold and resets the tilt. A fixed shaft keeps its current direction.
-  Hold hold_next();
+  ShaftMode select_next_shaft_mode();
   /// Angle (degrees) between the shaft and its untilted direction.
-  double tilted() const;
+  double tilt_angle() const;
   /// Moves the cursor so that the tip moves by these distances parallel to the picture, mm.
   void move_tip(double right, double up);
   /// Keeps the tip at its position, independent of the cursor, until it is released.
@@ -104,11 +104,12 @@ class OperationController {
   bool put_piece_back();
   /// Point of the surface under the cursor; with a device or while a guide holds the tool, the point that the
   /// tool touches. nullopt if there is no such point.
-  std::optional<glm::dvec3> touched() const;
-  /// Returns the visible position of bone, a cut face or a body under the cursor; with a device, touched().
-  std::optional<glm::dvec3> pointed();
-  /// Grasps the handle of an overlay (anchor of an outline, pin of a clamp) nearest to touched(), which then
-  /// follows touched() until release_handle(). Returns false if no handle is within a few millimetres.
+  std::optional<glm::dvec3> surface_point() const;
+  /// Returns the visible point of bone, a cut face or a body under the cursor; with a device,
+  /// surface_point().
+  std::optional<glm::dvec3> picked_point();
+  /// Grasps the handle of an overlay (anchor of an outline, pin of a clamp) nearest to surface_point(), which
+  /// it then follows until release_handle(). Returns false if no handle is within a few millimetres.
   bool grasp_handle();
   void release_handle() { dragged_handle_ = {}; }
   bool has_handle() const noexcept { return !dragged_handle_.is_empty(); }
@@ -154,7 +155,7 @@ class OperationController {
   /// True if a guide holds the tool, independent of the cursor: with its foot under bone, or on a line.
   bool is_guided() const noexcept { return guide_.is_holding() || line_.is_holding(); }
   /// True if a probe, a catheter or a perforator is in its track.
-  bool is_inserted() const noexcept { return line_.inserted() > 0; }
+  bool is_inserted() const noexcept { return line_.inserted_depth() > 0; }
   /// Returns the guide of a tool with a foot.
   const ToolGuide& guide() const noexcept { return guide_; }
   /// Returns the name and the duration of the job that is computed, such as "cut flap, 3 s so far ...";
@@ -167,7 +168,7 @@ class OperationController {
   Viewport& viewport() noexcept { return viewport_; }
   const std::shared_ptr<const volume::Version>& version() const noexcept { return version_; }
   /// Frozen current state, which later cuts do not change. Waits for the edits, some milliseconds.
-  std::shared_ptr<const volume::Version> frozen() { return live_.snapshot().get()->undoable.version; }
+  std::shared_ptr<const volume::Version> frozen_version() { return live_.snapshot().get()->undoable.version; }
 
  private:
   void collect_notices();
@@ -190,6 +191,7 @@ class OperationController {
   double press_depth(const Ray& ray, double hit) const;
   void follow_cursor();
   void watch_sight(const Ray& ray, bool is_pressed);
+  void watch_progress(bool is_pressed);
   bool wait_outside_clip(const Ray& ray, double hit);
   double clearance_at(const glm::dvec3& tip, double expected) const;
   bool passes_forbidden(const glm::dvec3& from, const glm::dvec3& to) const;
@@ -227,7 +229,7 @@ class OperationController {
   glm::dvec3 shaft_{0, 0, 1};                         ///< unit, shaft of the mouse's tool before tilting
   glm::dquat tilt_{1, 0, 0, 0};
   std::vector<volume::Field> solids_;  ///< shapes that count as bone
-  Hold hold_ = Hold::surface;
+  ShaftMode shaft_mode_ = ShaftMode::surface;
   ToolGuide guide_;
   /// A piece that the mouse holds.
   struct Carried {
@@ -241,10 +243,11 @@ class OperationController {
   std::vector<LineGuide::Line> planned_lines_;
   std::optional<StepGuide> steps_;
   std::chrono::steady_clock::time_point guided_at_;
-  bool is_over_bone_ = false;       ///< the cursor is over bone
-  bool has_drill_stopped_ = false;  ///< the clutch of a perforator released during this press
-  double visible_at_ = 0;           ///< s, time of the state in which a pressed tool was last visible
-  bool has_click_ = false;          ///< a press since the last frame, however short
+  bool is_over_bone_ = false;                  ///< the cursor is over bone
+  bool has_drill_stopped_ = false;             ///< the clutch of a perforator released during this press
+  double progress_at_ = 0, progress_mm3_ = 0;  ///< s, mm³: when and where a pressed burr last made progress
+  double visible_at_ = 0;   ///< s, time of the state in which a pressed tool was last visible
+  bool has_click_ = false;  ///< a press since the last frame, however short
   bool is_tip_held_ = false, is_pressed_ = false, is_finished_ = false, is_started_ = false;
   bool shows_clip_volumes_ = false;
   bool is_face_refused_ = false;     ///< this press on a cut face was refused

@@ -88,7 +88,7 @@ bool OperationController::wait_outside_clip(const Ray& ray, double hit) {
   if (!is_pressed_) is_face_refused_ = false;
   // A guided tool is independent of the cursor: a probe or a catheter stays in its track.
   if (!viewport_.clip_plane() || is_guided()) return false;
-  const std::optional<double> face = viewport_.distance_to_cut_face(*version_, ray);
+  const std::optional<double> face = viewport_.distance_to_clip_face(*version_, ray);
   if (!face && (is_pressed_ || hit < 0 || !distance_to_forbidden(ray, hit))) return false;
   constexpr double k_away = 5;  // mm
   double outer = viewport_.distance_to_solid(*version_, ray, Viewport::Clipping::ignored);

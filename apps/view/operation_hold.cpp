@@ -1,4 +1,4 @@
-// Hand of a mouse in OperationController: shaft, tilt, tip moved by keys, guide, held pieces.
+// Hand of a mouse in OperationController: instrument, shaft, tilt, tip moved by keys, guide, held pieces.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -6,7 +6,9 @@
 
 #include "apps/view/operation_controller.h"
 #include "apps/view/tool_appearance.h"
-#include "modules/cross_section/section.h"
+#include "apps/workbench/text.h"
+#include "modules/drilling/burr.h"
+#include "volume/scan/bone_labels.h"
 
 namespace trephine::view {
 
@@ -15,22 +17,50 @@ using workbench::Clock;
 using workbench::EventLevel;
 using workbench::seconds_since;
 
+void OperationController::take_instrument(sim::Value instrument) {
+  const sim::InstrumentType* type =
+      options_.catalogue ? options_.catalogue->find_instrument(instrument.name()) : nullptr;
+  // Parameters that need no other balls are applied at once.
+  const bool is_same = type != nullptr && !is_changing_instrument() && !state_.tool.is_empty() &&
+                       state_.tool.name() == instrument.name() && !needs_other_balls(*type, instrument);
+  if (type == nullptr || is_same) return apply(std::move(instrument));
+  apply(sim::TakeInstrument{std::string(instrument.name()), instrument.words()});
+  requested_tool_ = std::move(instrument);
+  frames_without_job_ = 0;
+}
+
+bool OperationController::needs_other_balls(const sim::InstrumentType& type,
+                                            const sim::Value& instrument) const {
+  const sim::ToolNeeds needs = type.needs ? type.needs(instrument.data(), *scene_->base) : sim::ToolNeeds();
+  const haptics::ToolShape& needed = needs.tool ? *needs.tool : *scene_->tool;
+  return needed != (state_.contact_tool ? *state_.contact_tool : *scene_->tool);
+}
+
+/// Ends the wait for an instrument when the hand has it, or when it was refused or discarded.
+void OperationController::follow_instrument_change() {
+  if (!is_changing_instrument()) return;
+  constexpr int k_patience = 120;  // frames without a job
+  frames_without_job_ = state_.pending_jobs == 0 ? frames_without_job_ + 1 : 0;
+  if (state_.tool == requested_tool_ || state_.refused || frames_without_job_ > k_patience)
+    requested_tool_ = {};
+}
+
 /// Turns the shaft along the normal of the surface; a round tool is tilted so that its cut is visible. The
 /// shaft always points toward the viewer. While the button is pressed, it turns no faster than a wrist.
 void OperationController::follow_surface(const Ray& ray, bool is_over_bone, bool is_soft) {
   const ToolAppearance tool = appearance_of(state_.tool);
   const bool is_kerrison = tool.foot.kind == FootTool::Kind::kerrison;
   if (!is_over_bone && !is_kerrison) return;
-  if (hold_ == Hold::fixed) return;
-  std::optional<dvec3> normal = viewport_.facing(*untouched_, ray);
+  if (shaft_mode_ == ShaftMode::fixed) return;
+  std::optional<dvec3> normal = viewport_.mean_surface_normal(*untouched_, ray);
   // Near an edge the bone has no defined direction: use the mean with the viewing direction.
   if (is_kerrison) normal = glm::normalize(normal.value_or(-ray.direction) - ray.direction);
   // The bone around a gap does not show how the gap is entered.
   if (is_soft) normal = -ray.direction;
   if (!normal) return;
-  dvec3 target = hold_ == Hold::viewer ? -ray.direction
-                 : tool.is_ball        ? Viewport::shaft_direction(*normal, -ray.direction)
-                                       : *normal;
+  dvec3 target = shaft_mode_ == ShaftMode::viewer ? -ray.direction
+                 : tool.is_ball                   ? Viewport::shaft_direction(*normal, -ray.direction)
+                                                  : *normal;
   constexpr double k_flattest = 1.1;  // radians between the shaft and the direction to the viewer
   if (const double slope = std::acos(std::clamp(glm::dot(target, -ray.direction), -1.0, 1.0));
       slope > k_flattest) {
@@ -93,7 +123,7 @@ bool OperationController::carry_piece(const Ray& ray) {
   }
   if (!carried_)
     carried_ = Carried{request_, glm::dot(request_ - ray.origin, ray.direction), 0,
-                       haptics::place_of(state_.newest.pose), PieceGuard(*held->surface, held->grip)};
+                       haptics::placement_of(state_.newest.pose), PieceGuard(*held->surface, held->grip)};
   const bool is_in_picture = x_ >= 0 && x_ <= 1 && y_ >= 0 && y_ <= 1;
   if (!is_in_picture) return true;  // it stays where it is
   constexpr double k_highest = 20;  // mm
@@ -124,7 +154,7 @@ std::function<bool(const dvec3&)> OperationController::bone_in(const volume::Ver
     return (version.distance(p) > 0 &&
             std::any_of(solids_.begin(), solids_.end(),
                         [&](const volume::Field& f) { return f.value(p) >= 0; })) ||
-           labelled.by_labels(at);
+           labelled.has_bone_label(at);
   };
 }
 
@@ -178,18 +208,18 @@ void OperationController::tilt(double right, double up) {
   if (angle <= 0 || glm::length(axis) < 0.05 * angle) return;
   const glm::dquat before = tilt_;
   tilt_ = glm::normalize(glm::angleAxis(k_radians * angle, glm::normalize(axis)) * tilt_);
-  if (tilted() > k_max) tilt_ = before;
+  if (tilt_angle() > k_max) tilt_ = before;
 }
 
-double OperationController::tilted() const {
+double OperationController::tilt_angle() const {
   return std::acos(std::clamp(glm::dot(shaft(), shaft_), -1.0, 1.0)) * 180 / 3.14159265358979;
 }
 
-OperationController::Hold OperationController::hold_next() {
-  hold_ = static_cast<Hold>((static_cast<int>(hold_) + 1) % 3);
-  if (hold_ == Hold::fixed) shaft_ = shaft();
+OperationController::ShaftMode OperationController::select_next_shaft_mode() {
+  shaft_mode_ = static_cast<ShaftMode>((static_cast<int>(shaft_mode_) + 1) % 3);
+  if (shaft_mode_ == ShaftMode::fixed) shaft_ = shaft();
   tilt_ = {1, 0, 0, 0};
-  return hold_;
+  return shaft_mode_;
 }
 
 void OperationController::move_tip(double right, double up) {
@@ -302,6 +332,24 @@ void OperationController::watch_sight(const Ray& ray, bool is_pressed) {
   if (state_.newest.t - visible_at_ < k_seconds) return;
   visible_at_ = 1e9;  // once, until it is visible again
   show_refusal("The tool works behind bone, out of sight. Release the button, or turn the picture.");
+}
+
+/// Shows a message if a pressed burr removes hardly any bone: below a pressure it rubs and does not cut.
+void OperationController::watch_progress(bool is_pressed) {
+  constexpr double k_seconds = 2, k_least = 0.5;  // s; mm³ in this time
+  const haptics::ServoRecord& newest = state_.newest;
+  const bool is_working = is_pressed && newest.pose.is_pressed() && newest.has_contact &&
+                          state_.tool.name() == drilling::Burr::schema().name;
+  if (!is_working || state_.removed_mm3 >= progress_mm3_ + k_least) {
+    progress_at_ = newest.t, progress_mm3_ = state_.removed_mm3;
+    return;
+  }
+  if (newest.t - progress_at_ < k_seconds) return;
+  progress_at_ = 1e9;  // once, until the burr makes progress again
+  show_refusal(workbench::format_text("The burr rubs and hardly cuts at %.1f N. %s",
+                                      glm::length(newest.force_world),
+                                      options_.device ? "Press harder." : "Raise Press with PgDn.")
+                   .c_str());
 }
 
 }  // namespace trephine::view

@@ -197,7 +197,7 @@ void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const 
   for (const sim::Overlay& overlay : overlays) {
     const bool is_held = overlay.holder >= 0 && overlay.holder < static_cast<int>(hands.size());
     const haptics::Placement placement =
-        is_held ? hands[static_cast<std::size_t>(overlay.holder)] * overlay.grip : overlay.place;
+        is_held ? hands[static_cast<std::size_t>(overlay.holder)] * overlay.grip : overlay.placement;
     const Colour colour = colour_of(overlay);
     if (overlay.surface) {
       Parts::Surface& surface = p.surfaces[overlay.surface.get()];

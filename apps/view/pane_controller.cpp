@@ -30,8 +30,8 @@ imaging::Subject subject_of(const PaneInput& input) {
     for (const sim::Overlay& overlay : *input.overlays)
       if (overlay.surface && overlay.kind == sim::Overlay::Kind::object)
         subject.objects.push_back({overlay.name, overlay.surface,
-                                   overlay.holder == 0 ? hand * overlay.grip : overlay.place, overlay.matter,
-                                   overlay.is_detached});
+                                   overlay.holder == 0 ? hand * overlay.grip : overlay.placement,
+                                   overlay.matter, overlay.is_detached});
   subject.plan = input.plan;
   subject.depths.assign(input.depths.begin(), input.depths.end());
   return subject;

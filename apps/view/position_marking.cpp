@@ -76,11 +76,11 @@ sim::Overlays PositionMarking::overlays(const std::optional<dvec3>& next) const 
   overlay.kind = sim::Overlay::Kind::warning;
   Positions line = positions_;
   if (next && line.size() < request_.most) line.push_back(*next);
-  const bool is_outline = request_.shows == Request::Shows::outline && line.size() > 2;
+  const bool is_outline = request_.quantity == Request::Quantity::outline && line.size() > 2;
   if (is_outline) line.push_back(line.front());
   for (std::size_t i = 1; i < line.size(); ++i) overlay.lines.push_back({line[i - 1], line[i]});
   for (const dvec3& at : positions_) overlay.handles.push_back({at, {}});
-  if (request_.shows == Request::Shows::angle) {
+  if (request_.quantity == Request::Quantity::angle) {
     if (line.size() == 3) {
       const dvec3 a = line[0] - line[1], b = line[2] - line[1];
       const double angle = std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
@@ -88,9 +88,9 @@ sim::Overlays PositionMarking::overlays(const std::optional<dvec3>& next) const 
     }
   } else if (line.size() > 1) {
     const dvec3 end = is_outline ? line[line.size() - 2] : line.back();
-    const char* format = is_outline                                   ? "outline %.1f mm"
-                         : request_.shows == Request::Shows::straight ? "straight %.1f mm"
-                                                                      : "%.1f mm";
+    const char* format = is_outline                                         ? "outline %.1f mm"
+                         : request_.quantity == Request::Quantity::straight ? "straight %.1f mm"
+                                                                            : "%.1f mm";
     overlay.labels.push_back({end, text_of(format, length_of(line))});
   }
   return {overlay};

@@ -22,7 +22,7 @@ class PositionMarking {
     /// Quantity shown while the positions are marked: length of the line; the same with the word
     /// "straight", for commands that measure along a surface; length of the closed line; or angle at the
     /// second position.
-    enum class Shows { length, straight, outline, angle } shows = Shows::length;
+    enum class Quantity { length, straight, outline, angle } quantity = Quantity::length;
   };
   using Positions = std::vector<glm::dvec3>;  ///< world, mm
 

@@ -66,7 +66,8 @@ void ReplayController::update_force_parts() {
 
 Status ReplayController::frame(double elapsed) {
   Status error;
-  if (is_playing_) {
+  has_picture_ = has_picture_ || viewport_.is_whole();
+  if (is_playing_ && has_picture_) {
     error = seek(now_ + speed_ * elapsed);
     if (now_ >= seconds_) is_playing_ = false;
   }

@@ -62,6 +62,7 @@ class ReplayController {
   std::optional<StepGuide> steps_;
   void update_force_parts();
 
+  bool has_picture_ = false;  ///< the anatomy was drawn; a replay starts with it
   bool is_playing_ = true, has_changed_ = false, shows_clip_volumes_ = false, is_force_explained_ = false;
   std::optional<haptics::ForceParts> force_parts_;
   std::uint64_t explained_tick_ = 0;  ///< next tick of the replay for which `force_parts_` was computed

@@ -70,7 +70,7 @@ void ScreenDepth::read_before(vtkRenderer* renderer, vtkRenderWindow* window) {
   if (columns < 4 || rows < 4) return;
   Reading reading{{}, request.at, request.edge};
   reading.picture.camera = {columns, rows, whole.fx, whole.fy, whole.cx - left, whole.cy - top};
-  reading.picture.place = placement;
+  reading.picture.placement = placement;
   camera->GetClippingRange(near_, far_);
   corner_ = {left, whole.height - top - rows};
   pending_ = std::move(reading);
@@ -137,8 +137,8 @@ std::optional<ScreenDepth::Reading> ScreenDepth::take_result() {
         depths[at(row)] =
             haptics::depth::perspective_distance(near_, far_, static_cast<double>(read[1][from]));
     }
-  reading.picture.keep(depths);
-  reading.edge = std::min(reading.edge, reading.picture.known_around(reading.at));
+  reading.picture.set_depths(depths);
+  reading.edge = std::min(reading.edge, reading.picture.known_cube_edge(reading.at));
   return reading;
 }
 

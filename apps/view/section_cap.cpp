@@ -38,7 +38,7 @@ class Matter {
          const std::vector<Structure>& structures)
       : scan_(*scene.base),
         version_(version),
-        is_cut_(!version.is_untouched()),
+        is_cut_(!version.is_uncut()),
         intensity_(scan_, volume::Shape{.low = 0}),
         bone_labels_(scan_) {
     const auto items = base_shapes(scene);

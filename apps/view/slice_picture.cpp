@@ -140,8 +140,8 @@ void add_line(vtkRenderer* to, const Panel::Line& line, double least) {
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> cells;
   const glm::dvec2* last = nullptr;
-  for (const glm::dvec2& p : line.places) {
-    if (last != nullptr && &p != &line.places.back() && glm::length(p - *last) < least) continue;
+  for (const glm::dvec2& p : line.points) {
+    if (last != nullptr && &p != &line.points.back() && glm::length(p - *last) < least) continue;
     points->InsertNextPoint(p.x, p.y, 0.5);
     last = &p;
   }

@@ -29,7 +29,8 @@ class StepGuide {
   explicit StepGuide(std::shared_ptr<const volume::SurgicalPlan> plan) : plan_(std::move(plan)) {}
 
   /// Follows a fetched state, once per frame. Requests the reasons of refusals from the edit thread after the
-  /// state changed, at most every k_interval. `seconds`: time of the frame.
+  /// state changed, at most every k_interval, and each second if a condition depends on time.
+  /// `seconds`: time of the frame.
   void follow(sim::LiveSession& session, const sim::LiveState& state, double seconds);
   static constexpr double k_interval = 0.2;  ///< s
   /// Follows the position of a replay, which requests no step.

@@ -61,7 +61,7 @@ LabelGrid sample_label(const volume::Volume& scan, const volume::Version& versio
                          static_cast<std::size_t>(grid.size.z),
                      0.0f);
   const float share = 1.0f / static_cast<float>(grid.stride * grid.stride * grid.stride);
-  const bool is_cut = !version.is_untouched();
+  const bool is_cut = !version.is_uncut();
   for (int z = box.low.z; z <= box.high.z; ++z)
     for (int y = box.low.y; y <= box.high.y; ++y)
       for (int x = box.low.x; x <= box.high.x; ++x) {

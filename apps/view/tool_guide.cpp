@@ -57,8 +57,8 @@ bool ToolGuide::is_search_due(const dvec3& at, const Input& input) {
   return true;
 }
 
-void ToolGuide::begin(FootPose place, const dvec3& from) {
-  place_ = std::move(place);
+void ToolGuide::begin(FootPose pose, const dvec3& from) {
+  pose_ = std::move(pose);
   at_ = from;
   state_ = State::moving;
 }
@@ -87,19 +87,19 @@ bool ToolGuide::slide(int steps) {
 
 /// Finds the edge again after a change of the bone or of the foot's reach.
 void ToolGuide::search_again(const BoneTest& is_bone, const Input& input, double reach) {
-  const dvec3 open = place_.turn * dvec3(1, 0, 0), shaft = place_.turn * dvec3(0, 0, 1);
+  const dvec3 open = pose_.turn * dvec3(1, 0, 0), shaft = pose_.turn * dvec3(0, 0, 1);
   std::string reason;
   for (const double inward : {0.5, 1.5, 3.0, 4.5}) {
-    FootSearch search = find_edge(is_bone, input.tool, place_.edge_world - inward * open, shaft, reach, open);
-    if (!search.place) {
+    FootSearch search = find_edge(is_bone, input.tool, pose_.edge_world - inward * open, shaft, reach, open);
+    if (!search.pose) {
       reason = search.reason;
       continue;
     }
     reach_ = reach;
     held_in_ = input.version;
-    edge_ = search.place->edge;
-    path_ = {search.place->path.back(), search.place->at_world};
-    begin(std::move(*search.place), at_);
+    edge_ = search.pose->edge;
+    path_ = {search.pose->path.back(), search.pose->at_world};
+    begin(std::move(*search.pose), at_);
     return;
   }
   message_ = reason;
@@ -108,12 +108,12 @@ void ToolGuide::search_again(const BoneTest& is_bone, const Input& input, double
 
 std::optional<ToolGuide::Pose> ToolGuide::follow_kerrison(const BoneTest& is_bone, const Input& input) {
   const bool is_click = input.is_pressed && !was_pressed_;
-  if (state_ != State::free && !input.is_pressed && distance_to_ray(place_.edge_world, input) > k_leave)
+  if (state_ != State::free && !input.is_pressed && distance_to_ray(pose_.edge_world, input) > k_leave)
     release();
   if (state_ == State::free) {
     if ((!input.is_pressed || is_click) && input.surface && is_search_due(*input.surface, input)) {
       FootSearch search = find_edge(is_bone, input.tool, *input.surface, input.shaft, 0);
-      candidate_ = std::move(search.place);
+      candidate_ = std::move(search.pose);
       search_failure_ = std::move(search.reason);
     }
     if (!input.surface && !input.is_pressed) candidate_.reset(), searched_at_ = dvec3(1e9);
@@ -139,12 +139,12 @@ std::optional<ToolGuide::Pose> ToolGuide::follow_kerrison(const BoneTest& is_bon
                  std::clamp(reach_ + 0.5 * std::exchange(slides_, 0), -0.5 * input.tool.radius,
                             0.75 * input.tool.radius));
   if (state_ == State::free) return std::nullopt;
-  return Pose{at_, place_.turn, input.is_pressed && !is_press_used_, std::exchange(is_jump_, false)};
+  return Pose{at_, pose_.turn, input.is_pressed && !is_press_used_, std::exchange(is_jump_, false)};
 }
 
 std::optional<ToolGuide::Pose> ToolGuide::follow_craniotome(const BoneTest& is_bone, const BoneTest& was_bone,
                                                             const Input& input) {
-  const dvec3 shaft = place_.turn * dvec3(0, 0, 1);
+  const dvec3 shaft = pose_.turn * dvec3(0, 0, 1);
   if (state_ != State::free && !input.is_pressed && distance_to_ray(at_ + 3.0 * shaft, input) > k_leave)
     release();
   if (state_ == State::free) {
@@ -153,11 +153,11 @@ std::optional<ToolGuide::Pose> ToolGuide::follow_craniotome(const BoneTest& is_b
     if (!is_search_due(*input.old_surface, input)) return std::nullopt;
     FootSearch search = find_hole(is_bone, was_bone, input.tool, *input.old_surface, input.shaft);
     search_failure_ = search.reason;
-    if (!search.place) return std::nullopt;
-    path_ = search.place->path;
-    path_.push_back(search.place->at_world);
+    if (!search.pose) return std::nullopt;
+    path_ = search.pose->path;
+    path_.push_back(search.pose->at_world);
     const dvec3 first = path_.front();
-    begin(std::move(*search.place), first);
+    begin(std::move(*search.pose), first);
     is_jump_ = true, held_in_ = input.version;
   }
   // Undo may restore bone at the tool's position.
@@ -171,11 +171,11 @@ std::optional<ToolGuide::Pose> ToolGuide::follow_craniotome(const BoneTest& is_b
   if (state_ == State::moving) advance(input.seconds);
   if (state_ == State::moving || !input.is_pressed) {
     if (state_ == State::cutting) at_ = input.tip, state_ = State::held;
-    return Pose{at_, place_.turn, false, std::exchange(is_jump_, false)};
+    return Pose{at_, pose_.turn, false, std::exchange(is_jump_, false)};
   }
   // The foot goes below the bone under the cursor, no farther ahead than a hand would pull.
   state_ = State::cutting;
-  place_.turn = glm::dquat(dvec3(0, 0, 1), input.shaft);
+  pose_.turn = glm::dquat(dvec3(0, 0, 1), input.shaft);
   at_ = input.tip;
   if (input.old_surface) {
     dvec3 motion = *input.old_surface - input.tip;
@@ -189,7 +189,7 @@ std::optional<ToolGuide::Pose> ToolGuide::follow_craniotome(const BoneTest& is_b
       at_ += std::min(1.0, 1.2 * k_lead / std::max(1e-9, glm::length(pull))) * pull;
     }
   }
-  return Pose{at_, place_.turn, true, false};
+  return Pose{at_, pose_.turn, true, false};
 }
 
 std::optional<ToolGuide::Pose> ToolGuide::follow(const BoneTest& is_bone, const BoneTest& was_bone,

@@ -54,12 +54,12 @@ class ToolGuide {
                                         const Input& input);
   bool is_search_due(const glm::dvec3& at, const Input& input);
   void forget();
-  void begin(FootPose place, const glm::dvec3& from);
+  void begin(FootPose pose, const glm::dvec3& from);
   void advance(double seconds);
   void search_again(const BoneTest& is_bone, const Input& input, double reach);
 
   State state_ = State::free;
-  FootPose place_;
+  FootPose pose_;
   std::optional<FootPose> candidate_;  ///< for the next press, found for the cursor at `searched_at_`
   std::string search_failure_;
   std::vector<glm::dvec3> path_, edge_;

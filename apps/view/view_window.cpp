@@ -64,7 +64,8 @@ void rest_stylus(const volume::Version& version, const ToolAppearance& tool, Vie
   record.has_contact = true;
   record.proxy_world = record.pose.position_world = ray.origin + hit * ray.direction;
   record.normal_world = -ray.direction;
-  if (const std::optional<glm::dvec3> normal = picture.facing(version, ray); normal && !tool.is_ball)
+  if (const std::optional<glm::dvec3> normal = picture.mean_surface_normal(version, ray);
+      normal && !tool.is_ball)
     record.pose.orientation = glm::dquat(dvec3(0, 0, 1), *normal);
   picture.show_stylus(record, tool, version, -ray.direction);
 }

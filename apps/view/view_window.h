@@ -112,10 +112,21 @@ struct WindowOptions {
   std::optional<WindowStart> start;        ///< the operation; nullopt: a replay, or a picture
   sim::Replay* replay = nullptr;           ///< plays this session instead of an operation
   double replay_seconds = 0;               ///< duration of the replay, s
-  workbench::SessionSummary summary;       ///< summary of the replay: camera, active hand, marks
-  std::string layout_file;                 ///< file of the pane layout; empty: not stored
-  WindowHost host;                         ///< without its functions nothing else can be opened
-  double width = 1100, height = 760;       ///< pixels
+  std::string replayed_file;               ///< file of the replay, with its notes next to it; empty: no notes
+  bool may_take_over = false;              ///< offers to continue a replay from the shown moment
+  workbench::SessionSummary
+      summary;              ///< summary of the replay or continued session: camera, active hand, marks
+  std::string layout_file;  ///< file of the pane layout; empty: not stored
+  WindowHost host;          ///< without its functions nothing else can be opened
+  double width = 1100, height = 760;  ///< pixels
+  /// A second replay, in a window of its own that follows the time and the view of this one; null: none.
+  struct Companion;
+  std::shared_ptr<const Companion> companion;
+};
+
+struct WindowOptions::Companion {
+  std::shared_ptr<const haptics::TouchScene> scene;
+  WindowOptions options;
 };
 
 /// Report of the window.
@@ -134,7 +145,8 @@ struct WindowReport {
   std::uint64_t offset_updates = 0;          ///< number of updates of a round tool's fields
   double longest_offset_update_seconds = 0;  ///< longest of these updates
   sim::LiveSession::EditReport edits;
-  Status recording_error;  ///< error of the recording, if it failed
+  Status recording_error;               ///< error of the recording, if it failed
+  std::optional<double> taken_over_at;  ///< time of a replay from which the user continues, s
 };
 
 /// Returns a non-owning pointer to a scene that outlives the window.

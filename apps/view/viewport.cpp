@@ -287,7 +287,7 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, ToolAppearance to
 
 void Viewport::show(std::span<const sim::Overlay> overlays, std::span<const haptics::ServoRecord> hands) {
   std::vector<haptics::Placement> placements;
-  for (const haptics::ServoRecord& hand : hands) placements.push_back(haptics::place_of(hand.pose));
+  for (const haptics::ServoRecord& hand : hands) placements.push_back(haptics::placement_of(hand.pose));
   OverlayLayer* scenery = view_.scenery();
   const auto is_in_front = [&](const sim::Overlay& overlay) { return is_live_ && overlay.is_in_front; };
   const bool has_front = std::any_of(overlays.begin(), overlays.end(), is_in_front);
@@ -394,6 +394,8 @@ double Viewport::drawn_share() const {
   const double meshed = worker_->finished_share();
   return std::min(0.99, k_meshing * meshed + (meshed < 1 ? 0 : (1 - k_meshing) * view_.bone().drawn_share()));
 }
+
+bool Viewport::is_whole() const { return worker_->finished_share() >= 1; }
 
 bool Viewport::complete() {
   if (!view_.is_drawable()) return false;

@@ -26,7 +26,7 @@ struct ClipChoice {
   enum class Axis { none, left, back, up, view, plane } axis = Axis::none;
   double share = 0.5;          ///< depth of the plane through the bone, 0 to 1; not for Axis::plane
   glm::dvec3 at{0.0};          ///< Axis::plane: point of the plane, world, mm
-  glm::dvec3 normal{0, 0, 1};  ///< Axis::plane: unit; its side is not shown
+  glm::dvec3 normal{0, 0, 1};  ///< Axis::plane: unit, toward the side that is not shown
 };
 
 /// Returns the overlays with the clip volumes of depth images added.
@@ -42,7 +42,8 @@ class Viewport {
   void request(const std::shared_ptr<const volume::Version>& version, const volume::VoxelBox& changed);
   /// Waits until all requested surfaces are finished.
   void wait();
-  /// Temporarily shows other shapes of the same scan, such as a threshold during its choice; null: its own.
+  /// Temporarily shows other shapes of the same scan, such as a threshold during its choice; null: those of
+  /// the scene.
   void preview(std::unique_ptr<haptics::TouchScene> shapes,
                const std::shared_ptr<const volume::Version>& version);
   /// Bone and structures, each with its opacity in the picture.
@@ -57,14 +58,16 @@ class Viewport {
   const ClipChoice& clip() const noexcept { return clip_; }
   /// Plane in front of which the picture is clipped; nullopt: no clipping.
   std::optional<volume::Openings::Plane> clip_plane() const;
-  /// Distance (mm) along the ray to the cut face of the clipped picture; nullopt if the ray does not meet it.
-  std::optional<double> distance_to_cut_face(const volume::Version& version, const Ray& ray) const;
+  /// Distance (mm) along the ray to the face of the bone at the clip plane; nullopt if the ray does not meet
+  /// it.
+  std::optional<double> distance_to_clip_face(const volume::Version& version, const Ray& ray) const;
   /// Camera of the picture, in its own pixels.
   volume::Camera camera();
   /// Turns the camera about its focal point, in degrees; the patient's head remains up.
   void turn(double left, double up);
 
-  /// Zooms by a factor toward the object at (x, y) (as in ray_at()), to at least 20 mm from it.
+  /// Zooms by a factor (above 1: nearer) toward the object at (x, y) (as in ray_at()), never nearer than 20
+  /// mm to it.
   void zoom(const volume::Version& version, double factor, double x, double y);
 
   /// Sets the geometry with which the tool currently touches.
@@ -80,7 +83,8 @@ class Viewport {
   /// Direction (unit) of the shaft of a ball on a surface, between the normal and the viewer, so that the
   /// ball is visible.
   static glm::dvec3 shaft_direction(const glm::dvec3& normal, const glm::dvec3& toward_viewer);
-  /// Draws a line (world, mm) on the bone with the stylus: the edge that a tool goes under. Empty: no line.
+  /// Sets a line (world, mm) on the bone that is drawn together with the stylus, such as the edge under which
+  /// a tool goes. Empty: no line.
   void mark_line(std::vector<glm::dvec3> line) { edge_ = std::move(line); }
   /// Sets the plan, which is always shown in addition to the bone.
   void set_plan(sim::Overlays plan);
@@ -95,7 +99,7 @@ class Viewport {
   void show_still(const std::shared_ptr<const volume::Version>& version,
                   std::span<const sim::Overlay> overlays, const glm::dvec3& at, const glm::dvec3& from,
                   double share, double distance_factor);
-  /// Direction (unit) from `out` a little to the side and up, so that depth is visible.
+  /// Returns the direction `out` turned a little to the side and up (unit), so that depth is visible.
   static glm::dvec3 oblique_direction(const glm::dvec3& out);
   /// Returns the direction that is upward in pictures of show_still() from `from` (unit).
   static glm::dvec3 upward_from(const glm::dvec3& from);
@@ -116,7 +120,8 @@ class Viewport {
   /// negative if the ray meets no solid.
   double distance_to_solid(const volume::Version& version, const Ray& ray,
                            Clipping clipping = Clipping::applied) const;
-  /// Number of the touched shape with a solid voxel at or next to a position; 0 without one.
+  /// Index of the touchable shape with a solid voxel at or next to a position; 0, as for the first shape, if
+  /// there is no such shape.
   std::size_t shape_near(const glm::dvec3& at_world) const;
   /// Distance (mm) along the ray at which the centre of a ball that moves along it first touches a solid that
   /// distance_to_solid() returns. `hit`: that distance for the ray itself, not negative.
@@ -126,12 +131,12 @@ class Viewport {
   /// removed matter; not to the far side of the skull.
   struct RestingPosition {
     double distance = -1;  ///< mm along the ray; negative: the ray meets nothing
-    bool is_soft = false;  ///< over an opening, where nothing holds the tool
+    bool is_soft = false;  ///< no touchable solid: a labelled structure, or an opening
   };
   RestingPosition resting_position(const volume::Version& version, const Ray& ray) const;
   /// Mean direction (unit, out of the solid) of the surface within some millimetres around its intersection
   /// with the ray; nullopt if there is too little surface.
-  std::optional<glm::dvec3> facing(const volume::Version& version, const Ray& ray) const;
+  std::optional<glm::dvec3> mean_surface_normal(const volume::Version& version, const Ray& ray) const;
   /// Point above everything, for an idle stylus.
   glm::dvec3 outside_point() const;
   /// Unit normal of the first shape's surface, out of the solid; 0 if the field has no gradient.
@@ -146,6 +151,8 @@ class Viewport {
   bool is_complete() const;
   /// Returns the share of the picture that is drawn at full detail, 0 to 1; 1: complete.
   double drawn_share() const;
+  /// Returns true if all requested surfaces are computed. The picture is whole then, and may be coarse.
+  bool is_whole() const;
   /// Draws until the picture is complete. Returns false if the window cannot be drawn into.
   bool complete();
 

@@ -113,7 +113,7 @@ Viewport::RestingPosition Viewport::resting_position(const volume::Version& vers
   return place.distance < 0 && opening >= 0 ? RestingPosition{opening, true} : place;
 }
 
-std::optional<dvec3> Viewport::facing(const volume::Version& version, const Ray& ray) const {
+std::optional<dvec3> Viewport::mean_surface_normal(const volume::Version& version, const Ray& ray) const {
   constexpr int k_rays = 8;
   constexpr double k_around = 4, k_deepest = 8;  // mm
   const double middle = distance_to_solid(version, ray);

@@ -83,7 +83,7 @@ bool Viewport::is_clipped_in(const volume::VoxelBox& voxels) const {
   return is_before && is_behind;
 }
 
-std::optional<double> Viewport::distance_to_cut_face(const volume::Version& version, const Ray& ray) const {
+std::optional<double> Viewport::distance_to_clip_face(const volume::Version& version, const Ray& ray) const {
   const std::optional<volume::Openings::Plane> plane = clip_plane();
   if (!plane) return std::nullopt;
   const double toward = glm::dot(ray.direction, plane->normal);

@@ -88,11 +88,11 @@ ImagePane::ImagePane(imaging::Panes& panes, std::size_t index, QWidget* parent)
   connect(shoot_, &QToolButton::clicked, this, [this] { on_shoot(); });
   maximise_ = button("maximise", "\u25a1", tr("Maximise or restore this pane  (double click)"));
   connect(maximise_, &QToolButton::clicked, this, [this] { on_maximise(); });
-  allow_xrays({});
+  set_xray_refusal({});
   lay_out();
 }
 
-void ImagePane::allow_xrays(const QString& reason) {
+void ImagePane::set_xray_refusal(const QString& reason) {
   for (QToolButton* button : {live_, shoot_}) {
     button->setEnabled(reason.isEmpty());
     button->setToolTip(
@@ -222,12 +222,12 @@ void ImagePane::paintEvent(QPaintEvent*) {
   const int bar_mm = plane ? imaging::bar_length(0.3 * width() * plane->pixel) : 0;
   const double bar_left = plane ? width() - 10.0 - bar_mm / plane->pixel : 0, bar_y = height() - 9.0;
   if (panel != nullptr) {
-    text.take({0, 0, width() + 0.0, inner.top() - 2});  // the controls
+    text.keep_free({0, 0, width() + 0.0, inner.top() - 2});  // the controls
     if (plane) {
       const double line = fontMetrics().height() + 2;
       text.add(QRectF(bar_left - 200, bar_y - line - 4, width() - 10.0 - bar_left + 200, line),
                Qt::AlignRight | Qt::AlignBottom, QString("%1 mm").arg(bar_mm));
-      text.take({bar_left, bar_y - 4, width() - bar_left, 8});
+      text.keep_free({bar_left, bar_y - 4, width() - bar_left, 8});
     }
     if (panes_->problem(index_).empty()) {
       double bottom = inner.bottom();
@@ -248,9 +248,9 @@ void ImagePane::paintEvent(QPaintEvent*) {
     }
     painter.setRenderHint(QPainter::Antialiasing);
     for (const Panel::Line& line : panel->lines) {
-      if (line.places.empty()) continue;
+      if (line.points.empty()) continue;
       QPolygonF points;
-      for (const dvec2& p : line.places) points << place(*panel, p);
+      for (const dvec2& p : line.points) points << place(*panel, p);
       if (line.is_closed) points << points.front();
       painter.setPen(QPen(QColor(line.colour[0], line.colour[1], line.colour[2]), 1.5));
       painter.drawPolyline(points);
@@ -328,12 +328,12 @@ void ImagePane::draw_overlays(QPainter& painter, const volume::ImagePlane& plane
     if (!is_marked || overlay.holder >= 0) continue;
     painter.setPen(QPen(colour, 2));
     for (const auto& [from, to] : overlay.lines) {
-      const auto a = pixel_of(overlay.place.world_from_local(from)),
-                 b = pixel_of(overlay.place.world_from_local(to));
+      const auto a = pixel_of(overlay.placement.world_from_local(from)),
+                 b = pixel_of(overlay.placement.world_from_local(to));
       if (a && b) painter.drawLine(*a, *b);
     }
     for (const sim::Overlay::Label& label : overlay.labels)
-      if (const auto at = pixel_of(overlay.place.world_from_local(label.at))) {
+      if (const auto at = pixel_of(overlay.placement.world_from_local(label.at))) {
         const QString text = QString::fromStdString(label.text);
         const QFontMetrics metrics = fontMetrics();
         write_text(painter,

@@ -45,7 +45,7 @@ class ImagePane : public QWidget {
 
   std::function<void()> on_maximise = [] {};
   /// Disables the buttons of the C-arm, with the reason as their tool tip; an empty reason enables them.
-  void allow_xrays(const QString& reason);
+  void set_xray_refusal(const QString& reason);
   std::function<void()> on_shoot = [] {};
   std::function<void(bool)> on_live = [](bool) {};
   std::function<void(int)> on_preset = [](int) {};

@@ -50,7 +50,7 @@ QPoint NoticeLabel::position_at(int side, int extra, const QPoint& tip) const {
 void NoticeLabel::show_at(const QString& text, EventLevel level, const QPoint& tip,
                           std::span<const QRect> labels) {
   if (text.isEmpty()) return hide();
-  const bool is_placed_again = needs_place(text);
+  const bool is_placed_again = needs_layout(text);
   if (is_placed_again || level != level_) {
     level_ = level, widest_ = widest(), font_ = font();
     const char* border = level == EventLevel::danger    ? "#e5533d"

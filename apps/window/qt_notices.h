@@ -20,13 +20,12 @@ class NoticeLabel : public QLabel {
   explicit NoticeLabel(QWidget* canvas);
   /// Returns true if show_at() chooses a place for this text: it is not being shown, or the font or the width
   /// of the picture changed.
-  bool needs_place(const QString& text) const {
+  bool needs_layout(const QString& text) const {
     return !text.isEmpty() && (text != this->text() || isHidden() || widest() != widest_ || font() != font_);
   }
   /// Shows `text` next to the tip of the tool; an empty text hides the label. A new text is placed at the
   /// side of the tip where it covers the least of `labels`, farther away if need be, and then follows the tip
-  /// there. Positions
-  /// and boxes: pixels of the canvas.
+  /// there. Positions and boxes: pixels of the canvas.
   void show_at(const QString& text, workbench::EventLevel level, const QPoint& tip,
                std::span<const QRect> labels);
 

@@ -81,7 +81,7 @@ void PaneGrid::maximise(int pane) {
   update_visibility();
 }
 
-QString PaneGrid::remember() {
+QString PaneGrid::save_state() {
   store_shares();
   QStringList words{"1", k_layouts[static_cast<std::size_t>(layout_)]};
   for (std::size_t i = 0; i < k_panes; ++i) {

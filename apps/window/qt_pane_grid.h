@@ -32,8 +32,8 @@ class PaneGrid : public QSplitter {
   bool is_maximised() const noexcept { return maximised_ >= 0; }
 
   /// Returns arrangement, kinds and sizes as text.
-  QString remember();
-  /// Applies the text of remember(). Returns false, without a change, for an invalid text.
+  QString save_state();
+  /// Applies the text of save_state(). Returns false, without a change, for an invalid text.
   bool restore(const QString& text);
 
  private:

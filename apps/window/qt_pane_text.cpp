@@ -35,10 +35,10 @@ PaneText::PaneText(QPainter& painter, const QSizeF& size, const QRectF& inner)
 void PaneText::add(const QRectF& area, int flags, const QString& text) {
   if (text.isEmpty()) return;
   texts_.push_back({area, flags, text});
-  take(background_of(*painter_, area, flags, text));
+  keep_free(background_of(*painter_, area, flags, text));
 }
 
-void PaneText::take(const QRectF& area) { occupied_.push_back(area); }
+void PaneText::keep_free(const QRectF& area) { occupied_.push_back(area); }
 
 PictureBox PaneText::box_of(const QRectF& area) const {
   return {{area.left(), size_.height() - area.bottom()}, {area.right(), size_.height() - area.top()}};

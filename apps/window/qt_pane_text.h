@@ -23,7 +23,7 @@ class PaneText {
   /// Adds a text at an edge of `area`.
   void add(const QRectF& area, int flags, const QString& text);
   /// Keeps an area free, such as that of a button.
-  void take(const QRectF& area);
+  void keep_free(const QRectF& area);
   /// Places the legend and the names of a panel where they do not cover added texts and free areas. `bottom`:
   /// lower edge of the legend.
   void lay_out(const imaging::Panel& panel, bool has_names, double bottom);

@@ -96,7 +96,7 @@ void MarkedSlider::paintEvent(QPaintEvent* event) {
   QSlider::paintEvent(event);
   QPainter painter(this);
   for (const Mark& mark : marks_) {
-    painter.setPen(QPen(mark.is_danger ? QColor(255, 92, 80) : QColor(246, 201, 68), 2));
+    painter.setPen(QPen(QColor(mark.colour), 2));
     const double x = x_of(mark.value);
     painter.drawLine(QPointF(x, 1), QPointF(x, 6));
   }

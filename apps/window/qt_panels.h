@@ -37,8 +37,11 @@ class MarkedSlider : public QSlider {
 
  public:
   explicit MarkedSlider(QWidget* parent = nullptr) : QSlider(Qt::Horizontal, parent) {}
-  void add_mark(int value, bool is_danger, const QString& text) {
-    marks_.push_back({value, is_danger, text});
+  static constexpr QRgb k_danger = 0xffff5c50, k_event = 0xfff6c944, k_note = 0xff6fa8dc;
+  void add_mark(int value, QRgb colour, const QString& text) { marks_.push_back({value, colour, text}); }
+  void clear_marks() {
+    marks_.clear();
+    update();
   }
 
  protected:
@@ -50,7 +53,7 @@ class MarkedSlider : public QSlider {
   static constexpr double k_near = 5;  // pixels around a mark
   struct Mark {
     int value;
-    bool is_danger;
+    QRgb colour;
     QString text;
   };
   double x_of(int value) const;

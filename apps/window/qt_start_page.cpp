@@ -154,7 +154,7 @@ QWidget* StartPage::make_own_scan() {
   auto* folder = new QPushButton(tr("Open a folder ..."));
   folder->setObjectName("open_folder");
   connect(folder, &QPushButton::clicked, this, [this] {
-    choose_scan(QFileDialog::getExistingDirectory(this, tr("Open a scanner's folder or a case")));
+    choose_scan(QFileDialog::getExistingDirectory(this, tr("Open a DICOM folder or a case")));
   });
   column->addWidget(folder);
   auto* file = new QPushButton(tr("Open a file ..."));

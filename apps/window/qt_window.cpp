@@ -116,24 +116,24 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   vtkNew<vtkGenericOpenGLRenderWindow> window;
   canvas_->setRenderWindow(window);
   grid_->set_canvas(canvas_);
-  at_tool_ = new NoticeLabel(canvas_);
+  tool_notice_ = new NoticeLabel(canvas_);
+  drawing_ = new QLabel(canvas_);
+  drawing_->setObjectName("drawing");
+  drawing_->setStyleSheet("color: #aab2be; background: transparent");
+  drawing_->setAlignment(Qt::AlignCenter);
+  drawing_->setAttribute(Qt::WA_TransparentForMouseEvents);
   build_prompt();
   log_->clear();
   Viewport* picture = nullptr;
   if (options_.replay) {
-    replay_ = std::make_unique<ReplayController>(*scene_, *options_.replay, options_.rate_hz,
-                                                 options_.replay_seconds, options_.summary, window);
-    replay_->start();
-    replay_notices_ = {};
-    for (const auto& mark : options_.summary.marks)
-      replay_notices_.add({mark.seconds, mark.seconds, mark.level, mark.text});
+    begin_replay(window);
     picture = &replay_->viewport();
     begin_steps();
   } else {
     operation_ = std::make_unique<OperationController>(*scene_, options_, window);
     shown_tool_ = operation_->tool();
     begin_steps();
-    tool_->show(shown_tool_);
+    tool_panel_->show(shown_tool_);
     fit_panel();
     show_assumptions();
     if (!options_.host.interrupted_session.empty())
@@ -150,8 +150,8 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   // A device starts in front of the camera.
   if (operation_)
     if (const Status error = operation_->start()) show_error(*error);
-  if (options_.replay && options_.side == 0 && options_.summary.worked_at)
-    picture->look_at_work(*options_.summary.worked_at);
+  if (options_.side == 0 && options_.summary.work_position)
+    picture->look_at_work(*options_.summary.work_position);
   if (const Status error = picture->set_opacities(std::exchange(options_.opacities, {}))) show_error(*error);
   structures_->show_list(picture->structures());
   if (options_.plan) picture->set_plan(workbench::plan_overlays(*options_.plan));
@@ -160,7 +160,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   style->SetDefaultRenderer(picture->view().renderer());
   style->on_press = [this](bool is_down) {
     if (marking_.is_active()) {
-      if (is_down) mark_pointed();
+      if (is_down) mark_picked_point();
     } else if (operation_) {
       operation_->press(is_down);
     }
@@ -322,11 +322,13 @@ void MainWindow::tick() {
     show_marking();
     operation_->frame();
   } else if (replay_) {
+    if (leader_ != nullptr) follow_leader();
     if (const Status error = replay_->frame(elapsed)) {
       replay_->play(false);
       show_error(*error);
     }
   }
+  show_drawing();
   if (!has_first_frame_ && viewport()->triangle_count() > 0) {
     has_first_frame_ = true;
     report_.first_frame_seconds = seconds_since(opened_at_);
@@ -334,6 +336,19 @@ void MainWindow::tick() {
   show_panes(elapsed);
   show_state();
   report_disconnected_parts();
+}
+
+/// Says that the anatomy is being drawn, until it is for the first time.
+void MainWindow::show_drawing() {
+  if (drawing_ == nullptr) return;
+  if (viewport()->is_whole()) {
+    delete drawing_;
+    drawing_ = nullptr;
+    return;
+  }
+  drawing_->setText(tr("Drawing the anatomy: %1 %").arg(static_cast<int>(100 * viewport()->drawn_share())));
+  drawing_->setGeometry(canvas_->rect());
+  drawing_->show();
 }
 
 bool MainWindow::is_drawable() const {
@@ -357,12 +372,12 @@ void MainWindow::show_notices() {
                                                          : replay_notices_.shown(replay_->seconds()));
   const double scale = 1 / canvas_->devicePixelRatioF();
   std::vector<QRect> labels;
-  if (at_tool_->needs_place(text))
+  if (tool_notice_->needs_layout(text))
     for (const auto& [low, high] : viewport()->view().label_boxes())
       labels.push_back(QRectF(scale * low.x, canvas_->height() - scale * high.y, scale * (high.x - low.x),
                               scale * (high.y - low.y))
                            .toAlignedRect());
-  at_tool_->show_at(
+  tool_notice_->show_at(
       text, operation_ ? operation_->notice_level() : replay_notices_.shown_level(replay_->seconds()),
       {static_cast<int>(tip.x * canvas_->width()), static_cast<int>((1 - tip.y) * canvas_->height())},
       labels);
@@ -393,7 +408,7 @@ void MainWindow::show_state() {
     const std::string refused = operation_->take_refusal();
     if (!refused.empty() || !(operation_->tool() == shown_tool_)) {
       shown_tool_ = operation_->tool();
-      tool_->show(shown_tool_);
+      tool_panel_->show(shown_tool_);
       fit_panel();
     }
     if (!operation_->is_changing_instrument() && notice_->text() == preparing_text()) notice_->clear();
@@ -427,18 +442,7 @@ void MainWindow::show_state() {
     const QString style = fault.empty() && !recording ? "" : "color: #f6c944; font-weight: bold";
     if (fault_->styleSheet() != style) fault_->setStyleSheet(style);
   } else {
-    show_steps();
-    show_notices();
-    play_->setText(replay_->is_playing() ? "Pause" : "Play");
-    if (!session_slider_->isSliderDown())
-      session_slider_->setValue(static_cast<int>(1000 * replay_->seconds()));
-    session_time_->setText(
-        QString("%1 / %2 s").arg(replay_->seconds(), 0, 'f', 1).arg(replay_->length(), 0, 'f', 1));
-    servo_->setText(tr("Replay at %1 Hz").arg(options_.rate_hz, 0, 'f', 0));
-    const double share = viewport()->drawn_share();
-    fault_->setText(record.faults & haptics::k_latched_faults ? tr("\u26a0 the force was off at this time")
-                    : share < 1 ? QString("drawing, %1 %").arg(static_cast<int>(100 * share))
-                                : "");
+    show_replay_state();
   }
 }
 
@@ -472,24 +476,3 @@ void MainWindow::closeEvent(QCloseEvent* event) {
 }
 
 }  // namespace trephine::view
-
-extern "C" trephine::Result<trephine::view::WindowReport> trephine_run_qt_window(
-    std::shared_ptr<const trephine::haptics::TouchScene> scene, const trephine::view::WindowOptions& options);
-
-/// Entry point of this library, which run_window finds by name.
-trephine::Result<trephine::view::WindowReport> trephine_run_qt_window(
-    std::shared_ptr<const trephine::haptics::TouchScene> scene,
-    const trephine::view::WindowOptions& options) {
-  using namespace trephine::view;
-  OpeningPage opening = take_opening_page();
-  const auto application = opening.application ? std::move(opening.application) : begin_application();
-  WindowOptions window_options = options;
-  if (window_options.layout_file.empty()) window_options.layout_file = default_layout_file();
-  MainWindow window(std::move(scene), window_options);
-  window.show();
-  opening.page.reset();
-  QApplication::exec();
-  WindowReport report = window.finish();
-  if (window.screenshot_error()) return *window.screenshot_error();
-  return report;
-}

@@ -19,6 +19,7 @@
 #include "apps/window/qt_notices.h"
 #include "apps/window/qt_pane_grid.h"
 #include "apps/window/qt_panels.h"
+#include "apps/window/qt_replay_panel.h"
 #include "apps/window/qt_sound.h"
 #include "apps/window/qt_tool_panel.h"
 #include "data-tools/files/output_set.h"
@@ -70,6 +71,8 @@ class MainWindow : public QMainWindow {
   /// Exactly one of operation() and replay() is not null.
   OperationController* operation() noexcept { return operation_.get(); }
   ReplayController* replay() noexcept { return replay_.get(); }
+  /// Makes this replay follow the time and the view of another one, which must outlive it, and close with it.
+  void follow(MainWindow& leader);
   QVTKOpenGLNativeWidget* canvas() noexcept { return canvas_; }
   PaneGrid* panes() noexcept { return grid_; }
   PaneController& pane_controller() noexcept { return panes_; }
@@ -94,7 +97,7 @@ class MainWindow : public QMainWindow {
  private:
   void build_menu();
   void build_command_menu();
-  void apply_at_touched(const sim::ValueType& type);
+  void apply_at_surface_point(const sim::ValueType& type);
   void build_pieces_menu();
   enum class Rows { usual, all };
   /// Asks for the fields of a command in a form that begins with its values, and applies the command.
@@ -103,7 +106,7 @@ class MainWindow : public QMainWindow {
   void mark_for(sim::Value command, const sim::Field& field);
   void begin_marking(PositionMarking::Request request,
                      std::function<void(const PositionMarking::Positions&)> done);
-  void mark_pointed();
+  void mark_picked_point();
   bool mark_by_key(const QKeyEvent* event);
   bool explain_disabled(const QKeyEvent* event);
   void show_marking();
@@ -125,6 +128,11 @@ class MainWindow : public QMainWindow {
   void fill_structures(QMenu* menu);
   void show_panes(double elapsed);
   void build_replay_panel();
+  void begin_replay(vtkRenderWindow* window);
+  void collect_replay_notices();
+  void show_replay_state();
+  void follow_leader();
+  void show_drawing();
   void toggle_force_panel();
   void show_case_panel();
   void mark_for_case(CasePanel::Mark mark);
@@ -136,7 +144,7 @@ class MainWindow : public QMainWindow {
   void begin_steps();
   void show_steps();
   void allow_everything();
-  void allow_xrays(const QString& reason);
+  void set_xray_refusal(const QString& reason);
   void go_to_next_step();
   void show_score();
   void fit_panel();
@@ -145,7 +153,7 @@ class MainWindow : public QMainWindow {
   void adopt_opened();
   void start_opening(std::function<Result<OpenedScene>(const WindowHost::Listener&)> open);
   /// Frozen current state for files; later cuts do not change it.
-  std::shared_ptr<const volume::Version> frozen();
+  std::shared_ptr<const volume::Version> frozen_version();
   void show_state();
   /// File of the current session; empty if there are no strokes or no recording.
   QString saved_session() const;
@@ -167,6 +175,7 @@ class MainWindow : public QMainWindow {
   bool may_restart();
   void forget_preview();
   void set_clip();
+  void explain_section_clip();
   void show_error(const Error& error);
   void ask_path_and_save(const char* title, const char* suggestion, const char* filter,
                          Status (MainWindow::*save)(const QString&));
@@ -225,28 +234,31 @@ class MainWindow : public QMainWindow {
   /// Result of the search for disconnected parts: the searched scene, and true if one of them is large.
   std::future<std::pair<std::shared_ptr<const haptics::TouchScene>, bool>> parts_;
   bool has_checked_parts_ = false;
-  ForcePanel* force_panel_ = nullptr;  ///< null without a replay
-  CasePanel* case_panel_ = nullptr;    ///< null until it is requested
-  Notices replay_notices_;             ///< events of a replay, by its time
-  std::optional<QPoint> cursor_;       ///< last position on the canvas
-  QSize cursor_canvas_;                ///< size of the canvas at that position
+  ReplayPanel* replay_panel_ = nullptr;  ///< null without a replay
+  ForcePanel* force_panel_ = nullptr;    ///< null without a replay
+  std::vector<glm::dvec3> shown_note_marks_;
+  MainWindow* leader_ = nullptr;        ///< whose time this replay follows; null: none
+  std::uint64_t leader_view_time_ = 0;  ///< of the view of the leader that was copied last
+  CasePanel* case_panel_ = nullptr;     ///< null until it is requested
+  Notices replay_notices_;              ///< events and notes of a replay, by its time
+  std::optional<QPoint> cursor_;        ///< last position on the canvas
+  QSize cursor_canvas_;                 ///< size of the canvas at that position
   std::chrono::steady_clock::time_point opened_at_, last_tick_, servo_shown_at_;
   QTimer timer_, preview_timer_;
 
   ForceBar* force_bar_ = nullptr;
   QLabel *removed_ = nullptr, *servo_ = nullptr, *fault_ = nullptr, *notice_ = nullptr,
-         *session_time_ = nullptr, *history_text_ = nullptr;
+         *history_text_ = nullptr;
   QScrollArea* panel_ = nullptr;
-  ToolPanel* tool_ = nullptr;
+  ToolPanel* tool_panel_ = nullptr;
   FoldButton* structure_fold_ = nullptr;
   StructurePanel* structures_ = nullptr;
   sim::Value shown_tool_;
   QDoubleSpinBox *low_ = nullptr, *high_ = nullptr;
-  QSlider *depth_ = nullptr, *clip_share_ = nullptr, *session_slider_ = nullptr, *history_ = nullptr;
+  QSlider *depth_ = nullptr, *clip_share_ = nullptr, *history_ = nullptr;
   QCheckBox* largest_ = nullptr;
-  QComboBox *shape_of_ = nullptr, *clip_ = nullptr, *speed_ = nullptr;
-  QPushButton *undo_ = nullptr, *redo_ = nullptr, *use_shape_ = nullptr, *reset_shape_ = nullptr,
-              *play_ = nullptr;
+  QComboBox *shape_of_ = nullptr, *clip_ = nullptr;
+  QPushButton *undo_ = nullptr, *redo_ = nullptr, *use_shape_ = nullptr, *reset_shape_ = nullptr;
   QProgressBar* opening_bar_ = nullptr;
   QPushButton* cancel_ = nullptr;
   QAction *from_back_ = nullptr, *undo_action_ = nullptr, *redo_action_ = nullptr;
@@ -258,12 +270,13 @@ class MainWindow : public QMainWindow {
   };
   std::vector<CommandAction> command_actions_;
   QAction* next_step_action_ = nullptr;  ///< null in a replay
-  StepsPanel* steps_ = nullptr;          ///< null: no procedure
+  StepsPanel* steps_panel_ = nullptr;    ///< null: no procedure
   int shown_step_ = -1;
   bool is_next_step_requested_ = false;  ///< the next step begins when its conditions are known
   ScoreDialog* score_ = nullptr;         ///< null until it is requested
   HelpOverlay* help_ = nullptr;
-  NoticeLabel* at_tool_ = nullptr;
+  NoticeLabel* tool_notice_ = nullptr;
+  QLabel* drawing_ = nullptr;  ///< null when the anatomy was drawn once
   EventLog* log_ = nullptr;
 };
 

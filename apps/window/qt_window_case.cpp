@@ -34,14 +34,14 @@ void MainWindow::show_case_panel() {
 }
 
 void MainWindow::mark_for_case(CasePanel::Mark mark) {
-  using Shows = PositionMarking::Request::Shows;
+  using Quantity = PositionMarking::Request::Quantity;
   PositionMarking::Request request;
   if (mark == CasePanel::Mark::trajectory)
     request = {tr("Trajectory (entry, then target)").toStdString(), 2, 2};
   else if (mark == CasePanel::Mark::landmark)
     request = {tr("Landmark").toStdString(), 1, 1};
   else
-    request = {.title = tr("Outline").toStdString(), .least = 3, .shows = Shows::outline};
+    request = {.title = tr("Outline").toStdString(), .least = 3, .quantity = Quantity::outline};
   begin_marking(std::move(request), [this, mark](const PositionMarking::Positions& positions) {
     if (case_panel_) case_panel_->add(mark, positions);
   });
@@ -62,8 +62,7 @@ void MainWindow::ask_and_save_case() {
   if (name.isEmpty()) name = "case";
   if (const Status error = save_case(folder + "/" + name)) return show_error(*error);
   show_message(
-      tr("The case is saved as the folder %1. Open it with File > Open a scanner's folder or a case.")
-          .arg(name));
+      tr("The case is saved as the folder %1. Open it with File > Open a DICOM folder or a case.").arg(name));
 }
 
 Status MainWindow::save_case(const QString& path) {

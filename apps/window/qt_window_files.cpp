@@ -183,8 +183,8 @@ void MainWindow::adopt_opened() {
                  ". To continue it: File > Open a session to continue.");
 }
 
-std::shared_ptr<const volume::Version> MainWindow::frozen() {
-  return operation_ ? operation_->frozen() : version();
+std::shared_ptr<const volume::Version> MainWindow::frozen_version() {
+  return operation_ ? operation_->frozen_version() : version();
 }
 
 // ---- saving ---------------------------------------------------------------------------------------------
@@ -217,13 +217,13 @@ Status MainWindow::check_save(const std::string& file, data_tools::OutputKind ki
 Status MainWindow::save_volume(const QString& path) {
   const std::string file = path.toStdString();
   if (Status error = check_save(file, data_tools::OutputKind::volume)) return error;
-  return data_tools::write_operated(file, *frozen());
+  return data_tools::write_operated(file, *frozen_version());
 }
 
 Status MainWindow::save_mesh(const QString& path) {
   const std::string file = path.toStdString();
   if (Status error = check_save(file, data_tools::OutputKind::mesh)) return error;
-  const std::shared_ptr<const volume::Version> version = frozen();
+  const std::shared_ptr<const volume::Version> version = frozen_version();
   const haptics::TouchItem& shape = scene_->items[0];
   return data_tools::write_mesh(
       file, volume::surface_net({&shape.field, version.get(), shape.bits.get(), false}), scene_->base->frame);

@@ -30,7 +30,7 @@ void MainWindow::press_deeper(int steps) {
 void MainWindow::tilt(double right, double up) {
   if (!operation_) return;
   operation_->tilt(right, up);
-  show_message(QString("tilted %1\u00b0").arg(operation_->tilted(), 0, 'f', 0));
+  show_message(QString("tilted %1\u00b0").arg(operation_->tilt_angle(), 0, 'f', 0));
 }
 
 /// Undoes the last change, or explains why this is not possible.
@@ -156,7 +156,7 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
     case Qt::Key_Space:
       if (event->isAutoRepeat()) return;
       if (operation_) operation_->press(true);
-      if (replay_) play_->click();
+      if (replay_) replay_panel_->toggle_play();
       return;
     case Qt::Key_U:
       if (operation_) undo();
@@ -187,10 +187,10 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
       return;
     case Qt::Key_Plus:
     case Qt::Key_Equal:
-      tool_->step(1);
+      tool_panel_->step(1);
       return;
     case Qt::Key_Minus:
-      tool_->step(-1);
+      tool_panel_->step(-1);
       return;
     case Qt::Key_G:
       if (!operation_) return;
@@ -215,7 +215,8 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
     case Qt::Key_K: {
       if (!operation_) return;
       constexpr const char* names[] = {"upright on the bone", "toward the viewer", "in a fixed direction"};
-      show_message(QString("The shaft points %1.").arg(names[static_cast<int>(operation_->hold_next())]));
+      show_message(
+          QString("The shaft points %1.").arg(names[static_cast<int>(operation_->select_next_shaft_mode())]));
       return;
     }
     case Qt::Key_0:

@@ -22,10 +22,10 @@ void MainWindow::begin_marking(PositionMarking::Request request,
 }
 
 /// Marks the position under the cursor.
-void MainWindow::mark_pointed() {
+void MainWindow::mark_picked_point() {
   if (!operation_) return;
   follow_cursor();  // it may have moved since the last frame
-  if (const std::optional<dvec3> at = operation_->pointed())
+  if (const std::optional<dvec3> at = operation_->picked_point())
     marking_.add(*at);
   else
     show_refusal(tr("Point at a position on the bone, or click in a slice."));
@@ -36,7 +36,7 @@ bool MainWindow::mark_by_key(const QKeyEvent* event) {
   if (!marking_.is_active()) return false;
   switch (event->key()) {
     case Qt::Key_Space:
-      if (!event->isAutoRepeat()) mark_pointed();
+      if (!event->isAutoRepeat()) mark_picked_point();
       return true;
     case Qt::Key_Return:
     case Qt::Key_Enter:
@@ -57,7 +57,7 @@ bool MainWindow::mark_by_key(const QKeyEvent* event) {
 void MainWindow::show_marking() {
   constexpr double k_moved = 0.2;  // mm
   const std::string prompt = marking_.prompt();
-  const std::optional<dvec3> next = marking_.is_active() ? operation_->pointed() : std::nullopt;
+  const std::optional<dvec3> next = marking_.is_active() ? operation_->picked_point() : std::nullopt;
   const bool has_moved = next.has_value() != marking_next_.has_value() ||
                          (next && glm::length(*next - *marking_next_) > k_moved);
   if (prompt == marking_prompt_ && !has_moved) return;
@@ -102,7 +102,7 @@ void MainWindow::build_measure_menu() {
       if (command->schema->name == "clear-measures") clear = command;
   }
   if (measure == nullptr || options_.replay) return;
-  using Shows = PositionMarking::Request::Shows;
+  using Quantity = PositionMarking::Request::Quantity;
   constexpr std::size_t k_any = std::numeric_limits<std::size_t>::max();
   struct Row {
     const char* kind;
@@ -112,9 +112,12 @@ void MainWindow::build_measure_menu() {
   };
   const Row rows[] = {
       {"ruler", tr("&Ruler\tM"), {"Ruler", 2, 2}},
-      {"angle", tr("&Angle"), {"Angle", 3, 3, Shows::angle}, QKeySequence("Ctrl+Shift+A")},
-      {"tape", tr("&Tape along the bone"), {"Tape", 2, k_any, Shows::straight}, QKeySequence("Ctrl+Shift+T")},
-      {"patch", tr("Area of an &outline"), {"Area", 3, k_any, Shows::outline}},
+      {"angle", tr("&Angle"), {"Angle", 3, 3, Quantity::angle}, QKeySequence("Ctrl+Shift+A")},
+      {"tape",
+       tr("&Tape along the bone"),
+       {"Tape", 2, k_any, Quantity::straight},
+       QKeySequence("Ctrl+Shift+T")},
+      {"patch", tr("Area of an &outline"), {"Area", 3, k_any, Quantity::outline}},
       {"region", tr("&Values within 5 mm of a position"), {"Values within 5 mm", 1, 1}},
   };
   QMenu* menu = menuBar()->addMenu(tr("&Measure"));
@@ -128,7 +131,7 @@ void MainWindow::build_measure_menu() {
               begin_marking(request, [this, type, kind](const PositionMarking::Positions& positions) {
                 sim::Value command = sim::Value::of(*type);
                 if (command.set("kind=" + kind)) return;
-                // A tape and an outline lie on the shape that was pointed at first.
+                // A tape and an outline lie on the shape of their first position.
                 const std::size_t item = viewport()->shape_near(positions.front());
                 if (command.set("item=" + std::to_string(item))) return;
                 for (const sim::Field& field : type->schema->fields)

@@ -34,8 +34,8 @@ void MainWindow::build_menu() {
   };
   QMenu* file = menuBar()->addMenu(tr("&File"));
   if (options_.host.open) {
-    add(file, "open_folder", tr("&Open a scanner's folder or a case ..."), QKeySequence::Open, [this] {
-      const QString path = QFileDialog::getExistingDirectory(this, "Open a scanner's folder or a case");
+    add(file, "open_folder", tr("&Open a DICOM folder or a case ..."), QKeySequence::Open, [this] {
+      const QString path = QFileDialog::getExistingDirectory(this, "Open a DICOM folder or a case");
       if (!path.isEmpty()) open_source(path);
     });
     add(file, "open_file", tr("Open a &file ..."), QKeySequence("Ctrl+Shift+O"), [this] {
@@ -50,7 +50,7 @@ void MainWindow::build_menu() {
       const QString shape = QInputDialog::getText(
           this, tr("Shape of the added scan"),
           tr("A threshold: 300 (from 300 up); a range: 100:400; or the name of a label.\n"
-             "Leave it empty for the usual shape."),
+             "Leave it empty for the default shape of such a scan or case."),
           QLineEdit::Normal, {}, &is_accepted);
       if (is_accepted) add_scan(path, shape);
     });
@@ -203,7 +203,7 @@ void MainWindow::build_command_menu() {
       action->setShortcut(QKeySequence(QString("Ctrl+%1").arg(point_command_count)));
     command_actions_.push_back({action, menu, &type});
     connect(action, &QAction::triggered, this, [this, &type, needs_point] {
-      needs_point ? apply_at_touched(type) : ask_and_apply(sim::Value::of(type));
+      needs_point ? apply_at_surface_point(type) : ask_and_apply(sim::Value::of(type));
     });
   };
   for (const sim::Module* module : options_.catalogue->modules()) {
@@ -212,15 +212,15 @@ void MainWindow::build_command_menu() {
   }
 }
 
-/// Applies a command whose only field is a point, with the touched point. Such a command has a key, since the
-/// cursor must stay on the bone.
-void MainWindow::apply_at_touched(const sim::ValueType& type) {
+/// Applies a command whose only field is a point, with the touched point. The first nine such commands have a
+/// key, since the cursor must stay on the bone.
+void MainWindow::apply_at_surface_point(const sim::ValueType& type) {
   if (!operation_) return;
-  const std::optional<glm::dvec3> touched = operation_->touched();
-  if (!touched) return show_refusal(tr("Touch a position on the bone, then press the key."));
+  const std::optional<glm::dvec3> point = operation_->surface_point();
+  if (!point) return show_refusal(tr("Touch a position on the bone, then press the key."));
   sim::Value command = sim::Value::of(type);
   const sim::FieldPointer pointer = type.schema->fields[0].pointer_in(command.data());
-  *std::get<glm::dvec3*>(pointer) = *touched;
+  *std::get<glm::dvec3*>(pointer) = *point;
   operation_->apply(std::move(command));
 }
 
@@ -288,7 +288,7 @@ void MainWindow::mark_for(sim::Value command, const sim::Field& field) {
   begin_marking(request, [this, command, &field](const PositionMarking::Positions& positions) {
     sim::Value next = command;
     PositionMarking::Positions rounded = positions;
-    for (glm::dvec3& at : rounded) at = glm::round(100.0 * at) / 100.0;  // 0.01 mm, to be read in the form
+    for (glm::dvec3& at : rounded) at = glm::round(100.0 * at) / 100.0;  // to 0.01 mm, readable in the form
     set_positions(next, field, rounded);
     // Deferred until the click that marked the last position was handled.
     QTimer::singleShot(0, this, [this, next, is_expert = field.info.is_expert] {

@@ -48,7 +48,7 @@ void MainWindow::save_layout() {
   std::filesystem::create_directories(std::filesystem::path(options_.layout_file).parent_path(),
                                       ignored_error);
   // Errors are ignored: without a writable folder no layout is stored.
-  (void)data_tools::write_file_atomically(options_.layout_file, grid_->remember().toStdString() + "\n");
+  (void)data_tools::write_file_atomically(options_.layout_file, grid_->save_state().toStdString() + "\n");
 }
 
 void MainWindow::build_panes_menu() {
@@ -231,8 +231,8 @@ void MainWindow::show_panes(double elapsed) {
   panes_.frame({*scene_, version(), is_changed, overlays, options_.plan, settings,
                 operation_ ? operation_->forbidden() : replay_->engine().forbidden(), newest,
                 viewport()->touch_radius(),
-                !operation_ || operation_->is_guided() || operation_->touched().has_value(), is_inserted,
-                elapsed, viewport()->camera(), viewport()->clip_plane(), depths,
+                !operation_ || operation_->is_guided() || operation_->surface_point().has_value(),
+                is_inserted, elapsed, viewport()->camera(), viewport()->clip_plane(), depths,
                 operation_ ? &operation_->tool() : nullptr});
   for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) {
     grid_->pane(i)->set_overlays(operation_ ? operation_->state().overlays : nullptr);
@@ -244,6 +244,14 @@ void MainWindow::show_panes(double elapsed) {
     clip_->setCurrentIndex(followed_clip_ ? at_section : 0);
   }
   if (clip_->currentIndex() == at_section) set_clip();  // the section follows the focus
+}
+
+/// Says how to move the clip plane if it is that of the section and no pane shows a section.
+void MainWindow::explain_section_clip() {
+  if (clip_->currentIndex() != clip_->count() - 1) return;
+  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i)
+    if (grid_->pane(i)->isVisible() && panes_.panes().kind(i) == imaging::PaneKind::section) return;
+  show_message(tr("The picture is clipped at the plane of the section. Press F7 to see, move and turn it."));
 }
 
 std::string default_layout_file() {

@@ -1,4 +1,4 @@
-// Panels of MainWindow: tool, replay, history, comparison.
+// Panels of MainWindow: tool, history, comparison.
 #include <QApplication>
 #include <QCheckBox>
 #include <QComboBox>
@@ -68,9 +68,9 @@ void MainWindow::build_panel() {
 
   auto* tool = new QGroupBox(tr("Tool"));
   auto* grid = new QGridLayout(tool);
-  tool_ = new ToolPanel(options_.catalogue);
-  tool_->on_resize = [this] { fit_panel(); };
-  tool_->on_change = [this](sim::Value instrument) {
+  tool_panel_ = new ToolPanel(options_.catalogue);
+  tool_panel_->on_resize = [this] { fit_panel(); };
+  tool_panel_->on_change = [this](sim::Value instrument) {
     if (!operation_) return;
     if (instrument.is_empty()) return operation_->remove_instrument();
     // The press that suits one tool may be dangerous with another one.
@@ -79,7 +79,7 @@ void MainWindow::build_panel() {
     operation_->take_instrument(std::move(instrument));
     if (operation_->is_changing_instrument()) show_message(preparing_text());
   };
-  grid->addWidget(tool_, 0, 0, 1, 3);
+  grid->addWidget(tool_panel_, 0, 0, 1, 3);
   depth_ = make_slider("depth", 1, 24, k_usual_press);
   depth_->setToolTip(tr("Depth of a press below the surface  (wheel, PgUp, PgDn)"));
   auto* depth_text = new QLabel(tr("2.0 mm"));
@@ -119,7 +119,10 @@ void MainWindow::build_panel() {
                    "Clip toward the viewer", "Clip at the section"});
   clip_share_ = make_slider("clip_share", 0, 100, 50);
   clip_share_->setEnabled(false);
-  connect(clip_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this] { set_clip(); });
+  connect(clip_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this] {
+    set_clip();
+    explain_section_clip();
+  });
   connect(clip_share_, &QSlider::valueChanged, this, [this] { set_clip(); });
   views->addWidget(clip_, 3, 0, 1, 2);
   views->addWidget(clip_share_, 4, 0, 1, 2);
@@ -221,62 +224,6 @@ void MainWindow::fit_panel() {
         panel->minimumWidth(),
         panel->widget()->minimumSizeHint().width() + panel->verticalScrollBar()->sizeHint().width() + 4));
   });
-}
-
-void MainWindow::build_replay_panel() {
-  auto* dock = new QDockWidget(tr("Session"), this);
-  dock->setFeatures(QDockWidget::NoDockWidgetFeatures);
-  auto* panel = new QWidget;
-  auto* row = new QHBoxLayout(panel);
-  play_ = make_button("play", tr("Pause"), tr("Space"));
-  auto* slider = new MarkedSlider;
-  set_up(slider, "session_time", 0, static_cast<int>(1000 * options_.replay_seconds), 0);
-  for (const auto& mark : options_.summary.marks)
-    if (mark.level != workbench::EventLevel::record)
-      slider->add_mark(static_cast<int>(1000 * mark.seconds), mark.level == workbench::EventLevel::danger,
-                       QString::fromStdString(mark.text));
-  session_slider_ = slider;
-  session_time_ = new QLabel;
-  session_time_->setObjectName("session_clock");
-  speed_ = new QComboBox;
-  speed_->setObjectName("speed");
-  speed_->setFocusPolicy(Qt::NoFocus);
-  for (const double s : {0.25, 0.5, 1.0, 2.0, 5.0, 20.0}) speed_->addItem(QString("%1 x").arg(s), s);
-  speed_->setCurrentIndex(2);
-  row->addWidget(play_);
-  row->addWidget(session_slider_, 1);
-  row->addWidget(session_time_);
-  row->addWidget(speed_);
-  connect(play_, &QPushButton::clicked, this, [this] {
-    if (!replay_->is_playing() && replay_->seconds() >= replay_->length())
-      if (const Status error = replay_->seek(0)) return show_error(*error);
-    replay_->play(!replay_->is_playing());
-  });
-  session_slider_->setPageStep(static_cast<int>(100 * options_.replay_seconds));
-  connect(session_slider_, &QSlider::actionTriggered, this, [this] {
-    if (const Status error = replay_->seek(1e-3 * session_slider_->sliderPosition())) show_error(*error);
-  });
-  connect(speed_, QOverload<int>::of(&QComboBox::currentIndexChanged), this,
-          [this] { replay_->set_speed(speed_->currentData().toDouble()); });
-  dock->setWidget(panel);
-  addDockWidget(Qt::BottomDockWidgetArea, dock);
-  force_panel_ = new ForcePanel(this);
-  force_panel_->on_visible = [this](bool is_visible) {
-    if (replay_) replay_->explain_force(is_visible);
-  };
-  force_panel_->on_step = [this](int ticks) {
-    if (const Status error = replay_->step(ticks)) show_error(*error);
-  };
-  addDockWidget(Qt::LeftDockWidgetArea, force_panel_);
-}
-
-/// Shows or hides the parts of the force of a replay, which is paused to show them.
-void MainWindow::toggle_force_panel() {
-  if (force_panel_ == nullptr) return;
-  force_panel_->setVisible(force_panel_->isHidden());
-  if (force_panel_->isHidden()) return;
-  replay_->play(false);
-  resizeDocks({force_panel_}, {30 * fontMetrics().averageCharWidth() + 160}, Qt::Horizontal);
 }
 
 /// Builds the panel of the history: a slider through the strokes, and their memory.

@@ -12,20 +12,20 @@ namespace trephine::view {
 
 /// Shows a panel if the operation has a procedure; otherwise all instruments and commands are enabled.
 void MainWindow::begin_steps() {
-  delete steps_;
-  steps_ = nullptr;
+  delete steps_panel_;
+  steps_panel_ = nullptr;
   shown_step_ = -1;
   is_next_step_requested_ = false;
   const StepGuide* guide = steps();
   if (next_step_action_) next_step_action_->setVisible(operation_ && guide != nullptr);
   if (operation_ && guide == nullptr) return allow_everything();
   if (guide == nullptr) return;
-  steps_ = new StepsPanel(guide->procedure(), this);
-  steps_->on_request = [this](const std::string& step) {
+  steps_panel_ = new StepsPanel(guide->procedure(), this);
+  steps_panel_->on_request = [this](const std::string& step) {
     if (operation_) operation_->go_to_step(step);
   };
-  if (operation_ && options_.host.score) steps_->on_score = [this] { show_score(); };
-  addDockWidget(Qt::LeftDockWidgetArea, steps_);
+  if (operation_ && options_.host.score) steps_panel_->on_score = [this] { show_score(); };
+  addDockWidget(Qt::LeftDockWidgetArea, steps_panel_);
   show_steps();
 }
 
@@ -36,18 +36,18 @@ const StepGuide* MainWindow::steps() const {
 
 /// Updates the panel, and after a change of the step also instruments and commands.
 void MainWindow::show_steps() {
-  if (steps_ == nullptr) return;
+  if (steps_panel_ == nullptr) return;
   const StepGuide& guide = *steps();
   if (guide.revision() == 0) return;  // no state yet
-  steps_->update_from(guide);
+  steps_panel_->update_from(guide);
   if (!operation_) return;
   if (std::exchange(is_next_step_requested_, false)) go_to_next_step();
   const int step = static_cast<int>(guide.index());
   if (std::exchange(shown_step_, step) == step) return;
-  tool_->permit(
+  tool_panel_->permit(
       [&guide](const sim::InstrumentType& instrument) { return guide.allowed_parameters(instrument); });
-  tool_->show(operation_->tool());
-  allow_xrays(QString::fromStdString(guide.reason_against(sim::value_type<fluoroscopy::Shoot>())));
+  tool_panel_->show(operation_->tool());
+  set_xray_refusal(QString::fromStdString(guide.reason_against(sim::value_type<fluoroscopy::Shoot>())));
   for (const CommandAction& one : command_actions_) {
     const QString reason = QString::fromStdString(guide.reason_against(*one.type));
     one.action->setEnabled(reason.isEmpty());
@@ -57,13 +57,13 @@ void MainWindow::show_steps() {
 }
 
 /// Enables the C-arms of all panes, or disables them for a reason.
-void MainWindow::allow_xrays(const QString& reason) {
-  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->allow_xrays(reason);
+void MainWindow::set_xray_refusal(const QString& reason) {
+  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->set_xray_refusal(reason);
 }
 
 void MainWindow::allow_everything() {
-  allow_xrays({});
-  tool_->permit(nullptr);
+  set_xray_refusal({});
+  tool_panel_->permit(nullptr);
   for (const CommandAction& one : command_actions_) {
     one.action->setEnabled(true);
     one.action->setToolTip({});

@@ -8,7 +8,7 @@ namespace trephine::workbench {
 Result<ContinuedSession> continue_session(const std::string& path, const SourceChoice& case_source,
                                           bool is_live, const Listener& listener) {
   // The session is locked before it is read, so that no other program writes to it meanwhile.
-  auto lock = sim::SessionLock::take(path);
+  auto lock = sim::SessionLock::acquire(path);
   if (!lock) return lock.error();
   auto opened = open_session(path, case_source, listener);
   if (!opened) return opened.error();
@@ -16,7 +16,7 @@ Result<ContinuedSession> continue_session(const std::string& path, const SourceC
   sim::Replay& replay = *session->replay;
   const sim::SessionHeader& header = session->reader->header();
   const std::string where = data_tools::file_name(path);
-  if (Status why = replay.why_not_verifiable()) {
+  if (Status why = replay.reason_not_verifiable()) {
     why->what = "the session cannot be continued, only viewed";
     why->where = where;
     why->remedy = "continue it with the version that recorded it";

@@ -122,7 +122,7 @@ Result<DepthVideo> record_video(const std::vector<ModelChoice>& choices, const V
                                                 static_cast<std::size_t>(request.height));
     parallel_for(request.height, 0, [&](int row) {
       for (int column = 0; column < request.width; ++column) {
-        const dvec3 end = request.from + axes * camera.place(column, row, farthest);
+        const dvec3 end = request.from + axes * camera.unproject(column, row, farthest);
         double nearest = 1;
         for (const Subject& subject : subjects) {
           haptics::FacetHit hit;

@@ -257,7 +257,7 @@ EventText text_of(const ventriculostomy::CatheterJudged& e) {
   if (e.has_table) text += format_text("; %.0f mm below the outer table", e.depth_from_table);
   return {text + ".", e.clearance < 0 ? Level::danger : Level::outcome};
 }
-EventText text_of(const ventriculostomy::CatheterCleared& e) {
+EventText text_of(const ventriculostomy::CatheterClearance& e) {
   const std::string name = words_of(e.structure);
   if (e.distance < 0)
     return {format_text("%.1f mm of the catheter are in %s, up to %.1f mm deep.", e.length, name.c_str(),
@@ -346,7 +346,7 @@ const auto& rows() {
                                  row<ventriculostomy::CatheterRefused>(),
                                  row<ventriculostomy::CatheterJudged>(),
                                  row<ventriculostomy::CatheterCrossed>(),
-                                 row<ventriculostomy::CatheterCleared>(),
+                                 row<ventriculostomy::CatheterClearance>(),
                                  row<ventriculostomy::CatheterLeftInPlace>(),
                                  row<ventriculostomy::CatheterNotLeft>(),
                                  row<skull_clamp::ClampFitted>(),

@@ -1,6 +1,7 @@
 #include "apps/workbench/findings.h"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 
 #include "modules/catalogue.h"
@@ -139,8 +140,9 @@ std::vector<Finding> operation_findings(const sim::OperationState& operation,
 }
 
 sim::Score score_of(sim::Engine& engine, const MotionStats* motion,
-                    const std::function<bool(double share)>& progress) {
+                    const std::function<bool(double share)>& progress, std::vector<sim::Finding> additional) {
   std::vector<sim::Finding> findings = findings_of(engine, motion, progress);
+  std::move(additional.begin(), additional.end(), std::back_inserter(findings));
   const volume::SurgicalPlan* const plan = engine.now().plan.get();
   return sim::score(std::move(findings),
                     plan ? volume::score_limits(*plan) : std::vector<volume::ScoreLimit>());

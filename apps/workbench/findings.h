@@ -17,10 +17,11 @@ std::vector<sim::Finding> findings_of(
     sim::Engine& engine, const MotionStats* motion,
     const std::function<bool(double share)>& progress = [](double) { return true; });
 
-/// Returns the score of these findings by the limits of the plan.
+/// Returns the score of these findings, and of `additional` ones, by the limits of the plan.
 sim::Score score_of(
     sim::Engine& engine, const MotionStats* motion,
-    const std::function<bool(double share)>& progress = [](double) { return true; });
+    const std::function<bool(double share)>& progress = [](double) { return true; },
+    std::vector<sim::Finding> additional = {});
 
 /// Returns the findings about forbidden structures, undo, refused steps, time and motion.
 std::vector<sim::Finding> operation_findings(const sim::OperationState& operation,

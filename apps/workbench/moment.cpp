@@ -41,7 +41,7 @@ Result<const volume::PlannedTrajectory*> find_trajectory(const Moment& moment, c
 std::vector<Moment::Object> objects_of(const sim::Engine& engine) {
   std::vector<Moment::Object> objects;
   for (const haptics::TouchItem* model : engine.models()) {
-    Moment::Object object{haptics::name_of(*model), engine.surface_of(*model), engine.place_of(*model),
+    Moment::Object object{haptics::name_of(*model), engine.surface_of(*model), engine.placement_of(*model),
                           model->matter};
     object.screw = data_tools::recognized_screw(object.tree->vertices());
     if (object.screw) {
@@ -53,7 +53,7 @@ std::vector<Moment::Object> objects_of(const sim::Engine& engine) {
   const auto* pedicle = engine.now().undoable_of<pedicle::PedicleState>();
   for (const sim::Body& body : engine.now().undoable.bodies) {
     objects.push_back({format_text(body.is_implant ? "implant %u" : "piece %u", body.id.value),
-                       body.piece->tree, engine.place_of(body), body.matter, !body.is_implant});
+                       body.piece->tree, engine.placement_of(body), body.matter, !body.is_implant});
     const auto index = pedicle ? pedicle->find_screw(body.id) : std::nullopt;
     if (!index) continue;
     const pedicle::Screw screw = pedicle->screw(*index);

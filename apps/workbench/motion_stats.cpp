@@ -10,8 +10,10 @@ namespace trephine::workbench {
 
 namespace {
 
+/// Positions are averaged over this time.
 constexpr double k_mean_seconds = 0.02;
-/// Shortest stroke whose smoothness is measured: its outermost means have little influence.
+/// Shortest stroke whose smoothness is measured: it has so many averages that the first and the last one have
+/// little influence on the result.
 constexpr double k_measured_seconds = 0.25;
 
 double square_of(const glm::dvec3& v) noexcept { return glm::dot(v, v); }

@@ -461,7 +461,7 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   if (choice.cuts_by_command || !spec.plan.procedure.is_empty() ||
       std::any_of(spec.hands.begin(), spec.hands.end(), has_instrument))
     add_forbidden(source, spec);
-  spec.is_softening = sim::touches_smooth(spec);
+  spec.smooths_all_shapes = sim::touches_smooth(spec);
 
   Operation result;
   const auto begin = Clock::now();
@@ -482,7 +482,7 @@ Result<OpenedTouch> open_touch(const SourceChoice& src, const ShapeChoice& choic
   if (!source) return source.error();
   SceneDescription spec;
   spec.volumes.push_back({source.value().volume->size});
-  spec.is_softening = true;
+  spec.smooths_all_shapes = true;
   if (Status error = add_touchable(source.value(), choice, listener, spec)) return *error;
   const auto begin = Clock::now();
   auto scene = sim::build_items(spec, source.value().volume);

@@ -191,7 +191,7 @@ Result<Place> current_place(const Place& place, const sim::Engine& engine) {
   if (place.body == 0) return place;
   const sim::Body* body = find_body(place, engine.now());
   if (!body) return unknown_position(place, k_missing, k_earlier);
-  return place_of(place, *body, engine.place_of(*body));
+  return place_of(place, *body, engine.placement_of(*body));
 }
 
 Result<std::vector<Place>> places_in(const sim::OperationState& operation, const std::vector<Place>& places,
@@ -206,7 +206,7 @@ Result<std::vector<Place>> places_in(const sim::OperationState& operation, const
         (static_cast<double>(operation.next_tick) - static_cast<double>(body->motion.begin_tick)) *
         operation.dt;
     if (since < body->motion.seconds) return unknown_position(place, " moves", "a body at rest");
-    place = place_of(place, *body, body->place);
+    place = place_of(place, *body, body->placement);
   }
   return resolved;
 }

@@ -275,7 +275,7 @@ Status judge(ReportData& data, MomentCollector& moments, const Listener& listene
         record.pose.is_pressed() || (tool.type && tool.type->is_working &&
                                      tool.type->is_working(tool.parameters.data(), tool.state.data()));
     if (!record.is_reset) data.paths[record.hand].add(record.proxy_world, record.has_contact, is_working);
-    data.hands_at += record.pose.position_world;
+    data.mean_hand_position += record.pose.position_world;
     ++count;
   };
   auto score = score_session(*data.session, {}, listener, observe);
@@ -283,7 +283,7 @@ Status judge(ReportData& data, MomentCollector& moments, const Listener& listene
   data.score = std::move(score).value().score;
   force.flush();
   clearances.flush();
-  data.hands_at /= static_cast<double>(std::max<std::uint64_t>(count, 1));
+  data.mean_hand_position /= static_cast<double>(std::max<std::uint64_t>(count, 1));
   return std::nullopt;
 }
 
@@ -297,6 +297,9 @@ Result<ReportData> collect_report(const ReportChoice& choice, const Listener& li
     auto timeline = read_timeline(log.value());
     if (!timeline) return timeline.error();
     data.timeline = std::move(timeline).value();
+    const auto notes = data_tools::read_notes(choice.session);
+    if (!notes) return notes.error();
+    add_notes(data.timeline, notes.value(), log.value().header().rate_hz);
   }
   auto opened = open_session(choice.session, choice.case_source, listener);
   if (!opened) return opened.error();

@@ -76,7 +76,7 @@ struct ReportData {
   Envelope force;      ///< N, the strongest of all hands in each tick
   Envelope clearance;  ///< mm from the nearest tool to a forbidden structure; without structures no values
   std::vector<ToolPath> paths;            ///< one per hand
-  glm::dvec3 hands_at{0.0};               ///< mm, mean position of the hands: the side from which they work
+  glm::dvec3 mean_hand_position{0.0};     ///< mm, mean position of the hands: the side from which they work
   std::vector<RemovalDistances> removal;  ///< one per forbidden structure
   std::vector<ReportMoment> moments;      ///< by time
   sim::Overlays overlays;                 ///< at the end

@@ -339,7 +339,7 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, PictureTaker 
         continue;
       }
       const sim::Outcome outcome = run.apply_whole(command.value());
-      changed = sim::united(changed, outcome.box);
+      changed = sim::union_of(changed, outcome.box);
       watch.record_command(*timed.from, t, outcome.refused ? outcome.refused : outcome.failed);
     }
   };
@@ -358,7 +358,7 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, PictureTaker 
     const auto records = run.step(poses);
     for (std::size_t h = 0; h < hands.size(); ++h)
       hands[h]->write({records[h].force_world, records[h].torque_world});
-    changed = sim::united(changed, run.last_outcome().box);
+    changed = sim::union_of(changed, run.last_outcome().box);
     if (Status error = watch.tick(t, records, run.engine(), changed)) return finish_with_error(*error);
     changed = sim::k_no_voxels;
   }
@@ -455,7 +455,7 @@ Result<ScriptReport> ScriptRun::watch(const Live& live, sim::Replay& recorded, P
     if (!stepped.value()) break;
     const haptics::ServoRecord& record = recorded.record();
     records[record.hand] = record;
-    changed = sim::united(changed, recorded.take_changed());
+    changed = sim::union_of(changed, recorded.take_changed());
     if (record.hand + 1u < records.size()) continue;
     if (count % 256 == 0 && !progress(record.t / duration_))
       return Error{.what = "the script was interrupted", .kind = ErrorKind::interrupted};

@@ -149,7 +149,7 @@ ScriptWatch::ScriptWatch(const data_tools::Script& script, const std::vector<Pla
 Status ScriptWatch::tick(double t, std::span<const haptics::ServoRecord> hands, const sim::Engine& engine,
                          const volume::VoxelBox& changed) {
   hands_.assign(hands.begin(), hands.end());
-  changed_ = sim::united(changed_, changed);
+  changed_ = sim::union_of(changed_, changed);
   ++report_.ticks;
   for (std::size_t h = 0; h < hands.size(); ++h) {
     const double force = glm::length(hands[h].force_world);

@@ -41,7 +41,7 @@ Result<SessionSummary> summarize_session(const std::string& file) {
   }
   std::stable_sort(summary.marks.begin(), summary.marks.end(),
                    [](const auto& a, const auto& b) { return a.seconds < b.seconds; });
-  if (count > 0) summary.worked_at = sum / count;
+  if (count > 0) summary.work_position = sum / count;
   return summary;
 }
 

@@ -24,7 +24,7 @@ struct SessionSummary {
   std::vector<Mark> marks;  ///< all events, by time
   std::vector<Active> active;
   /// Mean position of the tools while their buttons were pressed; world, mm.
-  std::optional<glm::dvec3> worked_at;
+  std::optional<glm::dvec3> work_position;
 
   /// Returns the hand that works at a tick: the last one that pressed its button, or the first one before
   /// that.

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "apps/workbench/text.h"
+#include "data-tools/cases/session_notes.h"
 #include "data-tools/files/atomic_file.h"
 #include "modules/catalogue.h"
 
@@ -159,6 +160,16 @@ std::string autosave_path() {
       .string();
 }
 
+Result<std::string> new_autosave() {
+  std::string path = autosave_path();
+  if (!path.empty()) return path;
+  return Error{.what = "the session cannot be created",
+               .found = "no writable folder in HOME or XDG_STATE_HOME",
+               .expected = "a folder for recorded sessions",
+               .remedy = "set XDG_STATE_HOME to a writable folder",
+               .kind = ErrorKind::missing_here};
+}
+
 namespace {
 /// Returns the autosaves, oldest first.
 std::vector<std::string> all_autosaves() {
@@ -213,8 +224,11 @@ void prune_autosaves() {
   constexpr std::size_t k_kept = 20;
   const std::vector<std::string> old = all_autosaves();
   std::error_code error;
-  for (std::size_t i = 0; i + k_kept < old.size(); ++i)
-    if (!sim::SessionWriter::is_being_written(old[i])) fs::remove(old[i], error);
+  for (std::size_t i = 0; i + k_kept < old.size(); ++i) {
+    if (sim::SessionWriter::is_being_written(old[i])) continue;
+    fs::remove(old[i], error);
+    fs::remove(data_tools::notes_path(old[i]), error);
+  }
 }
 
 }  // namespace trephine::workbench

@@ -53,6 +53,8 @@ Result<std::uint64_t> tick_at(const sim::SessionReader& session, std::optional<d
 std::string autosave_folder();
 /// Returns a new file name in autosave_folder(); empty without such a folder.
 std::string autosave_path();
+/// As autosave_path(). Error: no such folder.
+Result<std::string> new_autosave();
 /// An autosave, for a list.
 struct Autosave {
   std::string file;

@@ -1,6 +1,7 @@
 #include "apps/workbench/timeline.h"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/geometric.hpp>
 
 #include "apps/workbench/text.h"
@@ -134,7 +135,7 @@ void set_text(TimelineRow& row, std::size_t& strokes) {
 }  // namespace
 
 const char* kind_name(TimelineRow::Kind kind) noexcept {
-  static constexpr const char* k_names[] = {"stroke", "press", "command", "event"};
+  static constexpr const char* k_names[] = {"stroke", "press", "command", "event", "note"};
   return k_names[static_cast<std::size_t>(kind)];
 }
 
@@ -156,6 +157,18 @@ Result<Timeline> read_timeline(sim::SessionReader& session) {
   for (TimelineRow& row : timeline.rows)
     if (row.is_stroke()) set_text(row, timeline.strokes);
   return timeline;
+}
+
+void add_notes(Timeline& timeline, const std::vector<data_tools::SessionNote>& notes, double rate_hz) {
+  for (const data_tools::SessionNote& note : notes) {
+    TimelineRow row{static_cast<std::uint64_t>(std::llround(note.seconds * rate_hz)), TimelineRow::Kind::note,
+                    0, note.text};
+    row.level = EventLevel::outcome;
+    row.position_world = note.at_world.value_or(glm::dvec3(0));
+    timeline.rows.push_back(std::move(row));
+  }
+  std::stable_sort(timeline.rows.begin(), timeline.rows.end(),
+                   [](const TimelineRow& a, const TimelineRow& b) { return a.tick < b.tick; });
 }
 
 }  // namespace trephine::workbench

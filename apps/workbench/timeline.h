@@ -6,13 +6,14 @@
 #include <vector>
 
 #include "apps/workbench/event_text.h"
+#include "data-tools/cases/session_notes.h"
 #include "sim/session/session_reader.h"
 
 namespace trephine::workbench {
 
-/// An entry of the timeline. A press is a stroke that changed nothing.
+/// An entry of the timeline. A press is a stroke that changed nothing. A note is by an instructor.
 struct TimelineRow {
-  enum class Kind : std::uint8_t { stroke, press, command, event };
+  enum class Kind : std::uint8_t { stroke, press, command, event, note };
   std::uint64_t tick = 0;
   Kind kind = Kind::event;
   int hand = 0;
@@ -30,7 +31,7 @@ struct TimelineRow {
 
   bool is_stroke() const noexcept { return kind == Kind::stroke || kind == Kind::press; }
 };
-/// Returns the name for reports: "stroke", "press", "command" or "event".
+/// Returns the name for reports: "stroke", "press", "command", "event" or "note".
 const char* kind_name(TimelineRow::Kind kind) noexcept;
 
 struct Timeline {
@@ -43,5 +44,7 @@ struct Timeline {
 
 /// Reads a session to its end. Commands of derived data are not listed.
 Result<Timeline> read_timeline(sim::SessionReader& session);
+/// Adds the notes of a session, after the other entries of their times.
+void add_notes(Timeline& timeline, const std::vector<data_tools::SessionNote>& notes, double rate_hz);
 
 }  // namespace trephine::workbench

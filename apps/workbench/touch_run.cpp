@@ -14,7 +14,7 @@ sim::Engine play_touch(const Operation& operation, const haptics::PosePath& path
   const auto progress = listener.progress("touching");
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (i % 1024 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size()))) break;
-    const haptics::Pose pose = haptics::on_grid(path.at(times[i]));
+    const haptics::Pose pose = haptics::rounded_to_grid(path.at(times[i]));
     const haptics::DenormalsFlushed flushed;  // as in every program that records sessions
     const auto begin = Clock::now();
     const auto servo_scene = engine.servo_scene();

@@ -75,8 +75,9 @@ CasePlan head_plan(std::uint64_t seed, HeadApproach approach) {
   constexpr double k_margin = 0.5, k_burr_hole = 14;  // mm
   plan.trajectories.push_back({"burr hole over the tumour", middle + outside * outward,
                                middle + (inside + k_margin) * outward, k_burr_hole});
-  plan.outlines.push_back({"craniotomy", outline_around(middle, outward, outside,
-                                                        anatomy.tumour_radius + anatomy.exposure, anatomy)});
+  plan.outlines.push_back(
+      {"craniotomy",
+       outline_around(middle, outward, outside, anatomy.tumour_radius + anatomy.opening_margin, anatomy)});
   plan.targets.push_back({"tumour", k_head_tissue_names[tumour]});
   const HeadLandmarks landmarks = head_landmarks(anatomy);
   plan.landmarks.push_back({"vertex", landmarks.vertex});

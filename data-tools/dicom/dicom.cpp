@@ -33,12 +33,12 @@ SeriesFacts series_facts(const DicomFolder& folder, std::size_t s, std::size_t k
   facts.is_localizer = stack.is_localizer;
   facts.size = {first.columns, first.rows, static_cast<int>(stack.slices.size())};
   std::vector<SlicePosition> positions;
-  for (const DicomSlice& slice : stack.slices) positions.push_back(slice.place);
+  for (const DicomSlice& slice : stack.slices) positions.push_back(slice.plane);
   const Result<SliceStack> stack_result = stack_slices(positions);
   if (stack_result)
     facts.spacing = stack_result.value().frame.spacing();
   else
-    facts.spacing = {first.place.column_spacing, first.place.row_spacing, 0},
+    facts.spacing = {first.plane.column_spacing, first.plane.row_spacing, 0},
     facts.problem = stack_result.error().what;
   return facts;
 }
@@ -85,7 +85,7 @@ Status check_strays(const DicomFolder& folder, std::size_t s, std::size_t k, con
   for (std::size_t i = 0; i < stacks.size(); ++i) {
     if (i == k || stacks[i].is_localizer || !stacks[i].mark.empty()) continue;
     if (4 * stacks[i].slices.size() > stacks[k].slices.size()) continue;
-    for (const DicomSlice& slice : stacks[i].slices) names.push_back(slice.place.name);
+    for (const DicomSlice& slice : stacks[i].slices) names.push_back(slice.plane.name);
   }
   if (names.empty()) return std::nullopt;
   return Error{

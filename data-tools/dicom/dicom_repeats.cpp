@@ -21,7 +21,7 @@ constexpr double k_same_direction = 1e-3;  // difference of unit vectors; stack_
 constexpr double k_same_mm = 1e-3;
 
 bool have_same_position(const DicomSlice& a, const DicomSlice& b) {
-  return glm::length(a.place.position - b.place.position) < k_same_mm;
+  return glm::length(a.plane.position - b.plane.position) < k_same_mm;
 }
 
 /// Returns a hash of the bytes of a file's pixels; empty if they cannot be read.
@@ -67,11 +67,11 @@ bool are_same_pixels(const DicomFolder& folder, const DicomSlice& a, const Dicom
 
 /// Returns the indices of the slices, sorted along their normal.
 std::vector<std::size_t> sort_by_height(const std::vector<DicomSlice>& slices) {
-  const glm::dvec3 normal = glm::cross(slices[0].place.row_axis, slices[0].place.column_axis);
+  const glm::dvec3 normal = glm::cross(slices[0].plane.row_axis, slices[0].plane.column_axis);
   std::vector<std::size_t> order(slices.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return glm::dot(slices[a].place.position, normal) < glm::dot(slices[b].place.position, normal);
+    return glm::dot(slices[a].plane.position, normal) < glm::dot(slices[b].plane.position, normal);
   });
   return order;
 }
@@ -99,10 +99,10 @@ std::size_t max_per_position(const std::vector<DicomSlice>& slices) {
 bool have_same_grid(const DicomSlice& a, const DicomSlice& b) {
   const auto close = [](double x, double y) { return std::abs(x - y) <= 1e-3 * std::abs(x); };
   return a.rows == b.rows && a.columns == b.columns &&
-         glm::length(a.place.row_axis - b.place.row_axis) < k_same_direction &&
-         glm::length(a.place.column_axis - b.place.column_axis) < k_same_direction &&
-         close(a.place.row_spacing, b.place.row_spacing) &&
-         close(a.place.column_spacing, b.place.column_spacing);
+         glm::length(a.plane.row_axis - b.plane.row_axis) < k_same_direction &&
+         glm::length(a.plane.column_axis - b.plane.column_axis) < k_same_direction &&
+         close(a.plane.row_spacing, b.plane.row_spacing) &&
+         close(a.plane.column_spacing, b.plane.column_spacing);
 }
 
 bool has_repeated_positions(const std::vector<DicomSlice>& slices) {
@@ -133,7 +133,7 @@ std::vector<std::string> drop_copies(const DicomFolder& folder, std::vector<Dico
       if (a.marks != b.marks || hashes[order[i]] != hashes[order[k]] || !are_same_pixels(folder, a, b))
         continue;
       is_copy[order[k]] = 1;
-      removed.push_back(b.place.name);
+      removed.push_back(b.plane.name);
     }
   std::vector<DicomSlice> remaining;
   for (std::size_t i = 0; i < slices.size(); ++i)
@@ -242,7 +242,7 @@ void join_lone_slices(DicomFolder& folder) {
       const DicomSlice& slice = folder.series[s].stacks[0].slices[0];
       if (!have_same_grid(first, slice)) break;
       slices.push_back(slice);
-      positions.push_back(slice.place);
+      positions.push_back(slice.plane);
     }
     if (slices.size() < members.size() || !stack_slices(positions)) continue;
     for (const std::size_t s : members) is_joined[s] = s != members[0];

@@ -165,14 +165,14 @@ std::string add_slices(const DicomEntry& entry, std::size_t index, std::vector<D
     DicomSlice slice;
     slice.entry = index;
     slice.frame = static_cast<std::size_t>(f);
-    if (!vector_of(view, k_position, k_plane_position, 0, slice.place.position) ||
-        !vector_of(view, k_orientation, k_plane_orientation, 0, slice.place.row_axis) ||
-        !vector_of(view, k_orientation, k_plane_orientation, 3, slice.place.column_axis))
+    if (!vector_of(view, k_position, k_plane_position, 0, slice.plane.position) ||
+        !vector_of(view, k_orientation, k_plane_orientation, 0, slice.plane.row_axis) ||
+        !vector_of(view, k_orientation, k_plane_orientation, 3, slice.plane.column_axis))
       return "it has no position in the patient";
-    slice.place.row_spacing = view.number(k_pixel_spacing, k_pixel_measures, 0).value_or(0);
-    slice.place.column_spacing = view.number(k_pixel_spacing, k_pixel_measures, 1).value_or(0);
-    slice.place.thickness = view.number(k_slice_thickness, k_pixel_measures).value_or(0);
-    slice.place.name = entry.name + (frames > 1 ? " frame " + std::to_string(f + 1) : "");
+    slice.plane.row_spacing = view.number(k_pixel_spacing, k_pixel_measures, 0).value_or(0);
+    slice.plane.column_spacing = view.number(k_pixel_spacing, k_pixel_measures, 1).value_or(0);
+    slice.plane.thickness = view.number(k_slice_thickness, k_pixel_measures).value_or(0);
+    slice.plane.name = entry.name + (frames > 1 ? " frame " + std::to_string(f + 1) : "");
     const DicomDataSet& rescale = view.holder(k_slope, k_value_transformation);
     slice.has_rescale = rescale.has(k_slope) && rescale.has(k_intercept);
     for (const DicomTag tag : {k_slope, k_intercept})

@@ -18,7 +18,7 @@ struct DicomEntry {
 struct DicomSlice {
   std::size_t entry = 0;
   std::size_t frame = 0;
-  SlicePosition place;
+  SlicePosition plane;
   double slope = 1, intercept = 0;  ///< value = slope * stored value + intercept
   bool has_rescale = false;         ///< the file has slope and intercept
   std::string rescale_type;         ///< unit of the value: "HU"

@@ -30,7 +30,7 @@ class Loader {
 
   Result<OpenedVolume> load() {
     std::vector<SlicePosition> positions;
-    for (const DicomSlice& slice : stack_->slices) positions.push_back(slice.place);
+    for (const DicomSlice& slice : stack_->slices) positions.push_back(slice.plane);
     Result<SliceStack> stack_result = stack_slices(positions, options_->is_resampled);
     if (!stack_result) {
       Error error = stack_result.error();
@@ -56,7 +56,7 @@ class Loader {
   Error slice_error(const DicomSlice& slice, const std::string& reason) const {
     return Error{.what = "an image cannot be read",
                  .where = where_,
-                 .found = slice.place.name + ": " + reason,
+                 .found = slice.plane.name + ": " + reason,
                  .expected = "a complete image",
                  .remedy = k_copy_again};
   }
@@ -87,7 +87,7 @@ class Loader {
                     [](const DicomSlice& slice) { return slice.has_rescale; }))
       return Error{.what = "some slices lack rescale slope and intercept",
                    .where = where_,
-                   .found = lacking->place.name + " lacks them, other slices have them",
+                   .found = lacking->plane.name + " lacks them, other slices have them",
                    .expected = "a rescale in all slices or in none",
                    .remedy = "export the series again, or remove the files without it"};
     const bool is_ct = modality() == "CT";
@@ -238,7 +238,7 @@ class Loader {
       const double value = slice.slope * stored[i] + slice.intercept;
       return Error{.what = "a value does not fit into 16 bits",
                    .where = where_,
-                   .found = short_number(value) + " in " + slice.place.name,
+                   .found = short_number(value) + " in " + slice.plane.name,
                    .expected = "-32768 to 32767",
                    .remedy = "read it with a coarser step (option scale " +
                              short_number(std::ceil(std::abs(value) / 32767)) + ")"};
@@ -367,7 +367,7 @@ class Loader {
       opened.notices.push_back(counted(interpolated_count_, "slice") + " of " +
                                std::to_string(geometry_.at.size()) + " were interpolated (option resample)");
     if (opened.volume.size.z == 1)
-      opened.notices.push_back(first.place.thickness > 0
+      opened.notices.push_back(first.plane.thickness > 0
                                    ? "one slice only: its thickness of " +
                                          short_number(geometry_.frame.spacing().z) +
                                          " mm is used as the slice distance"

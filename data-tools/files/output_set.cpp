@@ -173,7 +173,7 @@ void OutputSet::write(const std::string& path, const std::function<Status()>& wr
     written_.push_back(output->name), written_paths_.push_back(path);
 }
 
-void OutputSet::recorded(const Status& status) {
+void OutputSet::add_recording_status(const Status& status) {
   if (status) failures_.push_back(*status);
 }
 

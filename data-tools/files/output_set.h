@@ -33,7 +33,7 @@ class OutputSet {
   /// Calls `write` for the declared output; ignores an empty path. Failures are kept for result().
   void write(const std::string& path, const std::function<Status()>& write);
   /// Adds the status of a recording: its failure is included in result().
-  void recorded(const Status& status);
+  void add_recording_status(const Status& status);
   /// Returns the first failure, with the locations of all and the names of the written outputs. Call it after
   /// all write() calls.
   Status result() const;

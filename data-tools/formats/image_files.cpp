@@ -255,7 +255,7 @@ Status write_image_file(const std::string& temporary, const std::string& path, c
     format.io->SetFileName(temporary);
     format.io->SetNumberOfDimensions(3);
     format.io->SetNumberOfComponents(1);
-    format.io->SetComponentType(voxels.is_short() ? itk::IOComponentEnum::SHORT
+    format.io->SetComponentType(voxels.is_int16() ? itk::IOComponentEnum::SHORT
                                                   : itk::IOComponentEnum::UCHAR);
     format.io->SetPixelType(itk::IOPixelEnum::SCALAR);
     itk::ImageIORegion region(3);

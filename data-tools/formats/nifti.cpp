@@ -343,8 +343,8 @@ Status write_nifti(const std::string& temporary, const std::string& path, const 
     header.pixdim[a + 1] = static_cast<float>(frame.spacing()[a]);
   }
   for (int a = 4; a < 8; ++a) header.dim[a] = 1;
-  header.datatype = voxels.is_short() ? DT_INT16 : DT_UINT8;
-  header.bitpix = voxels.is_short() ? 16 : 8;
+  header.datatype = voxels.is_int16() ? DT_INT16 : DT_UINT8;
+  header.bitpix = voxels.is_int16() ? 16 : 8;
   header.vox_offset = 352;
   header.scl_slope = 1;
   header.xyzt_units = NIFTI_UNITS_MM;

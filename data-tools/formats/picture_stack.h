@@ -6,14 +6,14 @@
 
 namespace trephine::data_tools {
 
-/// Returns true for a TIFF file, and for a folder of several pictures, or of one with stack.json. The folder
-/// may also contain .json, .txt and hidden files.
+/// Returns true for a TIFF file, and for a folder with several pictures, or with one picture and stack.json.
+/// The folder may also contain .json, .txt and hidden files.
 bool is_picture_stack(const std::string& path);
 
-/// Reads a stack; see open_volume(). Its position comes from stack.json in the folder (ours), or the options.
+/// Reads a stack; see open_volume(). Its grid comes from stack.json of write_picture_stack(), or the options.
 Result<OpenedVolume> open_picture_stack(const std::string& path, const OpenOptions& options);
 
-/// Writes slice-0001.png, ... and stack.json into a new folder.
+/// Writes slice-0001.png, ... (`is_png`) or slice-0001.tif, ..., and stack.json, into a new folder.
 Status write_picture_stack(const std::string& path, bool is_png, const volume::Volume& volume,
                            const Progress& progress);
 

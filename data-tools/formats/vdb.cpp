@@ -77,7 +77,7 @@ Status write_vdb(const std::string& temporary, const std::string& path, const Vo
   if (!is_written) return too_large(1, file_name(path));
   if (Status error = with_library(LoadedFormat::vdb, 1, file_name(path), [&](const void* library, int) {
         *is_written->data() = static_cast<const VdbLibrary*>(library)->write(
-            temporary.c_str(), voxels.size, voxels.frame.origin(), voxels.frame.axes(), voxels.is_short(),
+            temporary.c_str(), voxels.size, voxels.frame.origin(), voxels.frame.axes(), voxels.is_int16(),
             voxels.data(), voxels.is_hounsfield);
       }))
     return error;

@@ -160,11 +160,11 @@ Status write_vti(const std::string& temporary, const std::string& path, const Vo
   vtkNew<vtkShortArray> shorts;
   vtkNew<vtkUnsignedCharArray> bytes;
   // Borrowed arrays: the writer only reads them.
-  if (voxels.is_short())
+  if (voxels.is_int16())
     shorts->SetArray(const_cast<short*>(voxels.scan), count, 1);
   else
     bytes->SetArray(const_cast<unsigned char*>(voxels.labels), count, 1);
-  vtkDataArray* values = voxels.is_short() ? static_cast<vtkDataArray*>(shorts) : bytes;
+  vtkDataArray* values = voxels.is_int16() ? static_cast<vtkDataArray*>(shorts) : bytes;
   values->SetName(k_voxels);
   image->GetPointData()->SetScalars(values);
   vtkNew<vtkStringArray> units;

@@ -21,13 +21,13 @@ struct VoxelsToWrite {
   static VoxelsToWrite labels_of(const volume::Volume& v) {
     return {v.size, v.frame, nullptr, v.labels.data(), false, v.label_names, v.label_colours};
   }
-  bool is_short() const { return scan != nullptr; }
+  bool is_int16() const { return scan != nullptr; }
   const void* data() const { return scan ? static_cast<const void*>(scan) : labels; }
   std::size_t count() const {
     return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) *
            static_cast<std::size_t>(size.z);
   }
-  std::size_t bytes() const { return count() * (is_short() ? 2 : 1); }
+  std::size_t bytes() const { return count() * (is_int16() ? 2 : 1); }
 };
 
 /// Returns the file name of slice `z` (from 0): "slice-0007.png" for 6.

@@ -128,11 +128,11 @@ void add_notices(PolygonModel& model) {
   const auto add = [&](const std::string& text) { model.notices.push_back(text); };
   if (facts.open_edges > 0)
     add("the surface is open: " + counted(facts.open_edges, "edge") + " of one triangle only");
-  if (facts.crowded_edges > 0)
-    add("the surface is not manifold: " + counted(facts.crowded_edges, "edge") +
+  if (facts.non_manifold_edges > 0)
+    add("the surface is not manifold: " + counted(facts.non_manifold_edges, "edge") +
         " of three triangles or more");
-  if (facts.turned_edges > 0)
-    add("triangles have opposite orientations: " + counted(facts.turned_edges, "edge") +
+  if (facts.misoriented_edges > 0)
+    add("triangles have opposite orientations: " + counted(facts.misoriented_edges, "edge") +
         " between neighbours");
   else if (facts.open_edges == 0 && facts.volume < 0)
     add("the surface faces inward: it is inside out");

@@ -134,11 +134,11 @@ HeadAnatomy varied_anatomy(std::uint64_t seed) {
 }
 
 /// Places a tumour below the vault, in a direction from the middle of the head. `radius`: of the tumour, mm.
-void place_tumour(HeadAnatomy& anatomy, const dvec3& direction, double radius, double exposure) {
+void place_tumour(HeadAnatomy& anatomy, const dvec3& direction, double radius, double opening_margin) {
   constexpr double k_below = 11;  // mm, from the outer surface: bone, dura and fluid
   const double reach = distance_to_vault(k_head_middle, direction, 150, {});
   anatomy.tumour = k_head_middle + (reach - k_below - radius) * direction;
-  anatomy.tumour_radius = radius, anatomy.exposure = exposure;
+  anatomy.tumour_radius = radius, anatomy.opening_margin = opening_margin;
 }
 
 }  // namespace

@@ -39,7 +39,7 @@ struct HeadAnatomy {
   double frontal_sinus = 1;        ///< size, relative to the reference
   glm::dvec3 tumour{-37, 14, 37};  ///< centre, mm, in a head of reference size
   double tumour_radius = 13;       ///< mm, in a head of reference size
-  double exposure = 10;            ///< mm, planned margin of the opening around the tumour
+  double opening_margin = 10;      ///< mm, planned margin of the opening around the tumour
 };
 /// Returns the anatomy of a seed; deterministic. The seed places the tumour of the vault, on either side;
 /// that of the other approaches is on the left.

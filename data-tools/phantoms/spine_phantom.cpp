@@ -269,7 +269,12 @@ std::vector<SpineScrew> SpinePhantom::screws() const {
   std::vector<SpineScrew> screws;
   for (int i = 0; i < 3; ++i) {
     const Vertebra& v = vertebrae_[static_cast<std::size_t>(i)];
-    std::array<SpineScrew, 2> found;
+    struct LocalScrew {  // frame of the vertebra
+      std::string name;
+      dvec3 entry, target;
+      double diameter;
+    };
+    std::array<LocalScrew, 2> found;
     for (std::size_t k = 0; k < 2; ++k) {
       // Local search for the line with the most bone around it: the ends move alone, together and in opposite
       // directions while that improves it.
@@ -314,12 +319,11 @@ std::vector<SpineScrew> SpinePhantom::screws() const {
                   initial[k].target + dvec3(at[2], 0, at[3]), std::clamp(fits, k_sizes, initial[k].diameter)};
     }
     for (const char* side : {"left", "right"})
-      for (const SpineScrew& screw : found) {
+      for (const LocalScrew& screw : found) {
         const dvec3 mirror(std::string_view(side) == "left" ? 1 : -1, 1, 1);
         std::string name = k_spine_tissue_names[i + 1];
         screws.push_back({name.append(" ").append(side).append(" ").append(screw.name),
-                          v.world(mirror * screw.entry_world), v.world(mirror * screw.target_world),
-                          screw.diameter});
+                          v.world(mirror * screw.entry), v.world(mirror * screw.target), screw.diameter});
       }
   }
   return screws;

@@ -60,11 +60,11 @@ void DepthParts::divide(const depth::DepthCube& cube, const Box& box) {
   divide(cube, second);
 }
 
-DepthParts::Box DepthParts::part_of(const ivec3& size, const ivec3& place) const noexcept {
+DepthParts::Box DepthParts::part_of(const ivec3& size, const ivec3& position) const noexcept {
   Box box{ivec3(0), size - 1};
   for (std::size_t n = 0; nodes_[n].axis >= 0;) {
     const Node& node = nodes_[n];
-    if (place[node.axis] < node.split)
+    if (position[node.axis] < node.split)
       box.high[node.axis] = node.split - 1, ++n;
     else
       box.low[node.axis] = node.split, n = node.second;

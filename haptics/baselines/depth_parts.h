@@ -32,7 +32,7 @@ class DepthParts {
     std::uint32_t second = 0;  ///< node of the second half; that of the first half follows its parent
   };
   void divide(const depth::DepthCube& cube, const Box& box);
-  Box part_of(const glm::ivec3& size, const glm::ivec3& place) const noexcept;
+  Box part_of(const glm::ivec3& size, const glm::ivec3& position) const noexcept;
 
   std::vector<Node> nodes_;
 };

@@ -27,8 +27,8 @@ enum class HipCase : std::uint8_t {
 
 /// Result and cost of a search.
 struct LomiRest {
-  glm::dvec3 before{0.0};  ///< mm, the temporary position: the last free one of the motion
-  glm::dvec3 place{0.0};   ///< mm, the final position
+  glm::dvec3 before{0.0};    ///< mm, the temporary position: the last free one of the motion
+  glm::dvec3 position{0.0};  ///< mm, the final position
   HipCase hip_case = HipCase::moves_out;
   int queries = 0;  ///< collision queries
   int stored = 0;   ///< voxels in memory
@@ -169,13 +169,13 @@ template <class Inside, class InsideSmoothly>
 LomiRest find_rest(const glm::dvec3& from, const glm::dvec3& hip, const LomiOptions& options,
                    const Inside& inside, const InsideSmoothly& inside_smoothly) noexcept {
   LomiRest rest;
-  rest.place = hip;
+  rest.position = hip;
   if (!preliminary_collision(from, hip, options.resolution, inside, rest)) return rest;
   ++rest.queries;
   rest.hip_case = inside(hip) ? HipCase::stays_inside : HipCase::passes_thin_part;
-  rest.place = options.is_physical ? search_physical_lomi(rest.before, hip, options, inside, rest)
-                                   : walk_abstract_lomi(rest.before, hip, options, inside, rest);
-  rest.place = sub_voxelize(rest.place, hip, options.resolution, options.levels, inside_smoothly, rest);
+  rest.position = options.is_physical ? search_physical_lomi(rest.before, hip, options, inside, rest)
+                                      : walk_abstract_lomi(rest.before, hip, options, inside, rest);
+  rest.position = sub_voxelize(rest.position, hip, options.resolution, options.levels, inside_smoothly, rest);
   return rest;
 }
 

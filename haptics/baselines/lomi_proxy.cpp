@@ -74,8 +74,8 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& touch_state
     result.add_waypoint(hip);
   } else {
     result.add_waypoint(frame.volume_from_world(rest.before));
-    result.add_waypoint(frame.volume_from_world(rest.place));
-    const dvec3 out = rest.place - input.hip_world;
+    result.add_waypoint(frame.volume_from_world(rest.position));
+    const dvec3 out = rest.position - input.hip_world;
     if (const double length = glm::length(out); length > 0 && hit_item >= 0)
       result.set_contact(hit_item, Side::front, out / length);
   }
@@ -91,8 +91,8 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& touch_state
   // was met. The next search begins at the final position, so that friction does not hold a resting hand.
   if (is_rubbing) {
     const Material& material = material_of(scene, result.shape, result.side);
-    const dvec3 slid = rest.before - rest.place;
-    const double max_slide = material.dynamic_friction * glm::distance(rest.place, input.hip_world);
+    const dvec3 slid = rest.before - rest.position;
+    const double max_slide = material.dynamic_friction * glm::distance(rest.position, input.hip_world);
     const double length = glm::length(slid);
     if (length > 0) result.proxy_world += std::min(1.0, max_slide / length) * slid;
   }

@@ -49,7 +49,7 @@ ProxyStep follow_on_meshes(const TouchScene& scene, const ProxyState& state, con
   static const volume::Frame world;
   ProxyStep step;
   PathFacets facets;
-  move_god_object(world, input.hip_world, state.on_meshes_world, gap, cast, facets, step);
+  move_god_object(world, input.hip_world, state.mesh_proxy_world, gap, cast, facets, step);
   return step;
 }
 
@@ -77,8 +77,8 @@ Status SequentialProxy::prepare(const TouchScene& scene) {
 void SequentialProxy::begin(const TouchState& touch_state, const dvec3& hip,
                             ProxyState& state) const noexcept {
   state.begin_at(touch_state.version->base().frame.volume_from_world(hip));
-  state.on_meshes_world = hip;
-  state.has_on_meshes = true;
+  state.mesh_proxy_world = hip;
+  state.has_mesh_proxy = true;
   for (const Part& part : parts_) {
     ProxyState own;
     method_.step(part.scene, part.state(touch_state), own, {hip});
@@ -122,11 +122,11 @@ ProxyStep SequentialProxy::step(const TouchScene& scene, const TouchState& touch
   }
 
   // Moves the god-object on the meshes; it starts at the proxy if it has no position.
-  if (!state.has_on_meshes) state.on_meshes_world = base.world_from_volume(state.proxy_volume);
-  state.has_on_meshes = true;
+  if (!state.has_mesh_proxy) state.mesh_proxy_world = base.world_from_volume(state.proxy_volume);
+  state.has_mesh_proxy = true;
   const ProxyStep on_meshes = follow_on_meshes(scene, state, input, result.counters);
   const dvec3 target = on_meshes.path_volume[static_cast<std::size_t>(on_meshes.waypoint_count - 1)];
-  state.on_meshes_world = target;
+  state.mesh_proxy_world = target;
   result.counters.iterations += on_meshes.counters.iterations;
 
   // For every volume a proxy follows the god-object; the one that is stopped first counts.

@@ -80,7 +80,7 @@ void DynamicTool::judge_torque() noexcept {
   double mean = 0;
   for (const double torque : torques_) mean += torque / static_cast<double>(torques_.size());
   const double good = glm::length(contact_.perpendicular) * sampling_.shell().arm();
-  badness_ = mean > 0 ? std::clamp(1 - good / mean, 0.0, 1.0) : 0;
+  forceless_torque_share_ = mean > 0 ? std::clamp(1 - good / mean, 0.0, 1.0) : 0;
 }
 
 void DynamicTool::step(const Placement& hand) noexcept {
@@ -90,7 +90,7 @@ void DynamicTool::step(const Placement& hand) noexcept {
   const dvec3 hand_velocity = (hand.position_world - hand_.position_world) / dt_,
               hand_spin = turn_between(hand_.rotation, hand.rotation) / dt_;
   hand_ = hand;
-  const double share = options_.limits_missing_torque ? badness_ : 0;
+  const double share = options_.limits_missing_torque ? forceless_torque_share_ : 0;
   const double k = options_.coupling.stiffness, b = options_.coupling.damping,
                k_turn = (1 - share) * options_.turning_stiffness + share * options_.least_turning_stiffness,
                b_turn = 2 * std::sqrt(k_turn * inertia_ / k_mm_per_newton);

@@ -18,7 +18,8 @@ class VoxelSampling {
  public:
   struct Options {
     double stiffness = 0.5;  ///< N/mm per point
-    int averaged_from = 10;  ///< number of points from which forces are averaged (eq. 3.5); 0: never
+    int averaged_from =
+        10;  ///< more pushing points count as this many: forces are scaled (eq. 3.5); 0: no limit
   };
   struct Contact {
     Wrench on_tool;                 ///< torque about the position of the tool
@@ -31,7 +32,8 @@ class VoxelSampling {
       : map_(map), shell_(shell), options_(options) {}
   VoxelSampling(const VoxMap& map, const PointShell& shell) noexcept : VoxelSampling(map, shell, Options()) {}
 
-  /// Sums the forces in the order of the points. `uses_tree` false: tests all points, with equal bits.
+  /// Sums the forces in the order of the points. `uses_tree` false: tests all points; the result is the same,
+  /// to the bit, except for `tests`.
   Contact contact(const Placement& tool, bool uses_tree = true) const noexcept;
   const PointShell& shell() const noexcept { return shell_; }
 
@@ -50,12 +52,14 @@ class DynamicTool {
  public:
   struct Options {
     Integrator integrator = Integrator::semi_implicit;
-    double mass = 0.025;               ///< kg
-    double sphere_radius = 20;         ///< mm, of a sphere with the tool's moment of inertia (eq. 3.7)
-    Coupling coupling{0.59, 0.00768};  ///< critically damped and passive for 0.008 N s/mm at 1 kHz
-    double turning_stiffness = 300;    ///< N mm/rad; its damping is critical (eq. 3.22)
-    /// Limits the torque of the coupling while contact makes torque without force, which devices without
-    /// torque cannot render: the hand would turn the tool through its contacts (Kadlecek 2013, 3.7).
+    double mass = 0.025;        ///< kg
+    double sphere_radius = 20;  ///< mm, of a sphere with the tool's moment of inertia (eq. 3.7)
+    /// Critically damped; passive at 1 kHz on a device with a damping of 0.008 N s/mm.
+    Coupling coupling{0.59, 0.00768};
+    double turning_stiffness = 300;  ///< N mm/rad; its damping is critical (eq. 3.22)
+    /// Reduces the turning stiffness while part of the contact torque has no matching force, as of a lever
+    /// between two contacts. A device without torque cannot render that part: the hand would turn the tool
+    /// into the matter (Kadlecek 2013, 3.7).
     bool limits_missing_torque = false;
     double least_turning_stiffness = 10;  ///< N mm/rad, while the torque is limited
   };
@@ -66,8 +70,6 @@ class DynamicTool {
   const Placement& pose() const noexcept { return tool_; }
   const Wrench& on_hand() const noexcept { return on_hand_; }
   const VoxelSampling::Contact& contact() const noexcept { return contact_; }
-  /// Returns the share, 0 to 1, of the contact's torque that comes without force: "bad torque".
-  double badness() const noexcept { return badness_; }
 
  private:
   void judge_torque() noexcept;
@@ -81,7 +83,7 @@ class DynamicTool {
   VoxelSampling::Contact contact_;
   std::array<double, 32> torques_{};  ///< N mm, of the last ticks, for the moving average
   std::size_t tick_ = 0;
-  double badness_ = 0;
+  double forceless_torque_share_ = 0;  ///< 0 to 1, part of the contact's torque that comes without force
 };
 
 }  // namespace trephine::haptics::baselines

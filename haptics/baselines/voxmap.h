@@ -12,7 +12,7 @@
 
 namespace trephine::haptics::baselines {
 
-/// Immutable. Children of equal type are stored once ("aggregation").
+/// Immutable. A node whose children all have one type is stored as that type ("aggregation").
 class VoxMap {
  public:
   enum class Voxel : std::uint8_t {
@@ -24,8 +24,8 @@ class VoxMap {
   };
   /// Method that finds the interior of a mesh.
   enum class Interior : std::uint8_t {
-    walls,   ///< six walls move inward through free space until a surface stops them, again and again:
-             ///< published
+    walls,   ///< published method: six walls move inward through free space until a surface stops them, in
+             ///< several passes
     parity,  ///< counts crossings along rows of voxels: exact for closed meshes
   };
   /// Largest number of passes of the walls.
@@ -34,7 +34,8 @@ class VoxMap {
   /// Solid voxels next to free ones are its surface. `layers`: of proximity voxels around surfaces. Cost:
   /// some passes over all voxels.
   static VoxMap of(const volume::Occupancy& solid, const volume::Frame& frame, int layers = 1);
-  /// Voxels of `voxel_mm` that a triangle meets, by separating axes (Akenine-Möller 2001), are the surface.
+  /// The surface consists of the voxels (edge: `voxel_mm`) that a triangle intersects by the separating axis
+  /// test (Akenine-Möller 2001).
   static VoxMap of(const MeshTree& mesh, double voxel_mm, Interior interior, int layers = 1);
 
   Voxel at(const glm::ivec3& v) const noexcept;
@@ -58,7 +59,7 @@ class VoxMap {
 
   volume::Frame frame_;
   glm::ivec3 size_{0};
-  int levels_ = 1;  ///< of the tree, with that of the leaves
+  int levels_ = 1;  ///< number of levels of the tree, including the leaves
   std::uint32_t root_ = k_value;
   std::vector<std::uint32_t> nodes_;  ///< 512 children each: aggregates, or indices of nodes or leaves
   std::vector<std::uint8_t> leaves_;  ///< 512 voxels each

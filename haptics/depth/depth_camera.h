@@ -11,7 +11,7 @@ struct DepthCamera {
   double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels; (0, 0) is the centre of the first pixel
 
   /// Returns the point (mm, frame of the camera) that a pixel shows at a depth (mm along z).
-  glm::dvec3 place(double column, double row, double depth) const noexcept {
+  glm::dvec3 unproject(double column, double row, double depth) const noexcept {
     return {(column - cx) / fx * depth, (row - cy) / fy * depth, depth};
   }
 };

@@ -26,7 +26,7 @@ Result<DepthCube> cube_of_model(const TouchItem& item, double pixel) {
   auto cube = DepthCube::of_triangles(item.tree->vertices(), item.tree->triangles(), frame.value(), size);
   if (!cube) return suggest_method(cube.error(), item, "scene");
   if (cube.value().open_rays() > 0)
-    return Error{.what = "the model is not closed: rays leave it without entering",
+    return Error{.what = "the model is not closed: rays do not leave it as often as they enter it",
                  .where = item.name,
                  .found = std::to_string(cube.value().open_rays()) + " rays",
                  .expected = "none",

@@ -87,9 +87,9 @@ void DepthNet::for_crossed_edges(int axis, int z, const Use& use) const {
 
 /// Cache of the vertices that one step placed, for any net: neighbours of a cell need them four times, and a
 /// step visits the same cells again.
-class PlacedCells {
+class VertexCache {
  public:
-  PlacedCells() noexcept {
+  VertexCache() noexcept {
     for (Slot& slot : slots_) slot.owner = nullptr;
   }
   struct Slot {
@@ -110,14 +110,14 @@ class PlacedCells {
 /// A net as a value. Borrows the net and the cache.
 class DepthSamples {
  public:
-  explicit DepthSamples(const DepthNet& net, PlacedCells* placed = nullptr) noexcept
+  explicit DepthSamples(const DepthNet& net, VertexCache* placed = nullptr) noexcept
       : net_(net), placed_(placed) {}
   bool is_solid(const glm::ivec3& v) const noexcept { return net_.is_solid(v); }
   int config(const glm::ivec3& cell) const noexcept { return net_.config(cell); }
   bool joins_solid() const noexcept { return net_.joins_solid(); }
   void place(const glm::ivec3& cell, const volume::NetCase& net, glm::vec3* out) const noexcept {
     if (placed_ == nullptr) return volume::place_between_crossings(*this, cell, net, out);
-    PlacedCells::Slot& slot = placed_->slot_of(cell);
+    VertexCache::Slot& slot = placed_->slot_of(cell);
     if (slot.owner != &net_ || slot.net != &net || slot.cell != cell) {
       slot.owner = &net_, slot.net = &net, slot.cell = cell;
       volume::place_between_crossings(*this, cell, net, slot.vertices.data());
@@ -130,7 +130,7 @@ class DepthSamples {
 
  private:
   const DepthNet& net_;
-  PlacedCells* placed_;
+  VertexCache* placed_;
 };
 
 /// Replaces volume::config_of(), which would query each corner.

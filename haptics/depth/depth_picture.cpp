@@ -47,7 +47,8 @@ PixelSurface pixel_surface(const DepthCamera& c, const dvec3& low, const dvec3& 
     numbers[j & 1].assign(static_cast<std::size_t>(columns), k_none);
     for (int i = result.first.x; i <= result.last.x; ++i) {
       const double depth = depth_of(i, j);
-      points[static_cast<std::size_t>(i - result.first.x)] = c.place(i, j, depth > 0 ? depth : background);
+      points[static_cast<std::size_t>(i - result.first.x)] =
+          c.unproject(i, j, depth > 0 ? depth : background);
       result.pixels_with_depth += depth > 0;
     }
     if (j == result.first.y) continue;
@@ -81,7 +82,7 @@ double DepthPicture::depth(int column, int row) const noexcept {
   return value == 0 ? 0 : nearest + mm_per_step * (value - 1);
 }
 
-void DepthPicture::keep(const std::vector<double>& depths) {
+void DepthPicture::set_depths(const std::vector<double>& depths) {
   double farthest = 0;
   nearest = 1e300;
   for (const double depth : depths)
@@ -98,7 +99,7 @@ void DepthPicture::keep(const std::vector<double>& depths) {
 }
 
 std::optional<double> DepthPicture::behind(const dvec3& p) const noexcept {
-  const dvec3 at = place.local_from_world(p);
+  const dvec3 at = placement.local_from_world(p);
   if (!(at.z > 0)) return std::nullopt;
   const double u = std::floor(camera.fx * at.x / at.z + camera.cx),
                v = std::floor(camera.fy * at.y / at.z + camera.cy);
@@ -109,8 +110,8 @@ std::optional<double> DepthPicture::behind(const dvec3& p) const noexcept {
   return farthest > 0 ? std::optional<double>(at.z - farthest) : std::nullopt;
 }
 
-double DepthPicture::known_around(const dvec3& p) const noexcept {
-  const dvec3 at = place.local_from_world(p);
+double DepthPicture::known_cube_edge(const dvec3& p) const noexcept {
+  const dvec3 at = placement.local_from_world(p);
   if (!(at.z > 0)) return 0;
   // Distance to the picture's nearest edge: half the diagonal of the cube.
   const double u = camera.fx * at.x / at.z + camera.cx, v = camera.fy * at.y / at.z + camera.cy;
@@ -150,12 +151,12 @@ DepthSet set_of(const DepthView& view, const DepthPicture& picture) {
   for (int k = 0; k < 8; ++k) {
     const dvec3 corner(k & 1 ? set.high.x : set.low.x, k & 2 ? set.high.y : set.low.y,
                        k & 4 ? set.high.z : set.low.z);
-    const dvec3 p = picture.place.local_from_world(corner);
+    const dvec3 p = picture.placement.local_from_world(corner);
     low = glm::min(low, p), high = glm::max(high, p);
   }
   PixelSurface surface = pixel_surface(picture.camera, low, high, view.edge,
                                        [&](int column, int row) { return picture.depth(column, row); });
-  for (dvec3& p : surface.vertices) p = picture.place.world_from_local(p);
+  for (dvec3& p : surface.vertices) p = picture.placement.world_from_local(p);
   const ivec2 size = glm::max(surface.last - surface.first + 1, ivec2(0));
   set.pixels = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
   set.crossings = surface.pixels_with_depth;

@@ -25,7 +25,7 @@ PixelSurface pixel_surface(const DepthCamera& camera, const glm::dvec3& low, con
 /// A picture with depths of 16 bits.
 struct DepthPicture {
   DepthCamera camera;        ///< intrinsics for these pixels
-  Placement place;           ///< of the camera in the object's frame
+  Placement placement;       ///< of the camera in the object's frame
   double nearest = 0;        ///< mm along z, of a value of 1
   double mm_per_step = 0.1;  ///< mm per value
   std::string values;        ///< two bytes per pixel, low byte first, row by row; 0: no measurement
@@ -33,13 +33,13 @@ struct DepthPicture {
   /// Returns the depth, mm; 0: no measurement.
   double depth(int column, int row) const noexcept;
   /// Stores the depths (mm) of the pixels; 0 or less: no measurement.
-  void keep(const std::vector<double>& depths);
+  void set_depths(const std::vector<double>& depths);
   /// Returns the distance of p (mm, frame of the object) behind the surface in the picture; negative: in
   /// front of it. Empty: p is outside the picture, or has no measurement.
   std::optional<double> behind(const glm::dvec3& p) const noexcept;
   /// Returns the edge (mm) of a cube about p (object's frame) in which the picture shows all space before the
   /// surface.
-  double known_around(const glm::dvec3& p) const noexcept;
+  double known_cube_edge(const glm::dvec3& p) const noexcept;
 };
 /// Returns an error if the number of pixels differs or the camera is invalid.
 Status check(const DepthPicture& picture);

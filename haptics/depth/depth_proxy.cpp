@@ -39,7 +39,7 @@ ProxyStep DepthProxy::step(const TouchScene& scene, const TouchState& touch_stat
   const auto net_of = [this](int index) -> const depth::DepthNet& {
     return nets_[static_cast<std::size_t>(index)];
   };
-  depth::PlacedCells placed;
+  depth::VertexCache placed;
   const auto surface_of = [&](int index) {
     return volume::LocalNet{depth::DepthSamples(net_of(index), &placed)};
   };

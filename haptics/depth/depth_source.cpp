@@ -57,7 +57,7 @@ std::uint64_t DepthSet::hash() const noexcept {
   return hash.value();
 }
 
-bool DepthSet::knows(const dvec3& p, double reach) const noexcept {
+bool DepthSet::is_known_around(const dvec3& p, double reach) const noexcept {
   for (int axis = 0; axis < 3; ++axis)
     if (!(p[axis] - reach >= low[axis] && p[axis] + reach <= high[axis])) return false;
   return true;

@@ -75,7 +75,7 @@ struct DepthSet {
   /// Returns the hash of surface, motion and known box.
   std::uint64_t hash() const noexcept;
   /// Returns true if the surface within `reach` mm of p is known.
-  bool knows(const glm::dvec3& p, double reach) const noexcept;
+  bool is_known_around(const glm::dvec3& p, double reach) const noexcept;
 };
 
 /// Makes the same triangles of a net's surface as volume/surface/local_net.h, in spatial order, without the
@@ -105,8 +105,8 @@ class DepthSource {
 };
 
 /// Returns the set of an item by its index among the items touched by depth images; null: not made yet.
-inline const DepthSet* set_in(const TouchState& touch_state, int depth) noexcept {
-  const auto d = static_cast<std::size_t>(depth);
+inline const DepthSet* set_in(const TouchState& touch_state, int depth_index) noexcept {
+  const auto d = static_cast<std::size_t>(depth_index);
   return d < touch_state.depths.size() ? touch_state.depths[d].get() : nullptr;
 }
 

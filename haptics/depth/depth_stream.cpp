@@ -82,7 +82,7 @@ DepthStream::DepthStream(DepthPictures stream) : pictures_(std::move(stream)) {
   for (const double depth : {nearest * pictures_.mm_per_step, farthest * pictures_.mm_per_step})
     for (const int column : {0, c.width - 1})
       for (const int row : {0, c.height - 1}) {
-        const dvec3 p = c.place(column, row, depth);
+        const dvec3 p = c.unproject(column, row, depth);
         low_ = glm::min(low_, p), high_ = glm::max(high_, p);
       }
 }
@@ -135,7 +135,7 @@ std::shared_ptr<const MeshTree> DepthStream::surface_at(double time) const {
       const double depth = pictures_.mm_per_step * pictures_.pictures[picture][pixel_index(i, j)];
       if (depth <= 0) continue;
       here[static_cast<std::size_t>(i / step)] = static_cast<std::uint32_t>(vertices.size());
-      vertices.push_back(c.place(i, j, depth));
+      vertices.push_back(c.unproject(i, j, depth));
     }
     if (j == 0) continue;
     for (std::size_t i = 0; i + 1 < static_cast<std::size_t>(columns); ++i) {
@@ -183,11 +183,11 @@ Result<DepthSet> DepthStream::draw(const DepthView& view, int) const {
     for (int i = surface.first.x; i <= surface.last.x; ++i) {
       const double depth = depth_of(pixel_index(i, j), current);
       if (depth <= 0) continue;
-      const dvec3 p = c.place(i, j, depth);
+      const dvec3 p = c.unproject(i, j, depth);
       if (glm::length(p - view.touch) > k_around) continue;
       const double then = depth_of(pixel_index(i, j), next);
       if (then > 0 && std::abs(then - depth) <= k_same)
-        places.push_back({p, c.place(i, j, then), weight_of(p - view.touch)});
+        places.push_back({p, c.unproject(i, j, then), weight_of(p - view.touch)});
     }
   const glm::ivec2 size = glm::max(surface.last - surface.first + 1, glm::ivec2(0));
   set.pixels = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);

@@ -35,7 +35,7 @@ class CompositeDevice final : public Device {
     pose = own;
     return true;
   }
-  std::optional<glm::dvec3> take_jump() noexcept override { return pose_->take_jump(); }
+  std::optional<glm::dvec3> fetch_jump() noexcept override { return pose_->fetch_jump(); }
   void write(const Wrench& wrench) noexcept override { pose_->write(wrench); }
   void set_view(const DeviceView& view) noexcept override { pose_->set_view(view); }
 

@@ -41,7 +41,7 @@ class Device {
   virtual bool read(double t, Pose& pose) noexcept = 0;
   /// Returns a free point (world, mm) if the tool jumped since the last call: no motion connects the pose of
   /// the last read() with the previous one, and the proxy starts again at this point in the same tick.
-  virtual std::optional<glm::dvec3> take_jump() noexcept { return std::nullopt; }
+  virtual std::optional<glm::dvec3> fetch_jump() noexcept { return std::nullopt; }
   /// Renders a wrench that is already limited. A device without torque output ignores the torque.
   virtual void write(const Wrench& wrench) noexcept = 0;
   /// Sets the view. The window's thread calls it before open() and whenever the camera has turned. Devices
@@ -113,7 +113,7 @@ class Recorder final : public Device {
   void close() noexcept override { device_->close(); }
   DeviceCapabilities capabilities() const override { return device_->capabilities(); }
   bool read(double t, Pose& pose) noexcept override;
-  std::optional<glm::dvec3> take_jump() noexcept override { return device_->take_jump(); }
+  std::optional<glm::dvec3> fetch_jump() noexcept override { return device_->fetch_jump(); }
   void write(const Wrench& wrench) noexcept override { device_->write(wrench); }
 
   /// Returns the recording. Call after the servo has stopped. Error if nothing was recorded.

@@ -66,8 +66,8 @@ bool MappedDevice::read(double t, Pose& pose) noexcept {
   return true;
 }
 
-std::optional<dvec3> MappedDevice::take_jump() noexcept {
-  const std::optional<dvec3> jump = device_->take_jump();
+std::optional<dvec3> MappedDevice::fetch_jump() noexcept {
+  const std::optional<dvec3> jump = device_->fetch_jump();
   if (!jump) return std::nullopt;
   return anchor_world_ + world_from_device_ * (map_.scale * (*jump - anchor_device_));
 }

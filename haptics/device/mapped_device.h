@@ -30,7 +30,7 @@ class MappedDevice final : public Device {
   /// and mass by s.
   DeviceCapabilities capabilities() const override;
   bool read(double t, Pose& pose) noexcept override;
-  std::optional<glm::dvec3> take_jump() noexcept override;
+  std::optional<glm::dvec3> fetch_jump() noexcept override;
   void write(const Wrench& wrench) noexcept override;
   void set_view(const DeviceView& view) noexcept override;
 

@@ -20,11 +20,11 @@ glm::dvec3 turn_between(const glm::dquat& from, const glm::dquat& to) noexcept {
   return (turn.w < 0 ? -2.0 : 2.0) * glm::dvec3(turn.x, turn.y, turn.z);
 }
 
-Pose on_grid(Pose pose) noexcept {
+Pose rounded_to_grid(Pose pose) noexcept {
   const auto snap = [](double& v, double grid) { v = std::nearbyint(v / grid) * grid + 0.0; };
-  for (int a = 0; a < 3; ++a) snap(pose.position_world[a], k_place_grid);
+  for (int a = 0; a < 3; ++a) snap(pose.position_world[a], k_position_grid);
   for (double* part : {&pose.orientation.w, &pose.orientation.x, &pose.orientation.y, &pose.orientation.z})
-    snap(*part, k_turn_grid);
+    snap(*part, k_rotation_grid);
   return pose;
 }
 

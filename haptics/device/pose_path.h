@@ -30,13 +30,13 @@ struct Pose {
 /// Rounds a pose to the grids of the servo: positions to 2^-20 mm (1 nm), quaternions to 2^-24. Both are
 /// finer than any device reports, and a recording stores the rounded values exactly in few bytes. Values that
 /// are not finite stay so.
-Pose on_grid(Pose pose) noexcept;
+Pose rounded_to_grid(Pose pose) noexcept;
 /// Returns the unit quaternion; identity if the device reports no valid rotation.
 glm::dquat unit_of(const glm::dquat& orientation) noexcept;
 /// Returns the rotation from `from` to `to` as axis times radians, for small rotations; for large ones the
 /// length is twice the sine of half the angle.
 glm::dvec3 turn_between(const glm::dquat& from, const glm::dquat& to) noexcept;
-inline constexpr double k_place_grid = 0x1p-20, k_turn_grid = 0x1p-24;
+inline constexpr double k_position_grid = 0x1p-20, k_rotation_grid = 0x1p-24;
 
 /// Poses at strictly increasing times (s), interpolated linearly; constant before the first and after the
 /// last.

@@ -61,7 +61,7 @@ const Description k_effects[] = {
      [](EffectKind& k) {
        auto& l = std::get<LineTrack>(k);
        return std::vector<Parameter>{{"start", nullptr, &l.start_world, -k_anywhere, k_anywhere},
-                                     {"ahead", nullptr, &l.ahead_world, -k_anywhere, k_anywhere},
+                                     {"ahead", nullptr, &l.direction_world, -k_anywhere, k_anywhere},
                                      {"stiffness", &l.stiffness, nullptr, 0.01, 2},
                                      {"resistance", &l.resistance, nullptr, 0, 20}};
      }},
@@ -110,7 +110,7 @@ const Description k_effects[] = {
      [](EffectKind& k) {
        auto& t = std::get<Insertion>(k);
        return std::vector<Parameter>{{"start", nullptr, &t.start_world, -k_anywhere, k_anywhere},
-                                     {"ahead", nullptr, &t.ahead_world, -k_anywhere, k_anywhere},
+                                     {"ahead", nullptr, &t.direction_world, -k_anywhere, k_anywhere},
                                      {"lateral", &t.lateral, nullptr, 0, 4},
                                      {"along", &t.along, nullptr, 0.05, 2},
                                      {"layers", nullptr, nullptr, 0, 20, &t}};
@@ -120,13 +120,13 @@ static_assert(std::size(k_effects) == std::variant_size_v<EffectKind>);
 
 /// Returns the direction of an effect, which is normalized before it acts; null if it has no direction.
 dvec3* direction_of(EffectKind& kind) {
-  if (auto* l = std::get_if<LineTrack>(&kind)) return &l->ahead_world;
+  if (auto* l = std::get_if<LineTrack>(&kind)) return &l->direction_world;
   if (auto* p = std::get_if<PlaneStop>(&kind)) return &p->normal_world;
   if (auto* v = std::get_if<Vibration>(&kind)) return &v->direction_world;
   if (auto* g = std::get_if<GravityCompensation>(&kind)) return &g->up_world;
   if (auto* t = std::get_if<Texture>(&kind)) return &t->direction_world;
   if (auto* a = std::get_if<Align>(&kind)) return &a->direction_world;
-  if (auto* i = std::get_if<Insertion>(&kind)) return &i->ahead_world;
+  if (auto* i = std::get_if<Insertion>(&kind)) return &i->direction_world;
   return nullptr;
 }
 
@@ -287,7 +287,7 @@ namespace {
 /// State of an effect between ticks. Another kind or another track resets it.
 struct EffectMemory {
   std::size_t kind;  ///< index of the kind, plus one
-  dvec3 start_world, ahead_world;
+  dvec3 start_world, direction_world;
   double track_end;  ///< mm, length of the track
   double phase;      ///< of an oscillation, in turns
   bool has_track;
@@ -300,8 +300,8 @@ struct EffectMemory {
 std::uint8_t layer_at(const Insertion& track, const LawInput& input, const dvec3& tip) noexcept {
   constexpr double k_ahead = 0.4;  // mm
   const volume::Volume& base = *input.scene.base;
-  if (input.cuts && !input.cuts->is_untouched() &&
-      input.cuts->distance(base.frame.volume_from_world(tip + k_ahead * track.ahead_world)) <= 0)
+  if (input.cuts && !input.cuts->is_uncut() &&
+      input.cuts->distance(base.frame.volume_from_world(tip + k_ahead * track.direction_world)) <= 0)
     return 0;
   for (std::size_t i = 0; i < track.layer_count; ++i) {
     const InsertionLayer& layer = track.layers[i];
@@ -325,16 +325,16 @@ dvec3 step_insertion(const Insertion& track, EffectMemory& memory, const LawInpu
                      LawForces& sum) noexcept {
   constexpr double k_step = 0.05, k_speed = 500;  // mm; mm/s, largest speed of the tip
   const dvec3 offset = input.hip_world - track.start_world;
-  const double depth = glm::dot(offset, track.ahead_world);
+  const double depth = glm::dot(offset, track.direction_world);
   memory.has_track = true;
   double remaining = k_speed * input.dt;
   while (depth > memory.track_end) {
     const std::uint8_t layer =
-        layer_at(track, input, track.start_world + memory.track_end * track.ahead_world);
+        layer_at(track, input, track.start_world + memory.track_end * track.direction_world);
     const auto item_of_layer = [&](std::uint8_t one) { return track.layers[one - 1u].item; };
     if (layer != memory.layer) {
-      if (memory.layer > 0) sum.has_lost_resistance = true, sum.lost_shape = item_of_layer(memory.layer);
-      if (layer > 0) sum.has_met_resistance = true, sum.met_shape = item_of_layer(layer);
+      if (memory.layer > 0) sum.has_lost_resistance = true, sum.exited_shape = item_of_layer(memory.layer);
+      if (layer > 0) sum.has_met_resistance = true, sum.entered_shape = item_of_layer(layer);
       memory.layer = layer;
     }
     const std::uint8_t bit = layer > 0 ? static_cast<std::uint8_t>(1u << (layer - 1u)) : std::uint8_t{0};
@@ -349,9 +349,9 @@ dvec3 step_insertion(const Insertion& track, EffectMemory& memory, const LawInpu
     remaining -= growth;
   }
   sum.has_tip = true;
-  sum.tip_world = track.start_world + std::min(depth, memory.track_end) * track.ahead_world;
+  sum.tip_world = track.start_world + std::min(depth, memory.track_end) * track.direction_world;
   const double push = track.along * std::max(0.0, depth - memory.track_end);
-  return -track.lateral * (offset - depth * track.ahead_world) - push * track.ahead_world;
+  return -track.lateral * (offset - depth * track.direction_world) - push * track.direction_world;
 }
 
 void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& input, LawForces& sum) noexcept {
@@ -359,12 +359,12 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
   const auto* track = std::get_if<LineTrack>(&effect.kind);
   const auto* insertion = std::get_if<Insertion>(&effect.kind);
   const dvec3* start = track ? &track->start_world : insertion ? &insertion->start_world : nullptr;
-  const dvec3* ahead = track ? &track->ahead_world : insertion ? &insertion->ahead_world : nullptr;
+  const dvec3* ahead = track ? &track->direction_world : insertion ? &insertion->direction_world : nullptr;
   if (memory.kind != effect.kind.index() + 1 ||
-      (start && (memory.start_world != *start || memory.ahead_world != *ahead))) {
+      (start && (memory.start_world != *start || memory.direction_world != *ahead))) {
     memory = EffectMemory{};
     memory.kind = effect.kind.index() + 1;
-    if (start) memory.start_world = *start, memory.ahead_world = *ahead;
+    if (start) memory.start_world = *start, memory.direction_world = *ahead;
   }
   const auto add_rendered = [&](const dvec3& force) {
     sum.rendered_world += limited(force, effect.max_force);
@@ -382,8 +382,8 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
     add_rendered(spring->stiffness * (spring->anchor_world - hip));
   } else if (const auto* line = std::get_if<LineTrack>(&effect.kind)) {
     const dvec3 offset = hip - line->start_world;
-    const double depth = glm::dot(offset, line->ahead_world);
-    dvec3 force = -line->stiffness * (offset - depth * line->ahead_world);
+    const double depth = glm::dot(offset, line->direction_world);
+    dvec3 force = -line->stiffness * (offset - depth * line->direction_world);
     if (!memory.has_track) memory.track_end = std::max(0.0, depth);
     memory.has_track = true;
     // The track extends when the tip presses harder than the resistance.
@@ -392,7 +392,7 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
       memory.track_end = depth - line->resistance / line->stiffness;
       push = line->resistance;
     }
-    if (push > 0) force -= push * line->ahead_world;
+    if (push > 0) force -= push * line->direction_world;
     add_rendered(force);
   } else if (const auto* plane = std::get_if<PlaneStop>(&effect.kind)) {
     const double height = glm::dot(hip - plane->point_world, plane->normal_world);

@@ -29,7 +29,7 @@ struct Spring {
 /// Straight track, as a guide: springs hold the tip laterally, and extending the track costs a force. Motion
 /// within the existing track is free. A track in matter is an Insertion.
 struct LineTrack {
-  glm::dvec3 start_world{0.0}, ahead_world{0, 0, -1};
+  glm::dvec3 start_world{0.0}, direction_world{0, 0, -1};
   double stiffness = 0.5;  ///< N/mm, lateral and at the end of the track
   double resistance = 2;   ///< N, against extending the track
   friend bool operator==(const LineTrack&, const LineTrack&) = default;
@@ -94,7 +94,7 @@ struct InsertionLayer {
 /// the track grows: motion within the track is free. Growth of the track always dissipates energy.
 struct Insertion {
   static constexpr std::size_t k_max_layers = 4;
-  glm::dvec3 start_world{0.0}, ahead_world{0, 0, -1};
+  glm::dvec3 start_world{0.0}, direction_world{0, 0, -1};
   double lateral = 2;                                 ///< N/mm, spring to the line
   double along = 1;                                   ///< N/mm, spring to the end of the track
   std::array<InsertionLayer, k_max_layers> layers{};  ///< the first that contains the tip resists

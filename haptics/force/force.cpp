@@ -49,7 +49,7 @@ dvec3 ForceModel::force(const ProxyStep& proxy, const dvec3& hip_world, const To
     force = contact_stiffness(proxy, scene) * stretch;
     if (had_contact_) force += (material.damping / dt_) * (stretch - stretch_);
     if (had_contact_ && material.viscosity > 0) {
-      const dvec3 moved = hip_world - hip_ - proxy.carried_world, &n = proxy.normal_world;
+      const dvec3 moved = hip_world - hip_ - proxy.object_motion_world, &n = proxy.normal_world;
       force -= (material.viscosity / dt_) * (moved - glm::dot(moved, n) * n);
     }
     stretch_ = stretch;

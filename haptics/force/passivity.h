@@ -42,9 +42,9 @@ class PassivityController {
   /// the device's damping, N mm; positive: created energy.
   double energy() const noexcept { return energy_; }
   /// Returns the factor of the requested forces before they are limited; below 1 only with delayed forces.
-  double softness() const noexcept { return force_scale_; }
+  double force_scale() const noexcept { return force_scale_; }
   /// Returns the number of ticks in which the force was limited.
-  long cuts() const noexcept { return cuts_; }
+  long limited_ticks() const noexcept { return cuts_; }
   /// Clears the energy balance, for a proxy that starts again.
   void reset() noexcept;
   /// Visits the state field by field, for saving.

@@ -35,9 +35,9 @@ struct LawForces {
   glm::dvec3 active_world{0.0};      ///< N, of laws that may create energy
   glm::dvec3 torque_world{0.0};      ///< N mm, of springs and dampers
   bool has_lost_resistance = false;  ///< a tip left the matter that resisted its track
-  int lost_shape = -1;               ///< the item of that matter; -1: a label
+  int exited_shape = -1;             ///< the item of that matter; -1: a label
   bool has_met_resistance = false;   ///< a tip entered matter that resists its track
-  int met_shape = -1;                ///< the item of that matter; -1: a label
+  int entered_shape = -1;            ///< the item of that matter; -1: a label
   bool has_tip = false;              ///< a law holds the tip
   glm::dvec3 tip_world{0.0};         ///< its position, which replaces that of the proxy in the record
 };

@@ -34,7 +34,7 @@ Wrench DeviceExchange::wrench() noexcept {
 
 bool DeviceExchange::read(double t, Pose& pose) noexcept {
   if (const auto report = report_.get()) last_ = *report;
-  if (last_.is_lost || last_.count == 0 || silence_.is_over(t, last_.count)) return false;
+  if (last_.is_lost || last_.count == 0 || silence_.has_expired(t, last_.count)) return false;
   pose.position_world = last_.position;
   pose.orientation = last_.orientation;
   pose.buttons = last_.buttons;

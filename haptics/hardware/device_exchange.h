@@ -47,7 +47,7 @@ class DeviceExchange {
   Request newest_;
   // The servo's thread.
   Report last_;
-  Silence silence_{0.1};
+  ReportTimeout silence_{0.1};
 };
 
 /// Base of devices with force that a thread of the driver serves. Poses are in the device frame of

@@ -39,11 +39,11 @@ class DeviceThread {
 };
 
 /// Decides by the time of the servo whether a device still sends reports.
-class Silence {
+class ReportTimeout {
  public:
-  explicit Silence(double limit_seconds) : limit_(limit_seconds) {}
+  explicit ReportTimeout(double limit_seconds) : limit_(limit_seconds) {}
   /// Returns true if no new report arrived for longer than the limit. `count`: number of reports so far.
-  bool is_over(double t, std::uint64_t count) noexcept {
+  bool has_expired(double t, std::uint64_t count) noexcept {
     if (!has_time_ || count != count_ || t < since_) since_ = t, count_ = count, has_time_ = true;
     return t - since_ > limit_;
   }

@@ -43,10 +43,10 @@ class TriangleCrossing {
   }
   /// Returns true if the motion crosses the triangle, at parameter `t`. Watertight at edges and vertices:
   /// corners are projected along the motion, identically for all their triangles, and edges are decided
-  /// exactly (after Woop, Benthin and Wald 2013; zero counts as inside). `facing` < 0: the motion goes
-  /// against the triangle's normal. Degenerate triangles are missed.
+  /// exactly (after Woop, Benthin and Wald 2013; zero counts as inside). `direction_dot_normal` < 0: the
+  /// motion goes against the triangle's normal. Degenerate triangles are missed.
   bool crosses(const glm::dvec3& v0, const glm::dvec3& v1, const glm::dvec3& v2, double& t,
-               double& facing) const noexcept {
+               double& direction_dot_normal) const noexcept {
     if (!has_length_) return false;
     const glm::dvec3 p = v0 - a_, q = v1 - a_, r = v2 - a_;
     // Most triangles of a box are before the motion or behind it.
@@ -60,13 +60,14 @@ class TriangleCrossing {
                  w = determinant(qx, py, qy, px);
     if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return false;
     const glm::dvec3 normal = glm::cross(v1 - v0, v2 - v0);
-    facing = glm::dot(d_, normal);
-    if (facing == 0) return false;
+    direction_dot_normal = glm::dot(d_, normal);
+    if (direction_dot_normal == 0) return false;
     // A motion that ends on the triangle and the next one, which begins there, must not both miss it because
     // of rounding.
     const double slack =
         8 * std::numeric_limits<double>::epsilon() * glm::dot(glm::abs(v0) + glm::abs(a_), glm::abs(normal));
-    const double at = glm::dot(p, normal) / facing, tolerance = slack / std::abs(facing);
+    const double at = glm::dot(p, normal) / direction_dot_normal,
+                 tolerance = slack / std::abs(direction_dot_normal);
     if (!(at >= -tolerance && at <= 1 + tolerance)) return false;
     t = std::clamp(at, 0.0, 1.0);
     return true;

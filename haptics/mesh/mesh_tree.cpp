@@ -184,15 +184,15 @@ bool MeshTree::cast(const dvec3& a, const dvec3& b, bool is_front, bool is_back,
   };
   for_triangles(meets, [&](std::uint32_t i) {
     const auto [p, q, r] = corners(i);
-    double t = 0, facing = 0;
+    double t = 0, direction_dot_normal = 0;
     ++visited;
-    if (!crossing.crosses(p, q, r, t, facing) || t >= nearest) return;
-    if (facing < 0 ? !is_front : !is_back) return;
+    if (!crossing.crosses(p, q, r, t, direction_dot_normal) || t >= nearest) return;
+    if (direction_dot_normal < 0 ? !is_front : !is_back) return;
     const dvec3 normal = glm::normalize(glm::cross(q - p, r - p));
     nearest = t;
     hit.t = t;
-    hit.normal_world = facing < 0 ? normal : -normal;
-    hit.side = side_of(facing >= 0);
+    hit.normal_world = direction_dot_normal < 0 ? normal : -normal;
+    hit.side = side_of(direction_dot_normal >= 0);
     hit.triangle = i;
   });
   return nearest <= 1;

@@ -13,9 +13,9 @@ struct WallFacts {
   double thinnest = 0;
   glm::dvec3 thinnest_at{0.0};
 };
-/// Measures the wall below each triangle: from its middle along the inward normal to the first wall that
-/// faces away. Requires a closed surface; triangles without such a wall are left out. `limit`: mm. Cost: a
-/// cast per triangle, on all cores.
+/// Measures the wall below each triangle: from its middle along the inward normal to the first triangle that
+/// this ray hits from behind. Requires a closed surface; triangles without such a hit are left out. `limit`:
+/// mm. Cost: a ray cast per triangle, on all cores.
 WallFacts walls_of(const MeshTree& surface, double limit);
 
 }  // namespace trephine::haptics

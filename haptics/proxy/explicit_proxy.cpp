@@ -130,7 +130,7 @@ void step_on_triangles(const TouchScene& scene, const Grid& grid, std::uint64_t 
 }  // namespace
 
 bool is_behind_triangles(const TouchScene& scene, const TouchState& touch_state, std::size_t shape,
-                         const dvec3& place) noexcept {
+                         const dvec3& position) noexcept {
   ProxyCounters counters;
   const ShapeSet no_shapes;
   const auto is_behind = [&](const auto& grid, const dvec3& p) {
@@ -141,10 +141,10 @@ bool is_behind_triangles(const TouchScene& scene, const TouchState& touch_state,
            SurfaceCaster<Grid, volume::LocalCubes>(scene, grid, no_shapes, no_shapes, counters)
                .is_behind(s, p);
   };
-  if (scene.tool->radius() <= 0) return is_behind(VoxelGrid(scene, *touch_state.version), place);
+  if (scene.tool->radius() <= 0) return is_behind(VoxelGrid(scene, *touch_state.version), position);
   const OffsetGrid grid(scene, touch_state);
   return is_behind(
-      grid, grid.frame().volume_from_world(touch_state.version->base().frame.world_from_volume(place)));
+      grid, grid.frame().volume_from_world(touch_state.version->base().frame.world_from_volume(position)));
 }
 
 Status ExplicitProxy::prepare(const TouchScene& scene) {

@@ -34,7 +34,7 @@ class ExplicitProxy : public ProxyMethod {
 /// Returns true if a point (volume frame) is behind the triangles of a shape, of the net or of marching
 /// cubes.
 bool is_behind_triangles(const TouchScene& scene, const TouchState& touch_state, std::size_t shape,
-                         const glm::dvec3& place) noexcept;
+                         const glm::dvec3& position) noexcept;
 
 /// Variant on marching cubes (Lorensen and Cline 1987).
 class ExplicitCubesProxy final : public ExplicitProxy {

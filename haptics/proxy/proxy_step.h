@@ -56,19 +56,19 @@ struct ProxyState {
   bool has_turn = false;             ///< tool_turn is set, for a tool with six degrees of freedom
   glm::dquat tool_turn{1, 0, 0, 0};  ///< rotation of the tool
   std::uint32_t balls_inside = 0;    ///< balls in a solid, one bit each; of a shell: the number of points
-  bool has_on_meshes = false;
-  glm::dvec3 on_meshes_world{0.0};  ///< the god-object on meshes of method scene-sequential
+  bool has_mesh_proxy = false;
+  glm::dvec3 mesh_proxy_world{0.0};  ///< the god-object on meshes of method scene-sequential
   Surroundings around;
 
   /// Clears all state except the surroundings.
-  void forget() noexcept {
+  void reset_except_surroundings() noexcept {
     const Surroundings kept = around;
     *this = ProxyState{};
     around = kept;
   }
   /// Clears all state except the surroundings, and sets the proxy to a point.
   void begin_at(const glm::dvec3& point_volume) noexcept {
-    forget();
+    reset_except_surroundings();
     has_proxy = true;
     proxy_volume = point_volume;
   }
@@ -143,7 +143,7 @@ struct ProxyResult {
   /// other walls left no free position: no force in this step.
   bool is_buried = false;
   /// Motion of the touched object at the contact since the last step, mm; method `scene`.
-  glm::dvec3 carried_world{0.0};
+  glm::dvec3 object_motion_world{0.0};
   /// Rotation from the hand to a tool with six degrees of freedom: axis times 2 sin(angle / 2).
   glm::dvec3 turn_world{0.0};
   int waypoint_count = 0;

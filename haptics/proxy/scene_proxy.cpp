@@ -59,8 +59,8 @@ void move_out_of(const TouchScene& scene, const SceneLayout& layout, SceneWalls&
   if (!walls.blocks(mesh, Side::front) || walls.blocks(mesh, Side::back)) return;
   const double radius = scene.tool->radius(), off = radius + 2 * tree.gap();
   if (distance_to(scene, layout, placements, mesh, proxy) > radius) return;  // outside its box: not covered
-  const Placement& place = walls.placement_of(mesh);
-  const dvec3 start = place.local_from_world(proxy);
+  const Placement& placement = walls.placement_of(mesh);
+  const dvec3 start = placement.local_from_world(proxy);
   dvec3 p = start;
   constexpr int k_max_rounds = 16;  // in a corner one facet after another
   for (int round = 0; round < k_max_rounds; ++round) {
@@ -88,7 +88,7 @@ void move_out_of(const TouchScene& scene, const SceneLayout& layout, SceneWalls&
     }
   }
   if (p == start) return;
-  const dvec3 before = place.world_from_local(p);
+  const dvec3 before = placement.world_from_local(p);
   ShapeSet inside = state.inside;
   const volume::Frame& frame = walls.frame();
   if (walls
@@ -109,12 +109,12 @@ int find_left_shape(const TouchScene& scene, const SceneLayout& layout, const To
     const depth::DepthSet* set = depth::set_in(touch_state, static_cast<int>(d));
     const int shape = layout.depths()[d];
     if (set == nullptr || !walls.blocks(shape, Side::front)) continue;
-    const Placement& place = walls.placement_of(shape);
-    const dvec3 from = place.local_from_world(start);
+    const Placement& placement = walls.placement_of(shape);
+    const dvec3 from = placement.local_from_world(start);
     bool leaves = false;
     for (int i = 1; i < path.waypoint_count; ++i) {
       const dvec3 p = base.world_from_volume(path.path_volume[static_cast<std::size_t>(i)]);
-      leaves = leaves || !set->knows(place.local_from_world(p), 0);
+      leaves = leaves || !set->is_known_around(placement.local_from_world(p), 0);
     }
     if (!leaves) continue;
     // The surface may have moved off by this tick's part of its motion.
@@ -186,7 +186,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
   // New images show a surface a little off the previous one, where that was extrapolated.
   if (!adopted.is_empty())
     move_out_of_all(adopted, around.has_placements ? around.placements : next, [&](int shape) {
-      const depth::DepthSet* set = depth::set_in(touch_state, layout_.depth_of(shape));
+      const depth::DepthSet* set = depth::set_in(touch_state, layout_.depth_index(shape));
       return set ? 2 * set->view.pixel + 2 * set->slack_before : 0.0;
     });
   const bool has_moved = state.has_proxy && around.has_placements && next != around.placements;
@@ -198,11 +198,11 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
     int blocker_count = 0;
     const SceneWalls trees(scene, layout_, touch_state, state, moving, result.counters);
     const auto tree_of = [&](int mesh) -> const MeshTree& { return trees.tree_of(mesh); };
-    const auto try_move = [&](const dvec3& place, int mesh) {
-      update_near(scene, layout_, moving, start, place, around);
+    const auto try_move = [&](const dvec3& target, int mesh) {
+      update_near(scene, layout_, moving, start, target, around);
       SceneWalls walls(scene, layout_, touch_state, state, moving, result.counters);
       ShapeSet inside = state.inside;
-      const dvec3 from = frame.volume_from_world(start), to = frame.volume_from_world(place);
+      const dvec3 from = frame.volume_from_world(start), to = frame.volume_from_world(target);
       const Reach reach = walls.reach(from, to, inside, 1e-3 * frame.spacing().x, mesh);
       if (reach.is_blocked) {
         const dvec3 out =
@@ -217,7 +217,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
         return false;
       }
       state.inside = inside;
-      start = place;
+      start = target;
       state.proxy_volume = base.volume_from_world(start);
       return true;
     };
@@ -254,7 +254,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
       const bool may_touch = blocks(scene, around.passable, shape, Side::front) ||
                              blocks(scene, around.passable, shape, Side::back);
       if (state.touched_mover == shape && may_touch) {
-        result.carried_world = along - start;
+        result.object_motion_world = along - start;
         const bool is_rough =
             has_friction(mesh.material) || (mesh.back_material && has_friction(*mesh.back_material));
         if (is_rough && try_move(along, shape)) continue;
@@ -301,7 +301,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
   }
   result.is_buried = result.is_buried || was_buried;
   const int touched = result.has_contact && item_of(scene, result.shape).mover >= 0 ? result.shape : -1;
-  if (touched != previous_item) result.carried_world = dvec3(0);
+  if (touched != previous_item) result.object_motion_world = dvec3(0);
   state.touched_mover = touched;
   return result;
 }

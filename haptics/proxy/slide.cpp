@@ -33,7 +33,7 @@ bool Slide<Walls>::begin() noexcept {
   state_.begin_at(in_volume(hip_));
   state_.inside = solids_at(hip_);
   result_.proxy_world = hip_world_;
-  add(hip_);
+  append(hip_);
   report_path();
   return false;
 }
@@ -48,7 +48,7 @@ void Slide<Walls>::plane_of(const Wall& wall, const glm::dvec3& p, Plane& plane)
   if (!(plane.steepness > 0)) return;
   const double inverse = 1 / plane.steepness;
   plane.normal = inverse * gradient;
-  plane.room = -inverse * plane.jet.value - k_gap * voxel_mm_;
+  plane.distance = -inverse * plane.jet.value - k_gap * voxel_mm_;
 }
 
 /// Finds the walls that p touches; `within` in mm. Newest first, then the frozen ones that exclude going back
@@ -72,7 +72,7 @@ void Slide<Walls>::planes_at(const glm::dvec3& p, double within, Planes& planes)
       Plane& plane = planes[count];
       plane_of(wall, p, plane);
       is_in_solid_ = is_in_solid_ || plane.jet.value >= 0;
-      if (plane.steepness > 0 && plane.room < within) ++count;
+      if (plane.steepness > 0 && plane.distance < within) ++count;
     }
   }
   if (stopping_.shape >= 0 && count < k_max_planes) {
@@ -80,7 +80,7 @@ void Slide<Walls>::planes_at(const glm::dvec3& p, double within, Planes& planes)
     for (int k = 0; k < count; ++k) is_known = is_known || planes[k].wall == stopping_;
     Plane& plane = planes[count];
     if (!is_known) plane_of(stopping_, p, plane);
-    if (!is_known && plane.steepness > 0 && plane.room < within) ++count;
+    if (!is_known && plane.steepness > 0 && plane.distance < within) ++count;
   }
   if (count == 0 || frozen_count_ == 0) return;
   const glm::dvec3 here = frame_.world_from_volume(p);
@@ -88,12 +88,13 @@ void Slide<Walls>::planes_at(const glm::dvec3& p, double within, Planes& planes)
     const FrozenPlane& old = frozen_[static_cast<std::size_t>(i)];
     const glm::dvec3& normal = planes[0].normal;
     // A corner that opens outward keeps both planes; around an edge the old one does not apply.
-    const double cosine = glm::dot(old.normal, normal), room = glm::dot(old.normal, old.point_world - here);
-    if (cosine > 0.9995 || room < 0 || glm::dot(normal, old.point_world - here) > 0) continue;
+    const double cosine = glm::dot(old.normal, normal),
+                 distance = glm::dot(old.normal, old.point_world - here);
+    if (cosine > 0.9995 || distance < 0 || glm::dot(normal, old.point_world - here) > 0) continue;
     Plane& plane = planes[count++];
     plane.is_frozen = true;
     plane.normal = old.normal;
-    plane.room = room;
+    plane.distance = distance;
     plane.steepness = 1;
   }
 }
@@ -115,7 +116,7 @@ bool Slide<Walls>::solve(const glm::dvec3& from, double limit, glm::dvec3& to, P
   const glm::dvec3 start = frame_.world_from_volume(from);
   glm::dvec3 at = start;
   to = from;
-  bool only_back = false;
+  bool is_at_limit = false;
   is_settled = false;
   double last_square = 0;
   glm::dvec3 last_step(0);
@@ -123,8 +124,8 @@ bool Slide<Walls>::solve(const glm::dvec3& from, double limit, glm::dvec3& to, P
     ++result_.counters.iterations;
     const glm::dvec3 to_hip = hip_world_ - at;
     glm::dvec3 p(0);
-    if (only_back)
-      p = step_back(planes);
+    if (is_at_limit)
+      p = step_to_walls(planes);
     else
       p = planes.count == 1 ? single_step(frame_, voxel_mm_, planes[0], to_hip)
                             : joint_step(frame_, voxel_mm_, planes, to_hip);
@@ -134,21 +135,21 @@ bool Slide<Walls>::solve(const glm::dvec3& from, double limit, glm::dvec3& to, P
       p *= 0.5;
     last_step = p;
     // A nearly flat wall may be anywhere: there is no target.
-    if (only_back && !(glm::dot(p, p) <= farthest_back())) return false;
+    if (is_at_limit && !(glm::dot(p, p) <= max_square_to_walls())) return false;
     // A stage ends on a sphere around its start; from there on only steps back to the wall are made.
     const glm::dvec3 far = at + p - start;
     const double square = glm::dot(far, far);
     if (!(square >= 0)) return false;
-    if (!only_back && square > limit * limit) {
+    if (!is_at_limit && square > limit * limit) {
       p = start + (limit / std::sqrt(square)) * far - at;
-      only_back = true;
-    } else if (is_last(glm::dot(p, p), last_square)) {
-      is_settled = !only_back;
+      is_at_limit = true;
+    } else if (has_converged(glm::dot(p, p), last_square)) {
+      is_settled = !is_at_limit;
       at += p;
       to = frame_.volume_from_world(at);
       return true;
     }
-    last_square = only_back ? 0 : glm::dot(p, p);
+    last_square = is_at_limit ? 0 : glm::dot(p, p);
     at += p;
     to = frame_.volume_from_world(at);
     if (!update_planes(planes, to, p)) return false;
@@ -162,7 +163,7 @@ bool Slide<Walls>::update_planes(Planes& planes, const glm::dvec3& at, const glm
   for (int k = 0; k < planes.count; ++k) {
     Plane& plane = planes[k];
     if (plane.is_frozen) {
-      plane.room -= glm::dot(plane.normal, p);
+      plane.distance -= glm::dot(plane.normal, p);
     } else {
       plane_of(plane.wall, at, plane);
       if (!(plane.steepness > 0)) return false;
@@ -174,9 +175,9 @@ bool Slide<Walls>::update_planes(Planes& planes, const glm::dvec3& at, const glm
 /// Returns true if both legs of a short motion along one wall are free, by the wall's gradients at its ends
 /// and a bound of its curvature.
 template <class Walls>
-bool Slide<Walls>::is_short_way_free(const Plane& first, const Plane& last, const glm::dvec3& from,
-                                     const glm::dvec3& middle, const glm::dvec3& to,
-                                     const volume::QuadraticPatch::HessianBound& bound) noexcept {
+bool Slide<Walls>::is_short_motion_free(const Plane& first, const Plane& last, const glm::dvec3& from,
+                                        const glm::dvec3& middle, const glm::dvec3& to,
+                                        const volume::QuadraticPatch::HessianBound& bound) noexcept {
   const glm::dvec3 up = middle - from, down = middle - to;
   const volume::ValueAndGradient end = walls_.value_and_gradient(last.wall, to);
   const double c = first.jet.value + rounding_of(first.jet, bound), d = end.value + rounding_of(end, bound);
@@ -206,7 +207,7 @@ bool Slide<Walls>::advance(const glm::dvec3& from, const glm::dvec3& to, const P
         0.0, 0.5 * std::max(glm::dot(first[k].jet.gradient, along), -glm::dot(last[k].jet.gradient, along)));
     lift = std::max(lift, (curved + slope) / std::min(first[k].steepness, last[k].steepness));
   }
-  if (is_creased(first)) away_from_all(first, out);
+  if (is_creased(first)) turn_away_from_walls(first, out);
   const double size = glm::length(out);
   if (!(size > 1e-6)) return false;
   // Between several walls the outward direction is oblique to each of them.
@@ -217,9 +218,9 @@ bool Slide<Walls>::advance(const glm::dvec3& from, const glm::dvec3& to, const P
   const glm::dvec3 middle = from + 0.5 * along + frame_.vector_volume_from_world(lift / size * out);
   if (count == 1 && is_whole && walls_.is_only_wall(first[0].wall)) {
     walls_.widen(first[0].wall, span, middle, bound, is_whole);
-    if (is_whole && is_short_way_free(first[0], last[0], from, middle, to, bound)) {
-      add(middle);
-      add(to);
+    if (is_whole && is_short_motion_free(first[0], last[0], from, middle, to, bound)) {
+      append(middle);
+      append(to);
       at = to;
       return true;
     }
@@ -230,12 +231,12 @@ bool Slide<Walls>::advance(const glm::dvec3& from, const glm::dvec3& to, const P
     at = from + up.t * (middle - from);
     if (up.t > 0) {
       inside_ = inside;
-      add(at);
+      append(at);
     }
     climb_step(up.wall, first, at);
     return false;
   }
-  add(middle);
+  append(middle);
   inside_ = inside;
   at = middle;
   const Reach down = walls_.reach(middle, to, inside, landing());
@@ -243,21 +244,21 @@ bool Slide<Walls>::advance(const glm::dvec3& from, const glm::dvec3& to, const P
     at = middle + down.t * (to - middle);
     if (down.t > 0) {
       inside_ = inside;
-      add(at);
+      append(at);
     }
     climb_step(down.wall, first, at);
     return false;
   }
   inside_ = inside;
   at = to;
-  add(to);
+  append(to);
   return true;
 }
 
 /// Returns the free share of the motion from `at` to the HIP, less the possible rounding of it on a very long
 /// motion: the end must be free.
 template <class Walls>
-double Slide<Walls>::backed_off(double t, const glm::dvec3& at) const noexcept {
+double Slide<Walls>::share_less_rounding(double t, const glm::dvec3& at) const noexcept {
   constexpr double k_long = 1000, k_rounding = 4e-12;  // voxels; share of the motion
   const glm::dvec3 offset = hip_ - at;
   return glm::dot(offset, offset) > k_long * k_long ? t - k_rounding : t;
@@ -267,8 +268,8 @@ template <class Walls>
 void Slide<Walls>::run() noexcept {
   if (!begin()) return;
   glm::dvec3 at = start_;
-  add(at);
-  add_waypoint(at);
+  append(at);
+  record_if_nearest(at);
   Planes &planes = planes_, &moved = moved_planes_;
   double longest_creased = 1e300;  // mm
   for (int stage = 0; stage < k_max_stages && result_.waypoint_count + 4 <= k_max_waypoints; ++stage) {
@@ -278,18 +279,18 @@ void Slide<Walls>::run() noexcept {
     bool is_facing = false;
     for (int k = 0; k < planes.count; ++k)
       if (const Plane& p = planes[k]; !p.is_frozen)
-        is_facing = is_facing || glm::dot(p.normal, to_hip) > std::max(p.room, 0.0);
+        is_facing = is_facing || glm::dot(p.normal, to_hip) > std::max(p.distance, 0.0);
     if (!is_facing) {
       const Reach straight = walls_.reach(at, hip_, inside_, landing());
       if (!straight.is_blocked) {
-        add(hip_);
-        add_waypoint(hip_);
+        append(hip_);
+        record_if_nearest(hip_);
         break;
       }
-      if (const double t = backed_off(straight.t, at); t > 0) {
+      if (const double t = share_less_rounding(straight.t, at); t > 0) {
         at += t * (hip_ - at);
-        add(at);
-        add_waypoint(at);
+        append(at);
+        record_if_nearest(at);
         if (result_.shape < 0) landing_ = result_.waypoint_count - 1;
       }
       climb_step(straight.wall, planes, at);
@@ -352,7 +353,7 @@ void Slide<Walls>::run() noexcept {
     const glm::dvec3 before = at;
     const Wall last_stopping = std::exchange(stopping_, {});
     const bool has_arrived = advance(before, to, planes, moved, at);
-    add_waypoint(at);
+    record_if_nearest(at);
     if (has_arrived) set_touched(moved[0]);
     if (is_friction_applied_) {
       // Friction set the end; a wall that stopped the motion earlier is for the next step, but for a step of

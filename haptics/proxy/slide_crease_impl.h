@@ -9,7 +9,7 @@ namespace {
 /// Turns a direction away from all walls: where several sheets have one flank, the mean of the normals may
 /// lead into another.
 template <class Walls>
-void Slide<Walls>::away_from_all(const Planes& planes, glm::dvec3& out) noexcept {
+void Slide<Walls>::turn_away_from_walls(const Planes& planes, glm::dvec3& out) noexcept {
   if (planes.count < 3) return;
   std::array<glm::dvec3, k_max_planes> normals;
   for (int k = 0; k < planes.count; ++k) normals[static_cast<std::size_t>(k)] = planes[k].normal;
@@ -40,10 +40,10 @@ void Slide<Walls>::climb_step(const Wall& wall, const Planes& planes, glm::dvec3
     if (above == p) break;
     const Reach reach = walls_.reach(p, above, inside_, landing());
     p += reach.t * (above - p);
-    add(p);
+    append(p);
     if (!reach.is_blocked) {
       at = p;
-      add_waypoint(at);
+      record_if_nearest(at);
       return;
     }
     if (!reach.wall.is_step) break;
@@ -65,7 +65,7 @@ void Slide<Walls>::climb_to(const glm::dvec3& to, glm::dvec3& at) noexcept {
     if (planes_.count == 0 || !update_planes(moved_planes_, to_world, to_world - from_world)) return;
     stopping_ = {};
     const bool has_arrived = advance(from, to, planes_, moved_planes_, at);
-    add_waypoint(at);
+    record_if_nearest(at);
     if (has_arrived) set_touched(moved_planes_[0]);
     if (has_arrived || at == from || !stopping_.is_step) return;
   }

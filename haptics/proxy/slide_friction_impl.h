@@ -55,7 +55,7 @@ FrictionLoad Slide<Walls>::load_at(const glm::dvec3& p_world, const Planes& plan
   HoldingWalls holding;
   for (int k = 0; k < planes.count; ++k) {
     const Plane& plane = planes[k];
-    if (plane.is_frozen || plane.room > k_touch * voxel_mm_) continue;
+    if (plane.is_frozen || plane.distance > k_touch * voxel_mm_) continue;
     const Material& material = material_of(scene_, plane.wall.shape, side_of(plane.wall.is_back));
     const double coefficient = is_static ? material.static_friction : material.dynamic_friction;
     if (!add_flanks(p_world, plane, coefficient, holding)) holding.add(plane.normal, coefficient);
@@ -73,8 +73,8 @@ bool Slide<Walls>::slide_by(const glm::dvec3& from_world, const glm::dvec3& slid
     at += p;
     to = frame_.volume_from_world(at);
     if (!update_planes(planes, to, p)) return false;
-    p = step_back(planes);
-    if (!(glm::dot(p, p) <= farthest_back())) return false;
+    p = step_to_walls(planes);
+    if (!(glm::dot(p, p) <= max_square_to_walls())) return false;
     if (glm::dot(p, p) < k_settled * k_settled * voxel_mm_ * voxel_mm_) break;
   }
   to = frame_.volume_from_world(at + p);

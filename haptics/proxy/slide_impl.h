@@ -75,12 +75,12 @@ class Slide {
       p = i == 0 && p == start_ ? start_volume_ : in_volume(p);
     }
   }
-  void add(const glm::dvec3& p) noexcept {
+  void append(const glm::dvec3& p) noexcept {
     if (result_.waypoint_count < k_max_waypoints)
       result_.path_volume[static_cast<std::size_t>(result_.waypoint_count++)] = p;
   }
   /// Records the waypoint and the solids around it if it is the nearest so far.
-  void add_waypoint(const glm::dvec3& p) noexcept {
+  void record_if_nearest(const glm::dvec3& p) noexcept {
     const double e = energy(p);
     if (e < best_energy_) {
       best_energy_ = e;
@@ -103,8 +103,9 @@ class Slide {
     result_.side = side_of(plane.wall.is_back);
     result_.normal_world = -plane.normal;
   }
-  /// Returns true on convergence: Newton's steps square their error, so that p after q leaves about p^3/q^2.
-  bool is_last(double square, double square_before) const noexcept {
+  /// Returns true if Newton's method has converged. Convergence is quadratic: after steps of lengths q and p
+  /// the remaining error is about p^3 / q^2. The arguments are p^2 and q^2.
+  bool has_converged(double square, double square_before) const noexcept {
     const double unit = voxel_mm_ * voxel_mm_;
     if (square < k_settled * k_settled * unit) return true;
     return square < k_short_step * k_short_step * unit &&
@@ -120,7 +121,7 @@ class Slide {
   bool begin() noexcept;
   void planes_at(const glm::dvec3& p, double within, Planes& planes) noexcept;
   void plane_of(const Wall& wall, const glm::dvec3& p, Plane& plane) noexcept;
-  double farthest_back() const noexcept { return 16 * k_stage * k_stage * voxel_mm_ * voxel_mm_; }
+  double max_square_to_walls() const noexcept { return 16 * k_stage * k_stage * voxel_mm_ * voxel_mm_; }
   bool update_planes(Planes& planes, const glm::dvec3& at, const glm::dvec3& p) noexcept;
   bool add_flanks(const glm::dvec3& p_world, const Plane& plane, double coefficient,
                   HoldingWalls& holding) noexcept;
@@ -134,12 +135,12 @@ class Slide {
   bool solve(const glm::dvec3& from, double limit, glm::dvec3& to, Planes& planes, bool& is_settled) noexcept;
   bool advance(const glm::dvec3& from, const glm::dvec3& to, const Planes& first, const Planes& last,
                glm::dvec3& at) noexcept;
-  bool is_short_way_free(const Plane& first, const Plane& last, const glm::dvec3& from,
-                         const glm::dvec3& middle, const glm::dvec3& to,
-                         const volume::QuadraticPatch::HessianBound& bound) noexcept;
-  double backed_off(double t, const glm::dvec3& at) const noexcept;
+  bool is_short_motion_free(const Plane& first, const Plane& last, const glm::dvec3& from,
+                            const glm::dvec3& middle, const glm::dvec3& to,
+                            const volume::QuadraticPatch::HessianBound& bound) noexcept;
+  double share_less_rounding(double t, const glm::dvec3& at) const noexcept;
   void freeze(const glm::dvec3& p, const Plane& plane) noexcept;
-  void away_from_all(const Planes& planes, glm::dvec3& out) noexcept;
+  void turn_away_from_walls(const Planes& planes, glm::dvec3& out) noexcept;
   void climb_step(const Wall& wall, const Planes& planes, glm::dvec3& at) noexcept;
   void climb_to(const glm::dvec3& to, glm::dvec3& at) noexcept;
   void finish() noexcept;

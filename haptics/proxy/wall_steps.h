@@ -11,12 +11,12 @@ namespace trephine::haptics {
 inline constexpr int k_max_planes = 4;        ///< walls at a point; at most three of them are active at once
 inline constexpr double k_short_step = 0.02;  ///< voxels: shorter steps follow a wall to second order
 
-/// A wall linearized at a point, in mm: a displacement p must satisfy normal . p <= room.
+/// A wall linearized at a point, in mm: a displacement p must satisfy normal . p <= distance.
 struct Plane {
   Wall wall;
   bool is_frozen;     ///< a tangent plane met earlier in this step, without curvature
   glm::dvec3 normal;  ///< unit, world, into the solid
-  double room;        ///< mm to the point just before the wall; negative beyond it
+  double distance;    ///< mm to the point just before the wall; negative beyond it
   double steepness;   ///< of the function, per mm
   volume::Jet jet;
 };
@@ -45,7 +45,7 @@ glm::dvec3 single_step(const volume::Frame& frame, double voxel_mm, const Plane&
 /// and has no negative multiplier.
 glm::dvec3 joint_step(const volume::Frame& frame, double voxel_mm, const Planes& planes,
                       const glm::dvec3& to_hip) noexcept;
-/// Returns the step to the walls, without sliding.
-glm::dvec3 step_back(const Planes& planes) noexcept;
+/// Returns the step onto the walls along their normals, without motion along the walls.
+glm::dvec3 step_to_walls(const Planes& planes) noexcept;
 
 }  // namespace trephine::haptics

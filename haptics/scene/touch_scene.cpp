@@ -65,7 +65,7 @@ TouchItem depth_item(std::string name, std::shared_ptr<const depth::DepthSource>
   return item;
 }
 
-double stiffness_at(const TouchScene& scene, int index, Side side, const glm::dvec3& place,
+double stiffness_at(const TouchScene& scene, int index, Side side, const glm::dvec3& position,
                     const glm::dvec3& normal) noexcept {
   const TouchItem& item = item_of(scene, index);
   const double stiffness = material_of(scene, index, side).stiffness;
@@ -75,7 +75,7 @@ double stiffness_at(const TouchScene& scene, int index, Side side, const glm::dv
   const glm::dvec3& spacing = base.frame.spacing();
   const double voxel = std::min(std::min(spacing.x, spacing.y), spacing.z);
   const glm::dvec3 p = base.frame.volume_from_world(
-      side == Side::back ? place + voxel * normal : place - (scene.tool->radius() + voxel) * normal);
+      side == Side::back ? position + voxel * normal : position - (scene.tool->radius() + voxel) * normal);
   const glm::ivec3 cell(static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)),
                         static_cast<int>(std::floor(p.z)));
   const glm::dvec3 u = p - glm::dvec3(cell);

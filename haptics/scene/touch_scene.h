@@ -112,7 +112,7 @@ struct TouchItem {
   volume::Matter matter = volume::Matter::titanium;
 
   /// First ServoHand::layout that contains the item; in that layout it may overlap a proxy.
-  std::uint64_t since = 0;
+  std::uint64_t first_layout = 0;
 
   /// Set for a mesh that is touched by depth images, which are drawn while a hand is near: the touched
   /// triangles are in TouchState, and `tree` is its surface at the start. Requires a mover if the object

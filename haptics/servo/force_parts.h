@@ -1,4 +1,4 @@
-// ForceParts: the force of one tick as the sum of its parts, for people who ask why they feel it.
+// ForceParts: the force of one tick as the sum of its parts, to explain a perceived force.
 #pragma once
 
 #include <string>

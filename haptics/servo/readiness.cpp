@@ -42,17 +42,18 @@ void find_depths_ready(const ServoHand& hand, const ReadinessQuery& query, doubl
     const TouchItem& item = item_of(*hand.scene, s);
     if (!item.depth) continue;
     const depth::DepthSet* set = depth::set_in(hand.state, d++);
-    Placement place = item.placement;
+    Placement placement = item.placement;
     if (item.mover >= 0 && static_cast<std::size_t>(item.mover) < hand.placement_count)
-      place = hand.placements[static_cast<std::size_t>(item.mover)];
+      placement = hand.placements[static_cast<std::size_t>(item.mover)];
     // The bounds over all time do not move with the extrapolation.
-    const dvec3 hip_at_rest = place.local_from_world(query.hip_world),
-                proxy_at_rest = place.local_from_world(query.proxy_world);
-    if (set) place = place * set->displacement_at(query.time);
-    const dvec3 hip = place.local_from_world(query.hip_world),
-                proxy = place.local_from_world(query.proxy_world);
+    const dvec3 hip_at_rest = placement.local_from_world(query.hip_world),
+                proxy_at_rest = placement.local_from_world(query.proxy_world);
+    if (set) placement = placement * set->displacement_at(query.time);
+    const dvec3 hip = placement.local_from_world(query.hip_world),
+                proxy = placement.local_from_world(query.proxy_world);
     const double late = set && set->has_successor ? query.time - set->view.time - set->view.interval : 0;
-    const bool is_known = set && set->knows(hip, farthest) && set->knows(proxy, farthest) &&
+    const bool is_known = set && set->is_known_around(hip, farthest) &&
+                          set->is_known_around(proxy, farthest) &&
                           late < depth::k_extrapolation_time + depth::k_fading;
     dvec3 low, high;
     item.depth->bounds(low, high);

@@ -68,7 +68,7 @@ void add_event(ServoRecord& record, TouchEvent::Kind kind, int shape) noexcept {
 
 void ServoCore::update_passable_items(const ServoHand& hand) noexcept {
   ShapeSet& passable = state_.around.passable;
-  passable = hand.untouchable | hand.let_through | not_ready_;
+  passable = hand.untouchable | hand.passable_items | not_ready_;
   if (popped_shape_ >= 0) passable.set(popped_shape_, true);
 }
 
@@ -76,7 +76,7 @@ void ServoCore::update_passable_items(const ServoHand& hand) noexcept {
 void ServoCore::adopt(const ServoHand& hand) noexcept {
   const int count = item_count(*hand.scene);
   for (int s = 0; s < count; ++s)
-    if (const TouchItem& item = item_of(*hand.scene, s); item.is_mesh() && item.since > layout_)
+    if (const TouchItem& item = item_of(*hand.scene, s); item.is_mesh() && item.first_layout > layout_)
       state_.around.new_models.set(s, true);
   for (ShapeSet* items : {&state_.around.new_models, &state_.around.passable, &not_ready_})
     for (int s = items->next(count); s < ShapeSet::k_max; s = items->next(s + 1)) items->set(s, false);
@@ -97,7 +97,7 @@ void ServoCore::adopt(const ServoHand& hand) noexcept {
   state_.around.near_radius = 0;
   state_.around.has_placements = false;
   state_.plane = PlaneMemory{};
-  state_.has_on_meshes = false;
+  state_.has_mesh_proxy = false;
 }
 
 /// Lets the tool through a surface pressed harder than its pop force, and rearms the surface when the tool
@@ -145,8 +145,8 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
   if (input.is_reset) reset();
   if (input.is_restarted) {
     // Invalid positions can only come from a file.
-    const dvec3 place = scene.base->frame.world_from_volume(input.restart_volume);
-    if (is_valid_position(place) && is_in_reach(scene, place)) restart_at(input.restart_volume);
+    const dvec3 position = scene.base->frame.world_from_volume(input.restart_volume);
+    if (is_valid_position(position) && is_in_reach(scene, position)) restart_at(input.restart_volume);
   }
   ServoRecord record;
   record.tick = tick_++;
@@ -207,8 +207,8 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
       requested_.force_world += forces.rendered_world;
       requested_.torque_world += forces.torque_world;
       active_force_ = forces.active_world;
-      if (forces.has_lost_resistance) add_event(record, TouchEvent::lost_resistance, forces.lost_shape);
-      if (forces.has_met_resistance) add_event(record, TouchEvent::met_resistance, forces.met_shape);
+      if (forces.has_lost_resistance) add_event(record, TouchEvent::lost_resistance, forces.exited_shape);
+      if (forces.has_met_resistance) add_event(record, TouchEvent::met_resistance, forces.entered_shape);
       if (forces.has_tip) held_tip = forces.tip_world;
     } else if (!laws_.is_empty()) {
       laws_.reset();
@@ -269,8 +269,8 @@ ProxyStep ServoCore::step_with_held(const ServoHand& hand, const ServoInput& inp
   std::array<Placement, TouchScene::k_max_movers> placements = hand.placements;
   for (std::size_t i = 0; i < hand.held_count; ++i) {
     const ServoHand::Held& held = hand.held[i];
-    if (input.places && (*input.places)[held.by])
-      placements[static_cast<std::size_t>(held.mover)] = *(*input.places)[held.by] * held.grip;
+    if (input.hand_placements && (*input.hand_placements)[held.hand])
+      placements[static_cast<std::size_t>(held.mover)] = *(*input.hand_placements)[held.hand] * held.grip;
   }
   return hand.method->step(*hand.scene, hand.state, state_,
                            {input.pose.position_world, std::span(placements.data(), hand.placement_count),
@@ -284,12 +284,12 @@ void ServoCore::remember_pose(const ServoScene& servo_scene, const ServoRecord& 
     has_recent_poses_ = false;
   } else if ((record.raised & fault_not_finite) == 0) {
     recent_poses_[1] = recent_poses_[0];
-    recent_poses_[0] = {place_of(record.pose), record.tick, true};
+    recent_poses_[0] = {placement_of(record.pose), record.tick, true};
     has_recent_poses_ = true;
   }
 }
 
-Placement place_of(const Pose& pose) noexcept { return {pose.position_world, unit_of(pose.orientation)}; }
+Placement placement_of(const Pose& pose) noexcept { return {pose.position_world, unit_of(pose.orientation)}; }
 
 std::optional<Placement> ServoCore::pose_before(std::uint64_t tick) const noexcept {
   for (const RecentPose& recent : recent_poses_)
@@ -339,7 +339,7 @@ Wrench ServoCore::skip(std::uint32_t faults, std::uint64_t count) noexcept {
 /// without force.
 void ServoCore::release_proxy() noexcept {
   is_escaping_ = false;
-  state_.forget();
+  state_.reset_except_surroundings();
   force_.reset();
 }
 
@@ -379,7 +379,7 @@ void ServoCore::escape(const ServoHand& hand, const dvec3& hip_world) noexcept {
   step_.shape = touched_item_;
   step_.is_buried = false;
   step_.side = Side::front;
-  step_.carried_world = step_.turn_world = dvec3(0);
+  step_.object_motion_world = step_.turn_world = dvec3(0);
   step_.waypoint_count = 0;
   step_.contacts.clear();
 }
@@ -426,7 +426,7 @@ void ServoCore::restart_at(const dvec3& free_point_volume) noexcept {
 }
 
 void ServoCore::reset() noexcept {
-  state_.forget();
+  state_.reset_except_surroundings();
   is_escaping_ = false;
   force_cap_ = force_limit_;
   force_.reset();

@@ -14,7 +14,7 @@
 namespace trephine::haptics {
 
 /// Returns the frame of a hand, in which the meshes that it holds are fixed.
-Placement place_of(const Pose& pose) noexcept;
+Placement placement_of(const Pose& pose) noexcept;
 /// Placement of each hand in the previous tick, if known.
 using HandPlacements = std::array<std::optional<Placement>, ServoScene::k_max_hands>;
 
@@ -24,8 +24,8 @@ struct ServoInput {
   std::uint32_t faults = 0;  ///< raised outside the core; latched ones stay until a reset
   bool is_reset = false;     ///< clears all state first
   bool is_restarted = false;
-  glm::dvec3 restart_volume{0.0};          ///< if is_restarted: free point at which the proxy starts again
-  const HandPlacements* places = nullptr;  ///< of all hands, for held meshes; null: unknown
+  glm::dvec3 restart_volume{0.0};  ///< if is_restarted: free point at which the proxy starts again
+  const HandPlacements* hand_placements = nullptr;  ///< of all hands, for held meshes; null: unknown
 };
 
 /// Escape of a buried proxy: some tenths of a second for the length of a burr hole, with less force than a

@@ -153,7 +153,7 @@ void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
     dropped_.fetch_add(1, std::memory_order_relaxed);
     for (Hand& hand : hands_) {
       hand.faults |= faults | fault_full_ring;
-      if (hand.device->read(t, hand.pose)) hand.pose = on_grid(hand.pose);
+      if (hand.device->read(t, hand.pose)) hand.pose = rounded_to_grid(hand.pose);
       hand.device->write(hand.core.skip(hand.faults));
       all_faults |= hand.faults;
     }
@@ -167,22 +167,22 @@ void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
   const bool is_lagging =
       waiting > options_.lag_seconds * options_.rate_hz * static_cast<double>(hands_.size()) ||
       waiting > 0.5 * static_cast<double>(ring_.capacity());
-  HandPlacements places;
+  HandPlacements hand_placements;
   for (std::size_t h = 0; servo_scene->has_held && h < hands_.size(); ++h)
-    places[h] = hands_[h].core.pose_before(hands_[h].core.next_tick());
+    hand_placements[h] = hands_[h].core.pose_before(hands_[h].core.next_tick());
   for (Hand& hand : hands_) {
     ServoInput input;
-    input.places = &places;
+    input.hand_placements = &hand_placements;
     if (is_reset) hand.faults = 0;
     input.is_reset = is_reset;
     while (hand.restarts.pop(input.restart_volume)) input.is_restarted = true;
     hand.faults |= faults;
     if (is_lagging) hand.faults |= fault_stale_scene;
     if (hand.device->read(t, hand.pose))
-      hand.pose = on_grid(hand.pose);
+      hand.pose = rounded_to_grid(hand.pose);
     else
       hand.faults |= fault_lost_device;
-    if (const std::optional<dvec3> free = hand.device->take_jump()) {
+    if (const std::optional<dvec3> free = hand.device->fetch_jump()) {
       input.is_restarted = true;
       input.restart_volume = servo_scene->hands[0].scene->base->frame.volume_from_world(*free);
     }

@@ -20,8 +20,8 @@ struct ServoOptions {
   ForceOptions force;
   double watchdog_seconds = 0.1;  ///< a later tick fades the force
   double lag_seconds = 0.5;       ///< a longer lag of the edits makes the scene stale: the force fades
-  /// Number of records that may wait for the edits; 0: twice as many as arise in `lag_seconds`, at least
-  /// 4096. A ring that is half full makes the scene stale.
+  /// Number of records that may wait for the edits; 0: twice as many as arise in `lag_seconds`, but
+  /// 4096 to 2^20. A ring that is half full makes the scene stale.
   std::size_t ring_capacity = 0;
   bool wants_realtime = true;  ///< SCHED_FIFO and locked memory, if permitted
 };

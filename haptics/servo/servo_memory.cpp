@@ -34,12 +34,12 @@ void fields_of(Surroundings& s, Fields& fields) {
 template <class Fields>
 void fields_of(ProxyState& s, Fields& fields) {
   fields(s.has_proxy, s.proxy_volume, s.inside, s.had_contact, s.is_sticking, s.touched_mover, s.version,
-         s.plane, s.has_turn, s.tool_turn, s.balls_inside, s.has_on_meshes, s.on_meshes_world, s.around);
+         s.plane, s.has_turn, s.tool_turn, s.balls_inside, s.has_mesh_proxy, s.mesh_proxy_world, s.around);
 }
 /// Leaves out path, contacts and counters, which belong to one tick only.
 template <class Fields>
 void fields_of(ProxyStep& s, Fields& fields) {
-  fields(s.proxy_world, s.normal_world, s.has_contact, s.shape, s.side, s.is_buried, s.carried_world,
+  fields(s.proxy_world, s.normal_world, s.has_contact, s.shape, s.side, s.is_buried, s.object_motion_world,
          s.turn_world);
 }
 template <class Fields>
@@ -192,7 +192,7 @@ bool ServoMemory::load(std::string_view bytes, const ServoHand& hand, ServoCore&
   for (int s = state.inside.next(0); is_good && s < ShapeSet::k_max; s = state.inside.next(s + 1))
     is_good = !item_of(scene, s).is_mesh();
   const auto is_share = [](double share) { return share >= 0 && share <= 1; };
-  is_good = is_good && is_share(result.guard_.fade()) && is_share(result.passivity_.softness());
+  is_good = is_good && is_share(result.guard_.fade()) && is_share(result.passivity_.force_scale());
   // A device would render a wrench beyond the limits at once.
   for (const Wrench& wrench : {result.guard_.last(), result.last_})
     is_good = is_good && glm::length(wrench.force_world) <= 1.001 * result.force_limit_ &&

@@ -58,8 +58,8 @@ void ServoHand::set_placement(int mover, const Placement& placement) noexcept {
   placement_count = std::max(placement_count, m + 1);
 }
 
-void ServoHand::set_held(int mover, std::uint8_t by, const Placement& grip) noexcept {
-  held[held_count++] = {mover, by, grip};
+void ServoHand::set_held(int mover, std::uint8_t hand, const Placement& grip) noexcept {
+  held[held_count++] = {mover, hand, grip};
 }
 
 ServoScene scene_for_one(const TouchScene& scene, const ProxyMethod& method,

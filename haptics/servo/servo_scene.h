@@ -56,7 +56,7 @@ struct ServoHand {
     volume::VoxelBox voxels;
   };
   ShapeSet untouchable, not_ready;
-  ShapeSet let_through;  ///< items that do not block the hand's instrument now
+  ShapeSet passable_items;  ///< items that do not block the hand's instrument now
   std::array<Part, k_max_parts> parts;
   std::size_t part_count = 0;
   std::array<Placement, TouchScene::k_max_movers> placements;
@@ -65,10 +65,10 @@ struct ServoHand {
   /// placement while that pose is unknown.
   struct Held {
     int mover;
-    std::uint8_t by;  ///< index of the hand
-    Placement grip;   ///< placement of the mesh in the frame of the hand
+    std::uint8_t hand;  ///< index of the hand
+    Placement grip;     ///< placement of the mesh in the frame of the hand
   };
-  void set_held(int mover, std::uint8_t by, const Placement& grip) noexcept;
+  void set_held(int mover, std::uint8_t hand, const Placement& grip) noexcept;
   void release_held() noexcept { held_count = 0; }
   std::array<Held, TouchScene::k_max_movers> held;
   std::size_t held_count = 0;

@@ -94,8 +94,8 @@ class ToolShape {
   }
 
  private:
-  // mm2: a hand turns a tool as if it held it 20 mm to either side. Coupled by its balls alone, a
-  // craniotome's bit tilts under the bone until it is caught in its burr hole.
+  // mm2: the rotational stiffness of the hand is that of springs 20 mm to either side of the HIP. With the
+  // springs of its balls alone, a craniotome's bit tilts under the bone until it is caught in its burr hole.
   static constexpr double k_least_gyration_square = 400;
 
   Kind kind_ = Kind::point;

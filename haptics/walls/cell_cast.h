@@ -42,9 +42,10 @@ bool cast_on_cells(const Surface& surface, const volume::Frame& frame, const glm
     surface.triangles_of_cell(cell, [&](const glm::vec3& i, const glm::vec3& j, const glm::vec3& k) {
       ++counters.triangles;
       const dvec3 p(i), q(j), r(k);
-      double t = 0, facing = 0;
-      if (!crossing.crosses(p, q, r, t, facing) || ((is_hit || is_nearer) && t >= hit.t)) return;
-      const bool is_from_free = facing < 0;
+      double t = 0, direction_dot_normal = 0;
+      if (!crossing.crosses(p, q, r, t, direction_dot_normal) || ((is_hit || is_nearer) && t >= hit.t))
+        return;
+      const bool is_from_free = direction_dot_normal < 0;
       if (is_from_free ? !is_front : !is_back) return;
       // A covector: the same for lattices of either handedness.
       const dvec3 normal = glm::normalize(frame.gradient_world_from_volume(glm::cross(q - p, r - p)));
@@ -69,9 +70,9 @@ bool is_behind_cells(const Surface& surface, const glm::dvec3& p) noexcept {
   const TriangleCrossing crossing(p, motion);
   double nearest = 2, nearest_facing = 0;
   surface.triangles_of_cell(cell, [&](const glm::vec3& i, const glm::vec3& j, const glm::vec3& k) {
-    double t = 0, facing = 0;
-    if (crossing.crosses(dvec3(i), dvec3(j), dvec3(k), t, facing) && t < nearest)
-      nearest = t, nearest_facing = facing;
+    double t = 0, direction_dot_normal = 0;
+    if (crossing.crosses(dvec3(i), dvec3(j), dvec3(k), t, direction_dot_normal) && t < nearest)
+      nearest = t, nearest_facing = direction_dot_normal;
   });
   return nearest <= 1 && nearest_facing > 0;
 }

@@ -152,7 +152,7 @@ std::array<Placement, TouchScene::k_max_movers> SceneLayout::placements_of(
   for (std::size_t m = 0; m < placements.size(); ++m)
     if (const int shape = movers_[m]; shape >= 0) {
       placements[m] = given_placement(item_of(scene, shape), input);
-      if (const int d = depth_of(shape); d >= 0)
+      if (const int d = depth_index(shape); d >= 0)
         if (const depth::DepthSet* set = depth::set_in(touch_state, d))
           placements[m] = placements[m] * set->displacement_at(input.time);
     }
@@ -259,7 +259,7 @@ SmoothWalls& SceneWalls::walls_of(int i) noexcept {
 }
 
 const MeshTree& SceneWalls::tree_of(int mesh) const noexcept {
-  const int d = layout_.depth_of(mesh);
+  const int d = layout_.depth_index(mesh);
   if (d < 0) return *item_of(scene_, mesh).tree;
   const depth::DepthSet* set = depth::set_in(touch_state_, d);
   static const MeshTree k_nothing;

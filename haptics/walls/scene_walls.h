@@ -49,7 +49,7 @@ class SceneLayout {
   /// Returns the placement that was set for a mesh, without its own motion.
   static const Placement& given_placement(const TouchItem& mesh, const ProxyInput& input) noexcept;
   /// Returns the index of an item among those touched by depth images; -1: not touched by images.
-  int depth_of(int shape) const noexcept { return depth_of_[static_cast<std::size_t>(shape)]; }
+  int depth_index(int shape) const noexcept { return depth_of_[static_cast<std::size_t>(shape)]; }
   /// Returns the items touched by depth images.
   const std::vector<int>& depths() const noexcept { return depths_; }
   const Box& box(int shape) const noexcept { return boxes_[static_cast<std::size_t>(shape)]; }
@@ -91,7 +91,7 @@ class SceneWalls {
   Reach reach(const glm::dvec3& a, const glm::dvec3& b, ShapeSet& inside, double tolerance, int skipped = -1,
               double latest = 1) noexcept;
   /// Returns true if there is no matter of the shape, and no facet, within `mm` of p. Conservative: false
-  /// near matter does not mean that there is some. For tools without a radius.
+  /// does not mean that there is matter. For tools without a radius.
   bool is_free_within(int shape, const glm::dvec3& p, double mm) noexcept;
   /// As reach(), for one mesh alone.
   Reach reach_model(int mesh, const glm::dvec3& a, const glm::dvec3& b, double tolerance,

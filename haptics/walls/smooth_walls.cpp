@@ -109,7 +109,8 @@ bool are_air(const volume::Occupancy& bits, const ivec3& size, const ivec3& v, i
 
 bool SmoothWalls::is_free_within(int shape, const dvec3& p, double steps, double mm) const noexcept {
   if (!blocks(shape, Side::front)) return true;
-  // Matter is in cubes within one voxel of a solid voxel. Beyond the grid the nearest point inside decides.
+  // The smooth solid lies only in solid voxels and their neighbours. For p beyond the grid, the nearest point
+  // of the grid is tested.
   const dvec3 at = glm::clamp(p, dvec3(0), dvec3(volume_->size) - 1.0);
   const dvec3 beyond = glm::abs(p - at);
   if (std::max({beyond.x, beyond.y, beyond.z}) - 1.5 >= steps) return true;
@@ -260,7 +261,7 @@ int SmoothWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, dou
   if (!has_cut) return 1;
   walls[1] = {shape, true, is_inside};
   if (is_inside) return 2;
-  // Space is free if either function allows it: the farther one decides.
+  // A point is free if either function is negative there: the wall of the smaller depth decides.
   const auto depth = [&](const Wall& wall) {
     const volume::ValueAndGradient s = value_and_gradient(wall, p);
     const double steepness = glm::length(s.gradient);
@@ -279,7 +280,8 @@ double SmoothWalls::reach_in_piece(const Wall& field, const ivec3& v, const ivec
     const dvec3 p = origin + t * along;
     return is_fine_ ? p * lattice.scale() - dvec3(*sample - lattice.centre_of(v)) : p;
   };
-  // Returns the free part of the leg from t that field or cut alone proves, forward or backward.
+  // Returns the length, in units of t, of the free part of the leg that begins at t, forward (direction 1) or
+  // backward (-1), as proven by the field alone or by the cut alone.
   const auto proven = [&](bool is_cut, double t, double direction) {
     volume::ValueAndGradient s;
     Cached& cached = is_cut ? patch(k_cut, *sample) : patch_of(field, v);
@@ -343,7 +345,8 @@ double SmoothWalls::reach_in_cube(int shape, bool is_inside, const ivec3& v, con
   }
   // Without matter the cut need not be evaluated.
   if (!is_inside && patch(shape, v).patch.maximum() < 0) return t1;
-  // The pieces of the leg in the cubes of samples. Rounding may leave a rest before or behind them.
+  // Walks through the sample cubes that the leg meets. Rounding may leave short segments before the first and
+  // after the last one, which are tested with the nearest sample.
   const volume::Segment in_samples(lattice.lattice_from_volume(leg.a),
                                    lattice.lattice_from_volume(leg.a + leg.along));
   volume::VoxelWalk walk(in_samples, {lattice.low_of(v), lattice.high_of(v)});
@@ -383,9 +386,8 @@ void SmoothWalls::pass(int shape, const ivec3& v, const dvec3& a, const dvec3& a
   for (int i = 1; i <= std::min(steps, 16); ++i) {
     const double t = t0 + (t1 - t0) * i / std::min(steps, 16);
     const dvec3 p = a + t * along;
-    // A point on a surface that rounding might put on either side, as where the motion enters at a cube's end
-    // or at the border's face, does not count as beyond it yet: otherwise the next cube would block it from
-    // there.
+    // A point on the surface within rounding (at the end of a cube, or on the border of the grid) does not
+    // count as having passed it. Otherwise the next cube would block the motion at its first point.
     Cached& cached = patch(shape, v);
     const volume::ValueAndGradient scan = cached.patch.value_and_gradient(p - dvec3(v));
     const double tolerance = rounding_of(scan, hessian_bound_of(cached));
@@ -410,14 +412,14 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
   if (!(length > 0)) return {};
   const Leg leg{a, along, tolerance / length};
 
-  // Passages of shapes, so that those behind the wall of a later shape are undone.
-  struct Passage {
+  // Changes of `inside` at a position t. Those behind the wall of a shape that is tested later are reverted.
+  struct InsideChange {
     int shape;
     double t;
   };
   const auto cube = [&](const ivec3& v, double t0, double t1, Reach& reach, bool is_known_near) {
-    std::array<Passage, 32> passages;
-    std::size_t passage_count = 0;
+    std::array<InsideChange, 32> inside_changes;
+    std::size_t change_count = 0;
     for (int s = next_shape(0); s < ShapeSet::k_max; s = next_shape(s + 1)) {
       double from = t0;
       for (int turn = 0; turn < 4 && from < reach.t; ++turn) {
@@ -434,12 +436,13 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
         }
         const ShapeSet before = inside;
         pass(s, v, a, along, from, std::min(t1, reach.t), inside, from);
-        if (inside != before && passage_count < passages.size()) passages[passage_count++] = {s, from};
+        if (inside != before && change_count < inside_changes.size())
+          inside_changes[change_count++] = {s, from};
         if (from >= t1) break;
       }
     }
-    for (std::size_t i = 0; i < passage_count; ++i)
-      if (passages[i].t > reach.t) inside.flip(passages[i].shape);
+    for (std::size_t i = 0; i < change_count; ++i)
+      if (inside_changes[i].t > reach.t) inside.flip(inside_changes[i].shape);
   };
 
   Reach reach;
@@ -449,7 +452,7 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
     cube(first, 0, 1, reach, true);
     return reach;
   }
-  // A cube's polynomial reads one voxel around it, so that matter shows one voxel beyond the grid.
+  // A cube's polynomial reads one voxel around it, so that matter may extend one voxel beyond the grid.
   const ivec3 size = grid_size();
   const volume::VoxelBox box{ivec3(-1), size};
   volume::VoxelWalk walk(volume::Segment(a, b), box);
@@ -479,8 +482,8 @@ Reach SmoothWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, doubl
     }
     cube(v, walk.t_enter(), walk.t_exit(), reach, false);
     if (reach.is_blocked) {
-      // The solid may end in steps where creased cubes end: the motion stays clear of the face, so that
-      // rounding cannot put its end into the next cube.
+      // The solid may be discontinuous at the faces of creased cubes. The motion ends a little before the
+      // face, so that rounding cannot move its end into the next cube.
       constexpr double k_clear = 1e-7;  // voxels
       if (is_round_ && reach.t <= walk.t_enter()) {
         reach.t = std::max(0.0, walk.t_enter() - k_clear / glm::length(along));

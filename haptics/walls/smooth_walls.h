@@ -64,8 +64,8 @@ class SmoothWalls {
         begin_(begin),
         end_(end),
         is_round_(scene.tool->radius() > 0 && begin < end),
-        is_cut_(!is_round_ && !version_->is_untouched()),
-        is_fine_(!version_->lattice().is_of_voxels()) {}
+        is_cut_(!is_round_ && !version_->is_uncut()),
+        is_fine_(!version_->lattice().has_voxel_resolution()) {}
 
   /// Uses a larger cache, for a step that meets hundreds of cubes. Several objects may share it if they have
   /// no shape in common.

@@ -31,7 +31,7 @@ constexpr std::array<double, 5> k_widths{0.8, 1.2, 1.6, 2.0, 2.4};
 /// Result of the job: a flap, or the reason why there is no flap.
 struct FlapResult final : sim::JobResult {
   LocatedStatus error;
-  std::vector<dvec3> tried;  ///< anchors of a failed cut, mm, world
+  std::vector<dvec3> failed_anchors;  ///< anchors of a failed cut, mm, world
   std::int64_t holes = 0;
   FlapState cut;
   struct Piece {
@@ -55,7 +55,7 @@ struct FlapResult final : sim::JobResult {
     for (const Piece& piece : pieces) sim::add_value(mix, piece.event), add_point(piece.middle_world);
     for (const StructureClearance& clearance : structures)
       sim::add_bytes(mix, clearance.structure), mix.add(clearance.mm), add_point(clearance.at_world);
-    for (const dvec3& anchor : tried) add_point(anchor);
+    for (const dvec3& anchor : failed_anchors) add_point(anchor);
     if (error)
       sim::add_bytes(mix, error->reason), add_point(error->position_world);
     else
@@ -85,7 +85,7 @@ class Flap {
       *result_ = {};
       result_->holes = holes;
       result_->error = error;
-      result_->tried = anchors_of(request_, input_.state);
+      result_->failed_anchors = anchors_of(request_, input_.state);
     }
     result_->seal();
     return output;
@@ -233,9 +233,9 @@ class Flap {
       const volume::RemovalReport report = editor.remove(rim, rim.samples());
       result_->detached.rest = editor.freeze();
       result_->cut.rim_size = sharp->mm3_of(report.removed_units);
-      box_ = sim::united(box_, report.box);
+      box_ = sim::union_of(box_, report.box);
     }
-    result_->detached.box = sim::united(result_->detached.box, box_);
+    result_->detached.box = sim::union_of(result_->detached.box, box_);
     return std::nullopt;
   }
 
@@ -340,7 +340,7 @@ void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
   const auto& output = static_cast<const FlapResult&>(result);
   FlapPreview& preview = work.change_result<FlapPreview>();
   if (output.error) {
-    preview.tried = output.tried;
+    preview.failed_anchors = output.failed_anchors;
     preview.problem = output.error->reason;
     preview.problem_at = output.error->position_world;
     work.raise_event(FlapFailed{output.error->reason, output.holes}, output.error->position_world);
@@ -567,11 +567,11 @@ sim::Overlays BoneFlap::overlays(const sim::OperationState& operation) const {
   if (preview == nullptr) return result;
   if (!preview->summary.empty()) result.push_back(preview_overlay(*preview));
   // Without anchors, the problem has no location; the event states the problem.
-  if (preview->problem.empty() || preview->tried.empty()) return result;
+  if (preview->problem.empty() || preview->failed_anchors.empty()) return result;
   // The drawn outline remains as it is; only the location of the problem is marked, by a cross.
   sim::Overlay& warning = result.emplace_back();
   warning.kind = sim::Overlay::Kind::warning;
-  if (preview->tried != settings->anchors) add_sides(warning, preview->tried);
+  if (preview->failed_anchors != settings->anchors) add_sides(warning, preview->failed_anchors);
   const dvec3& problem_at = preview->problem_at;
   const dvec3 cross = lift(problem_at, 2);
   if (const double distance = glm::length(problem_at - middle); distance > 0) {
@@ -582,9 +582,9 @@ sim::Overlays BoneFlap::overlays(const sim::OperationState& operation) const {
       warning.lines.push_back({cross - k_arm * arm, cross + k_arm * arm});
   }
   // A position away from all anchors may be deep in the bone: draw a line from the label to it.
-  const bool is_anchor = std::any_of(preview->tried.begin(), preview->tried.end(), [&](const dvec3& anchor) {
-    return glm::length(anchor - problem_at) < k_anchor_spacing;
-  });
+  const bool is_anchor =
+      std::any_of(preview->failed_anchors.begin(), preview->failed_anchors.end(),
+                  [&](const dvec3& anchor) { return glm::length(anchor - problem_at) < k_anchor_spacing; });
   const dvec3 label_position = is_anchor ? cross : lift(problem_at, 25);
   if (!is_anchor) warning.lines.push_back({problem_at, label_position});
   warning.labels.push_back({label_position, wrap_label(preview->problem)});

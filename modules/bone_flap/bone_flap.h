@@ -76,9 +76,9 @@ struct FlapSettings {
 
 /// Result of this module: the preview of a flap, and the reason why the last attempt failed.
 struct FlapPreview {
-  std::vector<glm::dvec3> tried;  ///< anchors of the last attempt that failed, mm, world
-  std::string problem;            ///< reason of that failure; empty: no failure
-  glm::dvec3 problem_at{0.0};     ///< location of the problem, mm, world
+  std::vector<glm::dvec3> failed_anchors;  ///< anchors of the last attempt that failed, mm, world
+  std::string problem;                     ///< reason of that failure; empty: no failure
+  glm::dvec3 problem_at{0.0};              ///< location of the problem, mm, world
   /// Preview on the skull, mm, world: lines from the centre to the outline, each of lid_rings + 1 points.
   std::vector<glm::dvec3> lid = {};
   std::int64_t lid_rings = 0;

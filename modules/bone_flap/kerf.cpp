@@ -42,7 +42,7 @@ void for_bricks(const volume::CutLattice& lattice, const dvec3& low, const dvec3
     first[a] = static_cast<int>(std::clamp(std::floor(low[a] - reach), 0.0, last_index));
     last[a] = static_cast<int>(std::clamp(std::ceil(high[a] + reach), 0.0, last_index));
   }
-  box = volume::united(box, {first, last});
+  box = volume::union_of(box, {first, last});
   first /= volume::k_brick, last /= volume::k_brick;
   for (int z = first.z; z <= last.z; ++z)
     for (int y = first.y; y <= last.y; ++y)
@@ -224,7 +224,7 @@ double CutSurface::wall_mm2(const Field& bone, const volume::Version& before) co
     for (const Run& run :
          runs_along(bone, pyramid_.apex_world, lines_[i].along, lines_[i].from, lines_[i].to, 0)) {
       swept[i] += 0.5 * (run.high * run.high - run.low * run.low);
-      if (before.is_untouched()) continue;
+      if (before.is_uncut()) continue;
       const int count = std::max(1, static_cast<int>(std::ceil((run.high - run.low) / k_step)));
       const double step = (run.high - run.low) / count;
       for (int s = 0; s < count; ++s) {

@@ -86,7 +86,7 @@ bool Pyramid::contains(const dvec3& p_world) const noexcept {
 }
 
 void set_orthogonal_axes(const dvec3& normal, dvec3& right, dvec3& up) noexcept {
-  right = glm::normalize(glm::cross(volume::axis_aside(normal), normal));
+  right = glm::normalize(glm::cross(volume::non_parallel_axis(normal), normal));
   up = glm::cross(normal, right);
 }
 

@@ -51,7 +51,8 @@ Result<Pyramid, LocatedError> make_pyramid(const std::vector<glm::dvec3>& anchor
                                            const volume::Field& bone);
 
 /// Sets the unit direction out of the head at a point on the skull: away from the centre of the bone around
-/// it, and not toward the skull's other side. Returns false if there is no bone within k_anchor_reach.
+/// it, and not toward the skull's other side. Returns false if there is no bone within
+/// k_anchor_reach, or if bone surrounds the point evenly.
 bool outward(const volume::Field& bone, const glm::dvec3& p_world, glm::dvec3& normal_world);
 
 /// Returns anchors in a ring on the skull, as an initial plan: `diameter` mm around the bone nearest to

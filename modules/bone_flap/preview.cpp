@@ -39,7 +39,7 @@ std::shared_ptr<const sim::JobResult> run_preview(const void* parameters, const 
                     0.01 * surface.wall_mm2(bone, volume::Version(input.anatomy.base)))
     error = LocatedError{k_no_bone_to_cut, pyramid.value().centre_world};
   if (error) {
-    output->preview.tried = anchors_of(request, input.state);
+    output->preview.failed_anchors = anchors_of(request, input.state);
     output->preview.problem = error->reason;
     output->preview.problem_at = error->position_world;
     return output;

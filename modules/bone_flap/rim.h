@@ -20,7 +20,7 @@ class Rim final : public volume::RemovalField {
 
  private:
   static constexpr double k_outside = 1.5;  ///< samples outside the bone
-  /// Returns the distance of p (volume frame) from the scan's bone, mm, to first order; negative inside.
+  /// Returns the distance of p (volume frame) from the scan's bone, mm, to first order; -1e300 inside.
   double off_bone_mm(const glm::dvec3& p) const;
 
   Kerf kerf_;

@@ -132,7 +132,7 @@ const sim::Schema& FlapSettings::schema() {
 
 const sim::Schema& FlapPreview::schema() {
   static constexpr sim::Field fields[] = {
-      field<&FlapPreview::tried>("tried"),
+      field<&FlapPreview::failed_anchors>("tried"),
       field<&FlapPreview::problem>("problem"),
       field<&FlapPreview::problem_at>("problem_at"),
       field<&FlapPreview::lid>("surface"),

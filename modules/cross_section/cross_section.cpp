@@ -60,7 +60,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   }
   for (const sim::Body& body : input.state.undoable.bodies)
     if (volume::is_metal(body.matter))
-      add(*body.piece->tree, body.place, "implant " + std::to_string(body.id.value));
+      add(*body.piece->tree, body.placement, "implant " + std::to_string(body.id.value));
   output->measured.outside = outside * request.pixel * request.pixel;
   MixHash mix;
   sim::add_value(mix, output->measured);

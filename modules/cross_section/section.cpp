@@ -249,7 +249,7 @@ Cut cut_volume(const ImagePlane& plane, const volume::Field& field, const volume
   constexpr double k_intensities_per_mm = 500;
   const double scale = field.shape().is_label() ? 1 : 1 / k_intensities_per_mm;
   std::vector<double> values(columns * rows);
-  const bool is_cut = version != nullptr && !version->is_untouched();
+  const bool is_cut = version != nullptr && !version->is_uncut();
   parallel_for(plane.rows, threads, [&](int row) {
     for (int column = 0; column < plane.columns; ++column) {
       const dvec3 p = frame.volume_from_world(plane.world(column, row));
@@ -308,7 +308,7 @@ std::vector<std::uint8_t> bone_by_labels(const volume::ImagePlane& plane, const 
     for (int column = 0; column < plane.columns; ++column)
       inside[static_cast<std::size_t>(column) +
              static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(row)] =
-          bone.by_labels(plane.world(column, row));
+          bone.has_bone_label(plane.world(column, row));
   });
   return inside;
 }

@@ -51,7 +51,7 @@ SliceValues sample_layers(const volume::Volume& scan, const volume::Version& ver
 SliceValues slice_values(const volume::Volume& scan, const volume::Version& version,
                          const volume::ImagePlane& plane, const volume::Slab& slab, int threads) {
   const auto air = static_cast<std::int16_t>(volume::air_of(scan));
-  if (slab.thickness > 0 && !version.is_untouched())
+  if (slab.thickness > 0 && !version.is_uncut())
     return sample_layers(scan, version, plane, slab, air, threads);
   SliceValues values;
   values.before.resize(static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(plane.rows));

@@ -142,7 +142,7 @@ void BurrTick::advance_to(const ToolPose& to, double& limit) {
   const int bites = std::max(1, static_cast<int>(std::ceil(length / k_step_mm)));
   for (int i = 1; i <= bites && state_.removal_budget_mm3 > 0; ++i) {
     const ToolPose next = volume::between(from, to, length / travel * i / bites);
-    if (may_go && !(*may_go)({state_.centre, state_.shaft}, next)) return;
+    if (is_motion_allowed && !(*is_motion_allowed)({state_.centre, state_.shaft}, next)) return;
     state_.removal_budget_mm3 -= sweep_to(next);
   }
 }
@@ -188,7 +188,7 @@ void BurrTick::drill() {
     if (!burr_.is_round) turn_axis();  // the axis of a round burr stays 0
     // The contact ball is slightly smaller than the cutting body, so that a touching burr overlaps bone.
     const ToolPose proxy = pose_at_proxy();
-    if (!state_.has_centre && may_go)  // a body with limited travel removes the bone as it moves
+    if (!state_.has_centre && is_motion_allowed)  // a body with limited travel removes the bone as it moves
       state_.centre = proxy.at_world, state_.shaft = proxy.axis_world, state_.has_centre = true;
     else if (!state_.has_centre && (!is_force_controlled() || state_.removal_budget_mm3 > 0))
       state_.removal_budget_mm3 -= sweep_to(proxy);
@@ -202,7 +202,7 @@ void BurrTick::drill() {
   if (work_.removed().removed_units > 0) state_.free_mm = 0;
 }
 
-void BurrTick::cool_and_watch() {
+void BurrTick::update_heat_and_breakthrough() {
   const bool is_working = tick_.pose.is_pressed() && !burr_.is_kinematic;
   Cutting conditions = cutting();
   if (!is_working) conditions.press = 0;
@@ -336,7 +336,7 @@ namespace {
 void step(const Burr& burr, BurrState& state, const sim::InstrumentInput& input, sim::Work& work) {
   if (!input.is_fresh && !input.tick.pose.is_pressed() &&
       state.is_through)  // releasing the button ends the plunge
-    BurrTick(burr, burr.body(), state, input, work).cool_and_watch();
+    BurrTick(burr, burr.body(), state, input, work).update_heat_and_breakthrough();
   if (input.is_fresh || !input.tick.pose.is_pressed()) {
     BurrState next;
     next.rise = state.rise, next.hottest = state.hottest;
@@ -344,7 +344,7 @@ void step(const Burr& burr, BurrState& state, const sim::InstrumentInput& input,
   }
   BurrTick tick(burr, burr.body(), state, input, work);
   if (input.tick.pose.is_pressed()) tick.drill();
-  tick.cool_and_watch();
+  tick.update_heat_and_breakthrough();
 }
 
 sim::ToolBall body(const Burr& burr, const BurrState& state, const sim::InstrumentInput& input) {

@@ -19,11 +19,12 @@ class BurrTick {
   BurrTick(const Burr& burr, const volume::ToolBody& body, BurrState& state,
            const sim::InstrumentInput& input, sim::Work& work);
   /// Returns true if the body may move from one pose to another; null: all motions are allowed.
-  const std::function<bool(const volume::ToolPose& from, const volume::ToolPose& to)>* may_go = nullptr;
+  const std::function<bool(const volume::ToolPose& from, const volume::ToolPose& to)>* is_motion_allowed =
+      nullptr;
 
   void drill();
   /// Updates heat and the detection of breakthroughs.
-  void cool_and_watch();
+  void update_heat_and_breakthrough();
   /// Returns the force of the bone on the burr, N.
   double press() const noexcept;
 

@@ -36,7 +36,7 @@ ToolBody body_of(const Craniotome& c) { return ToolBody::cylinder(0.5 * c.diamet
 
 /// Returns eight unit vectors across a shaft.
 std::array<dvec3, 8> directions_across(const dvec3& shaft) {
-  const auto [a, b] = volume::axes_across(shaft);
+  const auto [a, b] = volume::perpendicular_axes(shaft);
   constexpr double k_half = 0.70710678118654752;
   return {a, b, -a, -b, k_half * (a + b), k_half * (a - b), -k_half * (a + b), k_half * (b - a)};
 }
@@ -157,13 +157,13 @@ void step(const Craniotome& c, CraniotomeState& state, const sim::InstrumentInpu
     return state.heading == dvec3(0) || glm::dot(motion, state.heading) >= k_forward * glm::length(motion);
   };
   // The reference avoids an allocation.
-  const std::function<bool(const ToolPose&, const ToolPose&)> may_go = std::cref(is_allowed);
+  const std::function<bool(const ToolPose&, const ToolPose&)> is_motion_allowed = std::cref(is_allowed);
   const sim::InstrumentInput guided_input{guided, input.dt, input.is_fresh};
   const Burr bit = bit_of(c);
   BurrTick cut(bit, body_of(c), state, guided_input, work);
-  cut.may_go = &may_go;
+  cut.is_motion_allowed = &is_motion_allowed;
   cut.drill();
-  cut.cool_and_watch();
+  cut.update_heat_and_breakthrough();
   // Motion through air does not set the heading.
   if (!state.has_centre || work.removed().removed_units == 0) return;
   const dvec3 motion = across(state.centre - from, tool.axis_world);

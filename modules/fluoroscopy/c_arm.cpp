@@ -144,7 +144,7 @@ View View::refined(int times) const noexcept {
   return fine;
 }
 
-volume::RayFan View::fan_in(const volume::Frame& frame) const noexcept {
+volume::RayFan View::ray_fan_in(const volume::Frame& frame) const noexcept {
   volume::RayFan fan;
   fan.source = frame.volume_from_world(source), fan.corner = frame.volume_from_world(corner);
   fan.right = frame.vector_volume_from_world(right), fan.down = frame.vector_volume_from_world(down);

@@ -46,7 +46,7 @@ struct View {
   std::optional<glm::dvec2> project(const glm::dvec3& p_world) const noexcept;
   /// Returns the view with `times` rays along the edge of each pixel.
   View refined(int times) const noexcept;
-  volume::RayFan fan_in(const volume::Frame& frame) const noexcept;
+  volume::RayFan ray_fan_in(const volume::Frame& frame) const noexcept;
 };
 
 }  // namespace trephine::fluoroscopy

@@ -87,7 +87,7 @@ void VolumeXray::update_removed(const View& view, const std::vector<ivec3>* chan
   for (std::size_t tile = 0; tile < tiles_.size(); ++tile)
     if (is_stale[tile]) stale.push_back(static_cast<int>(tile));
   std::atomic<std::int64_t> rays{0};
-  const volume::RayFan fan = view.fan_in(scan_->frame);
+  const volume::RayFan fan = view.ray_fan_in(scan_->frame);
   parallel_for(static_cast<int>(stale.size()), threads, [&](int n) {
     const int tile = stale[static_cast<std::size_t>(n)];
     const BlockList& blocks = tiles_[static_cast<std::size_t>(tile)];
@@ -196,7 +196,7 @@ Status VolumeXray::project(const View& view, std::shared_ptr<const volume::Versi
     view_ = view, method_ = method;
     const std::size_t count = static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(view.rows);
     full_sums_.assign(count, 0), removed_sums_.assign(count, 0);
-    lines_.integrate(view.fan_in(scan_->frame), open, method, threads, full_sums_);
+    lines_.integrate(view.ray_fan_in(scan_->frame), open, method, threads, full_sums_);
     for (int row = open.row_low; row < open.row_high; ++row)
       for (int column = open.column_low; column < open.column_high; ++column)
         full_sums_[index_of(view, column, row)] *= length_of(view, column, row);
@@ -230,7 +230,7 @@ int VolumeXray::body_axis() const {
   return axis;
 }
 
-std::vector<double> VolumeXray::beyond(const View& view, int threads) const {
+std::vector<double> VolumeXray::sums_outside(const View& view, int threads) const {
   constexpr int k_tissue = 40;     // HU, in place of bone
   constexpr int k_step = 4;        // pixels: values between them are interpolated ...
   constexpr double k_even = 0.03;  // ... if they differ by less, which is invisible

@@ -20,7 +20,7 @@ struct XrayObject {
 /// Border of the scan that cuts through the body on a pixel's ray.
 enum class Border : std::uint8_t {
   none,  ///< no border
-  side,  ///< the ray leaves the scan within the body: pictures continue the soft tissue (beyond())
+  side,  ///< the ray leaves the scan within the body: pictures continue the soft tissue (sums_outside())
   end    ///< the ray passes beyond the first or last slice, which cuts the body: pictures show nothing
 };
 inline constexpr int k_tissue_from = -300;  ///< HU; voxels of at least this value are tissue
@@ -44,7 +44,7 @@ class VolumeXray {
   /// the body, so that pictures have no edges there. Extends the nearest border voxels, bone as soft tissue,
   /// over the scan's thickness along the beam, but not beyond the first and last slice. For pictures; not
   /// part of sums().
-  std::vector<double> beyond(const View& view, int threads = 0) const;
+  std::vector<double> sums_outside(const View& view, int threads = 0) const;
   /// Returns the border of each pixel's ray, in the order of sums().
   std::vector<Border> borders(const View& view) const;
 

@@ -10,8 +10,8 @@
 namespace trephine::measurement {
 
 /// Returns the area of the surface within a closed line on it, mm2. The inside is found by projection onto
-/// the plane of the line. `points`: those that the line connects. Empty if a triangle within the line is
-/// nearly perpendicular to that plane or faces away from it.
+/// the plane of the line. `points`: those that the line connects. Empty if a triangle that is wholly
+/// within the line is nearly perpendicular to that plane or faces away from it.
 std::optional<double> area_within(const haptics::Surface& surface,
                                   std::span<const haptics::Surface::Point> points,
                                   const std::vector<glm::dvec3>& outline);

@@ -74,7 +74,7 @@ haptics::Inside inside(const volume::Field& shape, const volume::Version& versio
   const double steepness = glm::length(gradient), g = shape.value(p);
   if (!(g > 0) || !(steepness > 0)) return {};
   haptics::Inside result{std::min(g / steepness, 1.0), -gradient / steepness};
-  if (version.is_untouched()) return result;
+  if (version.is_uncut()) return result;
   const double d = version.distance(p);
   if (d <= 0) return {};
   const dvec3 away = frame.gradient_world_from_volume(version.distance_gradient(p));

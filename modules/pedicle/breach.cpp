@@ -34,7 +34,8 @@ Breaches find_breaches(const Screw& screw, const VertebraZones& zones, const Bon
     directions[static_cast<std::size_t>(i)] = deterministic_cos(angle) * u + deterministic_sin(angle) * v;
   }
   Breaches result;
-  // A point cannot be farther out than an earlier one by more than their distance: most are skipped.
+  // The distances of two points to bone differ by at most the distance between the points. Most points thus
+  // cannot exceed the present breach, and are skipped.
   dvec3 known(0);
   double known_mm = 1e300;
   const double length = screw.length();
@@ -42,9 +43,9 @@ Breaches find_breaches(const Screw& screw, const VertebraZones& zones, const Bon
     const double s = i * k_step;
     if (s < screw.diameter) continue;
     const dvec3 axis_world = screw.entry_world + s * ahead, axis = zones.frame.local(axis_world);
-    const bool is_body = axis.y < -zones.canal_front;
-    if (!is_body && axis.y > zones.canal_back) continue;
-    Breach& breach = is_body ? result.front : result.pedicle;
+    const bool is_in_vertebral_body = axis.y < -zones.canal_front;
+    if (!is_in_vertebral_body && axis.y > zones.canal_back) continue;
+    Breach& breach = is_in_vertebral_body ? result.front : result.pedicle;
     const double radius = envelope_radius(screw.diameter, length, s);
     for (const dvec3& direction : directions) {
       const dvec3 p = axis_world + radius * direction;
@@ -54,7 +55,8 @@ Breaches find_breaches(const Screw& screw, const VertebraZones& zones, const Bon
       if (mm <= breach.mm) continue;
       breach = {mm, Wall::none, p, s};
       if (mm > 0)
-        breach.wall = is_body ? Wall::front : wall_toward(zones.frame.local(p) - axis, axis.x > 0 ? 1 : -1);
+        breach.wall = is_in_vertebral_body ? Wall::front
+                                           : wall_toward(zones.frame.local(p) - axis, axis.x > 0 ? 1 : -1);
     }
   }
   return result;

@@ -94,9 +94,9 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   if ((result->error = check_place(request, screw, state, bone))) return result;
   sim::NewBody body;
   body.piece = screw_piece(screw.diameter, length);
-  body.place = place_of(screw);
+  body.placement = placement_of(screw);
   // The screw is turned in from the point where its tip meets the bone; the thread sets the number of turns.
-  body.motion.from = body.place;
+  body.motion.from = body.placement;
   body.motion.from.position_world -= length * screw.ahead();
   body.motion.seconds = request.seconds;
   body.motion.turns = length / pitch_of(screw.diameter);

@@ -239,12 +239,12 @@ sim::HandForces forces(const Probe& p, const ProbeState& state) {
   if (!state.has_entered || p.guide == Guide::walls) return {};
   haptics::Insertion track;
   track.start_world = state.start + state.begin * state.ahead;
-  track.ahead_world = state.ahead;
+  track.direction_world = state.ahead;
   track.layers[0] = {static_cast<int>(state.item), -1, p.resistance, p.resistance};
   track.layer_count = 1;
   sim::HandForces result;
   result.effects[0] = haptics::Effect{track, std::max(8.0, 2 * p.resistance)};
-  result.let_through.set(static_cast<int>(state.item), true);
+  result.passable_items.set(static_cast<int>(state.item), true);
   return result;
 }
 

@@ -67,7 +67,7 @@ std::shared_ptr<const sim::Piece> screw_piece(double diameter, double length) {
   return std::make_shared<const sim::Piece>(surface, surface_of_metal());
 }
 
-haptics::Placement place_of(const Screw& screw) noexcept {
+haptics::Placement placement_of(const Screw& screw) noexcept {
   // Half way between z and the axis: a rotation by the angle between them.
   const dvec3 z(0, 0, 1), ahead = screw.ahead(), sum = z + ahead;
   const double size = glm::length(sum);

@@ -43,6 +43,6 @@ volume::TurnedSolid screw_solid(double diameter, double length);
 /// Returns this surface as a body.
 std::shared_ptr<const sim::Piece> screw_piece(double diameter, double length);
 /// Returns the pose of a screw's body.
-haptics::Placement place_of(const Screw& screw) noexcept;
+haptics::Placement placement_of(const Screw& screw) noexcept;
 
 }  // namespace trephine::pedicle

@@ -30,7 +30,7 @@ ToolPose bite_pose(const Rongeur& r, const sim::InstrumentInput& input) {
 /// Returns true if a round plate across the axis is in bone. It lies between `along` and `along` +
 /// `thickness` (mm; may be negative) on the axis.
 bool is_in_bone(const Rongeur& r, const ToolPose& at, double along, double thickness, const sim::Work& work) {
-  const auto [a, b] = volume::axes_across(at.axis_world);
+  const auto [a, b] = volume::perpendicular_axes(at.axis_world);
   for (const double share : {0.25, 1.0}) {
     const dvec3 middle = at.at_world + (along + share * thickness) * at.axis_world;
     if (work.is_matter(middle)) return true;
@@ -59,7 +59,7 @@ std::string reason_not_to_close(const Rongeur& r, const ToolPose& at, const sim:
 /// Returns the volume of bone between the jaws, mm3, from points half a millimetre apart.
 double bite_size(const Rongeur& r, const ToolPose& at, const sim::Work& work) {
   constexpr double k_step = 0.5;
-  const auto [a, b] = volume::axes_across(at.axis_world);
+  const auto [a, b] = volume::perpendicular_axes(at.axis_world);
   const double radius = 0.5 * r.width;
   const int across = static_cast<int>(std::ceil(radius / k_step)),
             along = static_cast<int>(std::ceil(r.opening / k_step));

@@ -39,7 +39,7 @@ class Parts {
  private:
   /// Adds a solid whose axis is turned from z to a unit direction.
   void add(const dvec3& from, const dvec3& along, const volume::TurnedSolid& solid) {
-    const auto [u, v] = volume::axes_across(along);
+    const auto [u, v] = volume::perpendicular_axes(along);
     const auto first = static_cast<std::uint32_t>(vertices_.size());
     for (const dvec3& p : solid.vertices) vertices_.push_back(from + p.x * u + p.y * v + p.z * along);
     for (const std::uint32_t corner : solid.triangles) triangles_.push_back(first + corner);

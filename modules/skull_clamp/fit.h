@@ -93,7 +93,7 @@ ClampPose pose_of(const ClampFitted& fitted) noexcept;
 /// Fits the clamp onto its three planned pins. Requires that check_fitting() accepts the request.
 Result<ClampFitted, LocatedError> fit(const FitClamp& request, const sim::JobInput& input);
 const sim::JobType& fit_job();
-/// Returns an error unless three pins are planned, the limits are in order, and the approach exists.
+/// Returns an error unless three pins are planned, the limits are valid, and the approach exists.
 Status check_fitting(const FitClamp& request, const sim::OperationState& operation);
 
 }  // namespace trephine::skull_clamp

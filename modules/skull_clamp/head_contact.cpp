@@ -70,7 +70,7 @@ HeadContact head_contact(const HeadSolid& head, std::span<const ClampRod> rods) 
     const double length = glm::distance(rod.from, rod.to);
     if (!(length > 0)) continue;
     const dvec3 along = (rod.to - rod.from) / length;
-    const auto [right, up] = volume::axes_across(along);
+    const auto [right, up] = volume::perpendicular_axes(along);
     const int count = std::max(1, static_cast<int>(length / k_step));
     for (int i = 0; i < count; ++i) {
       const dvec3 middle = rod.from + (i + 0.5) / count * length * along;

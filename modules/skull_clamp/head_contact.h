@@ -8,7 +8,7 @@
 
 namespace trephine::skull_clamp {
 
-/// The head as a solid: the labelled tissue if a label is named scalp, skin or soft_tissue; else tissue of a
+/// The head as a solid: all labelled voxels if a label is named scalp, skin or soft_tissue; else tissue of a
 /// CT in Hounsfield units; else the bone alone. Borrows the field.
 class HeadSolid {
  public:
@@ -28,8 +28,10 @@ class HeadSolid {
 
 /// Overlap of arms and rocker with the head.
 struct HeadContact {
-  double depth = 0;   ///< mm, greatest distance of a point of their surface to the head's; 0: no contact
-  double length = 0;  ///< mm of arms and rocker whose surface is in the head
+  /// mm, greatest depth of a point of their surface below that of the head, in steps of 0.5, at
+  /// most 60; 0: no contact
+  double depth = 0;
+  double length = 0;         ///< mm of arms and rocker whose surface is in the head
   glm::dvec3 at_world{0.0};  ///< mm, the deepest point; valid if depth > 0
 };
 HeadContact head_contact(const HeadSolid& head, std::span<const ClampRod> rods);

@@ -40,7 +40,7 @@ bool has_ventricle(const Layers& layers) { return layers.ventricle > 0; }
 int remaining_label(const sim::Work& work, const dvec3& p_world) noexcept {
   const volume::Version& remaining = work.remaining();
   const volume::Volume& scan = remaining.base();
-  if (!remaining.is_untouched() && remaining.distance(scan.frame.volume_from_world(p_world)) <= 0) return 0;
+  if (!remaining.is_uncut() && remaining.distance(scan.frame.volume_from_world(p_world)) <= 0) return 0;
   return label_at(scan, p_world);
 }
 
@@ -56,7 +56,7 @@ std::string reason_not_to_enter(const Catheter& c, const CatheterState& state, c
                                 const dvec3& ahead, const dvec3& layer, const sim::Work& work) {
   if (!c.has_stylet && remaining_label(work, layer) == state.dura)
     return "a catheter without its stylet does not pass the dura. Take the catheter again with stylet=yes.";
-  const auto [a, b] = volume::axes_across(ahead);
+  const auto [a, b] = volume::perpendicular_axes(ahead);
   constexpr double k_half = 0.70710678118654752;
   const std::array<dvec3, 8> around{a,  b,  k_half * (a + b),  k_half * (a - b),
                                     -a, -b, -k_half * (a + b), k_half * (b - a)};
@@ -147,7 +147,7 @@ void step(const Catheter& c, CatheterState& state, const sim::InstrumentInput& i
 sim::HandForces forces(const Catheter& c, const CatheterState& state) {
   if (!state.has_entered) return {};
   haptics::Insertion track;
-  track.start_world = state.start, track.ahead_world = state.ahead;
+  track.start_world = state.start, track.direction_world = state.ahead;
   track.lateral = k_lateral, track.along = k_along;
   const auto add = [&](std::int64_t label, double puncture, double drag) {
     if (label > 0) track.layers[track.layer_count++] = {-1, static_cast<int>(label), puncture, drag};
@@ -159,7 +159,7 @@ sim::HandForces forces(const Catheter& c, const CatheterState& state) {
   sim::HandForces result;
   // The track holds the tip; bone around the hole, whose edge is blurred, does not.
   constexpr int k_shapes = 8;  // TouchScene::k_max_shapes; the shapes of the anatomy are the first items
-  for (int item = 0; item < k_shapes; ++item) result.let_through.set(item, true);
+  for (int item = 0; item < k_shapes; ++item) result.passable_items.set(item, true);
   result.effects[0] = haptics::Effect{track, k_max_force};
   constexpr double k_before_hub = 5;  // mm
   if (state.deepest > c.length - k_before_hub)

@@ -43,7 +43,7 @@ std::shared_ptr<const sim::Piece> catheter_piece(const dvec3& tip, const dvec3& 
     rings.push_back({length - radius + along, std::sqrt(radius * radius - along * along)});
   }
   const volume::TurnedSolid solid = volume::turned_solid(0, rings, length, k_facets);
-  const auto [right, up] = volume::axes_across(ahead);
+  const auto [right, up] = volume::perpendicular_axes(ahead);
   volume::PartSurface surface;
   for (const dvec3& p : solid.vertices)
     surface.vertices_world.emplace_back(tip + p.x * right + p.y * up + (p.z - length) * ahead);
@@ -56,7 +56,8 @@ std::shared_ptr<const sim::Piece> catheter_piece(const dvec3& tip, const dvec3& 
 /// Returns the hand with a catheter that can be left; empty if there is no such hand.
 std::optional<std::size_t> hand_with_catheter(const sim::OperationState& operation) {
   for (std::size_t hand = 0; hand < operation.settings.hands.size(); ++hand)
-    if (const CatheterState* state = inserted(operation, hand); state && state->depth > 0) return hand;
+    if (const CatheterState* state = inserted_catheter(operation, hand); state && state->depth > 0)
+      return hand;
   return std::nullopt;
 }
 
@@ -65,7 +66,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   const auto hand = hand_with_catheter(input.state);
   auto output = std::make_shared<LeaveResult>();
   if (!hand) return output;
-  const CatheterState& state = *inserted(input.state, *hand);
+  const CatheterState& state = *inserted_catheter(input.state, *hand);
   const auto& held = *input.state.settings.hands[*hand].parameters.as<Catheter>();
   output->start = state.start, output->tip = state.tip(), output->diameter = held.diameter;
   const double length = std::min(held.length, state.depth + request.outside);
@@ -99,7 +100,7 @@ void CathetersInPlace::remove(sim::Id body) {
   diameters.erase(diameters.begin() + index);
 }
 
-const CatheterState* inserted(const sim::OperationState& operation, std::size_t hand) {
+const CatheterState* inserted_catheter(const sim::OperationState& operation, std::size_t hand) {
   const auto& hands = operation.settings.hands;
   const auto* state = hand < hands.size() ? hands[hand].state.as<CatheterState>() : nullptr;
   if (!state || !state->has_entered) return nullptr;

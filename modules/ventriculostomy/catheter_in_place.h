@@ -41,6 +41,6 @@ const sim::JobType& leave_job() noexcept;
 /// Returns an error if no catheter can be left in place.
 Status check_leaving(const sim::OperationState& operation);
 /// Returns the state of a hand's catheter if it is in the head and was not left there, else null.
-const CatheterState* inserted(const sim::OperationState& operation, std::size_t hand);
+const CatheterState* inserted_catheter(const sim::OperationState& operation, std::size_t hand);
 
 }  // namespace trephine::ventriculostomy

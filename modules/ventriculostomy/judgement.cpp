@@ -138,7 +138,7 @@ void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
   for (const Crossing& one : output.crossings)
     work.raise_event(CatheterCrossed{one.structure, one.length, one.is_forbidden}, one.at_world);
   for (const Clearance& one : output.clearances)
-    work.raise_event(CatheterCleared{one.structure, one.distance, one.length}, output.judged.tip);
+    work.raise_event(CatheterClearance{one.structure, one.distance, one.length}, output.judged.tip);
 }
 
 Status check(const void* parameters, const haptics::TouchScene& anatomy) {
@@ -200,7 +200,7 @@ CatheterJudgement judge(const JudgeCatheter& request, const sim::JobInput& input
 
 std::optional<CatheterPath> newest_path(const sim::OperationState& operation) {
   for (std::size_t hand = 0; hand < operation.settings.hands.size(); ++hand)
-    if (const CatheterState* state = inserted(operation, hand); state && state->depth > 0)
+    if (const CatheterState* state = inserted_catheter(operation, hand); state && state->depth > 0)
       return CatheterPath{state->start, state->tip(),
                           operation.settings.hands[hand].parameters.as<Catheter>()->diameter};
   const auto* passages = operation.persistent_of<CatheterPassages>();
@@ -296,12 +296,12 @@ const sim::Schema& CatheterCrossed::schema() {
   return table;
 }
 
-const sim::Schema& CatheterCleared::schema() {
+const sim::Schema& CatheterClearance::schema() {
   static constexpr sim::Field fields[] = {
-      field<&CatheterCleared::structure>("structure"),
-      field<&CatheterCleared::distance>(
+      field<&CatheterClearance::structure>("structure"),
+      field<&CatheterClearance::distance>(
           "distance", {.unit = "mm", .help = "distance from the catheter's wall; negative: depth"}),
-      field<&CatheterCleared::length>("length", {.unit = "mm", .help = "length of the catheter in it"})};
+      field<&CatheterClearance::length>("length", {.unit = "mm", .help = "length of the catheter in it"})};
   static constexpr sim::Schema table{"catheter-cleared", 1, fields};
   return table;
 }

@@ -47,7 +47,7 @@ struct CatheterCrossed {
 
 /// Distance of a judged catheter to a forbidden structure other than dura, brain and ventricles. Emitted with
 /// the judgement, at its tip.
-struct CatheterCleared {
+struct CatheterClearance {
   std::string structure;
   double distance = 0;  ///< mm from the catheter's wall, at most 20; negative: depth
   double length = 0;    ///< mm of the catheter that are in it
@@ -81,7 +81,7 @@ struct Crossing {
 /// Position of the catheter relative to a forbidden structure.
 struct Clearance {
   std::string structure;
-  double distance = 0, length = 0;  ///< mm: as CatheterCleared
+  double distance = 0, length = 0;  ///< mm: as CatheterClearance
 };
 struct CatheterJudgement {
   CatheterJudged judged;

@@ -39,7 +39,7 @@ sim::Overlay marks_of(const Catheter& catheter, const CatheterState& state) {
   sim::Overlay overlay;
   overlay.kind = sim::Overlay::Kind::measure;
   const dvec3 back = -state.ahead, tip = state.tip();
-  const auto [right, up] = volume::axes_across(back);
+  const auto [right, up] = volume::perpendicular_axes(back);
   const double radius = 0.5 * catheter.diameter;
   for (int i = 1; i * k_between <= catheter.length; ++i) {
     if (i * k_between > state.depth + k_visible) break;
@@ -67,7 +67,7 @@ std::span<const sim::ValueType* const> Ventriculostomy::events() const {
   static const std::array all{&sim::value_type<CatheterEntered>(),   &sim::value_type<CatheterPopped>(),
                               &sim::value_type<CatheterWithdrawn>(), &sim::value_type<CatheterRefused>(),
                               &sim::value_type<CatheterJudged>(),    &sim::value_type<CatheterCrossed>(),
-                              &sim::value_type<CatheterCleared>(),   &sim::value_type<CatheterLeftInPlace>(),
+                              &sim::value_type<CatheterClearance>(), &sim::value_type<CatheterLeftInPlace>(),
                               &sim::value_type<CatheterNotLeft>()};
   return all;
 }
@@ -77,7 +77,7 @@ Status Ventriculostomy::allows(const sim::Command& command, const sim::Operation
   if (command.request.as<LeaveCatheter>()) return check_leaving(operation);
   const bool replaces = command.request.as<sim::TakeInstrument>() || command.request.as<Catheter>() ||
                         command.request.as<sim::RemoveInstrument>();
-  if (!replaces || !inserted(operation, command.hand)) return std::nullopt;
+  if (!replaces || !inserted_catheter(operation, command.hand)) return std::nullopt;
   return Error{.what = "the catheter is in the head",
                .where = std::string(command.request.name()),
                .expected = "a catheter outside the head",
@@ -140,14 +140,14 @@ std::vector<sim::Measure> Ventriculostomy::measures(const sim::OperationState& o
 
 bool Ventriculostomy::is_moving(const sim::OperationState& operation) const {
   for (std::size_t hand = 0; hand < operation.settings.hands.size(); ++hand)
-    if (inserted(operation, hand)) return true;
+    if (inserted_catheter(operation, hand)) return true;
   return false;
 }
 
 sim::Overlays Ventriculostomy::overlays(const sim::OperationState& operation) const {
   sim::Overlays all;
   for (std::size_t hand = 0; hand < operation.settings.hands.size(); ++hand) {
-    const CatheterState* state = inserted(operation, hand);
+    const CatheterState* state = inserted_catheter(operation, hand);
     if (state == nullptr) continue;
     sim::Overlay overlay = marks_of(*operation.settings.hands[hand].parameters.as<Catheter>(), *state);
     if (state->has_reached_ventricle) overlay.labels.push_back({state->ventricle_wall, "CSF"});

@@ -30,15 +30,16 @@ Piece::Piece(const volume::PartSurface& surface, const haptics::Material& surfac
   hash = all.value();
 }
 
-haptics::Placement BodyMotion::at(double time, const haptics::Placement& place) const noexcept {
+haptics::Placement BodyMotion::at(double time, const haptics::Placement& placement) const noexcept {
   const double share = seconds > 0 ? std::clamp(time / seconds, 0.0, 1.0) : 1.0;
-  if (share >= 1) return place;
-  // Without turns the shorter arc; the turns end at the place.
+  if (share >= 1) return placement;
+  // Without turns the shorter arc; the turns end at the placement.
   const double angle = -2 * 3.14159265358979323846 * turns * (1 - share);
-  const glm::dquat to = glm::dot(from.rotation, place.rotation) < 0 ? -place.rotation : place.rotation;
+  const glm::dquat to =
+      glm::dot(from.rotation, placement.rotation) < 0 ? -placement.rotation : placement.rotation;
   const glm::dquat mixed = glm::normalize((1 - share) * from.rotation + share * to);
   const glm::dquat spin(deterministic_cos(0.5 * angle), deterministic_sin(0.5 * angle) * axis);
-  return {from.position_world + share * (place.position_world - from.position_world),
+  return {from.position_world + share * (placement.position_world - from.position_world),
           glm::normalize(mixed * spin)};
 }
 
@@ -121,7 +122,7 @@ Detachment detach_parts(const haptics::TouchItem& shape, const volume::SolidPart
     is_removed[p] = 1;
     const volume::RemovalReport report = editor.remove_parts(parts, is_removed, parts.parts()[p].box);
     is_removed[p] = 0;
-    result.box = united(result.box, report.box);
+    result.box = union_of(result.box, report.box);
     if (fates[p] == PartFate::piece) {
       const auto surface =
           volume::part_surface(shape.field, *shape.bits, version, parts, static_cast<int>(p));

@@ -34,22 +34,22 @@ std::string to_bytes(const Piece& piece);
 /// Returns null for invalid bytes.
 std::shared_ptr<const Piece> piece_from_bytes(std::string_view bytes);
 
-/// Motion of a body to its place, such as that of a screw: straight, with turns about an axis.
+/// Motion of a body to its placement, such as that of a screw: straight, with turns about an axis.
 struct BodyMotion {
   haptics::Placement from;       ///< pose at the start
   std::uint64_t begin_tick = 0;  ///< at which it starts
   double seconds = 0;            ///< duration; 0: no motion
   double turns = 0;              ///< additional turns about `axis`, by the right-hand rule
   glm::dvec3 axis{0, 0, 1};      ///< unit, in the frame of the body
-  /// Returns the pose at a time (s) after the start, on the way to `place`.
-  haptics::Placement at(double time, const haptics::Placement& place) const noexcept;
+  /// Returns the pose at a time (s) after the start, on the way to `placement`.
+  haptics::Placement at(double time, const haptics::Placement& placement) const noexcept;
 };
 
 struct Body {
   Id id;          ///< never reused
   int mover = 0;  ///< number of its mover, while the body exists; -1 for a fixed body
   std::shared_ptr<const Piece> piece;
-  haptics::Placement place;      ///< pose of the frame of the piece; while held, the pose before
+  haptics::Placement placement;  ///< pose of the frame of the piece; while held, the pose before
   int holder = -1;               ///< hand that holds it; -1: no hand. Undo does not restore grasps
   haptics::Placement grip = {};  ///< pose relative to that hand
   volume::Matter matter = volume::Matter::bone;
@@ -61,7 +61,7 @@ struct Body {
 /// An implant that a job adds.
 struct NewBody {
   std::shared_ptr<const Piece> piece;
-  haptics::Placement place;
+  haptics::Placement placement;
   volume::Matter matter = volume::Matter::titanium;
   bool is_fixed = true;
   BodyMotion motion = {};  ///< begin_tick is set at the adoption

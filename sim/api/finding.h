@@ -14,7 +14,7 @@ struct Finding {
   enum class Verdict : std::uint8_t { not_judged, good, fair, bad };
 
   std::string name;  ///< unique in an operation: "L4 left: breach"
-  /// Empty: it could not be judged; `reason` says why.
+  /// Empty: it could not be judged, for the cause in `reason`.
   std::optional<double> value = {};
   std::string unit = {};                          ///< "mm"; empty: dimensionless
   std::string reason = {};                        ///< explanation for the user, one sentence; may be empty

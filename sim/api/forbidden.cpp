@@ -56,9 +56,9 @@ Result<std::shared_ptr<const Forbidden>> Forbidden::build(const std::string& nam
   if (!facts.is_solid())
     return Error{.what = "a forbidden model is not the surface of a solid",
                  .where = name,
-                 .found = facts.open_edges > 0     ? std::to_string(facts.open_edges) + " open edges"
-                          : facts.turned_edges > 0 ? "triangles of opposite orientations"
-                                                   : "a surface that faces inward",
+                 .found = facts.open_edges > 0          ? std::to_string(facts.open_edges) + " open edges"
+                          : facts.misoriented_edges > 0 ? "triangles of opposite orientations"
+                                                        : "a surface that faces inward",
                  .expected = "triangles of a closed surface, counter-clockwise as viewed from outside",
                  .remedy = "close its holes and correct its normals in the program that made it"};
   std::vector<dvec3> vertices;

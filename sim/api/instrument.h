@@ -33,7 +33,7 @@ struct ToolNeeds {
 struct HandForces {
   static constexpr std::size_t k_max = 2;
   std::array<std::optional<haptics::Effect>, k_max> effects;
-  haptics::ShapeSet let_through;  ///< items of the scene that do not block the hand
+  haptics::ShapeSet passable_items;  ///< items of the scene that do not block the hand
   friend bool operator==(const HandForces&, const HandForces&) = default;
 };
 

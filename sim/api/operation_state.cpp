@@ -6,7 +6,7 @@ std::uint64_t OperationState::hash() const {
   MixHash result;
   result.add(next_tick);
   result.add(undoable.version->content_hash());
-  result.add(static_cast<std::uint64_t>(undoable.version->ledger().freed_units));
+  result.add(static_cast<std::uint64_t>(undoable.version->ledger().detached_units));
   for (const auto* modules : {&undoable.modules, &settings.modules})
     for (const auto& value : *modules)
       if (value) add_value(result, *value);
@@ -19,7 +19,7 @@ std::uint64_t OperationState::hash() const {
     result.add(std::uint64_t{body.id.value});
     result.add(static_cast<std::uint64_t>(body.mover));
     result.add(static_cast<std::uint64_t>(body.holder + 1));
-    for (const haptics::Placement& at : {body.place, body.grip}) {
+    for (const haptics::Placement& at : {body.placement, body.grip}) {
       for (int a = 0; a < 3; ++a) result.add(at.position_world[a]);
       for (int a = 0; a < 4; ++a) result.add(at.rotation[a]);
     }

@@ -40,9 +40,9 @@ struct Overlay {
   std::vector<std::array<glm::dvec3, 3>> skin;  ///< translucent triangles, visible from both sides
   std::vector<Label> labels;
   std::vector<Handle> handles;
-  haptics::Placement place;  ///< of its frame in the world
-  int holder = -1;           ///< hand that the frame moves with; -1: no hand
-  haptics::Placement grip;   ///< pose of the frame relative to that hand
+  haptics::Placement placement;  ///< of its frame in the world
+  int holder = -1;               ///< hand that the frame moves with; -1: no hand
+  haptics::Placement grip;       ///< pose of the frame relative to that hand
 };
 using Overlays = std::vector<Overlay>;
 

@@ -37,7 +37,7 @@ class Work {
   volume::RemovalReport removed_;
 };
 
-using volume::add, volume::united;
+using volume::add, volume::union_of;
 
 inline constexpr volume::VoxelBox k_no_voxels{glm::ivec3(0), glm::ivec3(-1)};
 

@@ -14,7 +14,7 @@ void Background::submit(Priority priority, Work work) {
   wake_.notify_one();
 }
 
-std::vector<Background::Result> Background::take() {
+std::vector<Background::Result> Background::fetch_results() {
   const std::lock_guard guard(lock_);
   std::vector<Result> results;
   for (auto& [priority, result] : done_) results.push_back(std::move(result));

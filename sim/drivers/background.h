@@ -37,8 +37,9 @@ class Background {
 
   void submit(Priority priority, Work work);
   /// Results since the last call, in the order in which the work ended.
-  std::vector<Result> take();
-  /// True if no work of this priority is queued or running, and none of its results waits for take().
+  std::vector<Result> fetch_results();
+  /// True if no work of this priority is queued or running, and none of its results waits for
+  /// fetch_results().
   bool is_idle(Priority priority) const;
   /// Waits for running work; discards queued work, and results that were not taken.
   void stop();

@@ -103,7 +103,7 @@ std::vector<LiveSession::HistoryState> LiveSession::history_states_now(std::size
   for (std::size_t i = 0; i < count; ++i) {
     const bool is_current = i == branch.position;
     if (i + max_count < count && !is_current) continue;
-    const std::size_t stroke = branch.forgotten + i;
+    const std::size_t stroke = branch.final_strokes + i;
     if (stroke == 0 && !is_current) continue;
     if (const auto state = branch.history[i]->state())
       result.push_back({stroke == 0 ? "before the first change" : "change " + std::to_string(stroke),
@@ -118,7 +118,7 @@ std::vector<LiveSession::HistoryState> LiveSession::history_states_now(std::size
 /// Edit thread: adopts results of background work, and starts further work. Results of states that were
 /// undone are discarded.
 void LiveSession::handle_results() {
-  for (const Background::Result& adopt : background_.take()) adopt();
+  for (const Background::Result& adopt : background_.fetch_results()) adopt();
   for (const DerivedKind kind : {DerivedKind::depth_images, DerivedKind::offset_fields}) {
     if (!background_.is_idle(priority_of(kind))) continue;
     std::optional<DerivedJob> job;
@@ -266,7 +266,7 @@ void LiveSession::run() {
     history_states.clear();
     for (auto& [requests, promise] : reasons) promise.set_value(reasons_now(requests));
     reasons.clear();
-    for (const auto& [hand, place] : teleports) servo_.request_restart(place, hand);
+    for (const auto& [hand, position] : teleports) servo_.request_restart(position, hand);
     teleports.clear();
     if (is_last_round && !was_busy) return;
     if (!was_busy) std::this_thread::sleep_for(std::chrono::microseconds(200));
@@ -397,7 +397,7 @@ void LiveSession::update_state(const Outcome& outcome) {
   }
   if (outcome.is_changed) {
     state_.version = engine_.current();
-    state_.changed = united(state_.changed, outcome.box);
+    state_.changed = union_of(state_.changed, outcome.box);
   }
   const std::size_t forbidden = engine_.forbidden().size();
   state_.watches.assign(engine_.now().watches.begin(),
@@ -410,8 +410,8 @@ void LiveSession::update_state(const Outcome& outcome) {
   state_.contact_tool = engine_.tool(0).scene->tool;
   state_.strokes = engine_.stroke_count();
   const Branch& branch = engine_.branch();
-  state_.first_stroke = branch.forgotten;
-  state_.all_strokes = branch.forgotten + branch.history.size() - 1;
+  state_.first_stroke = branch.final_strokes;
+  state_.all_strokes = branch.final_strokes + branch.history.size() - 1;
   const std::vector<Branch>& others = engine_.other_branches();
   if (state_.branch != branch.name || state_.branches.size() != others.size()) {
     state_.branch = branch.name;

@@ -11,7 +11,7 @@ namespace {
 void add(Outcome& sum, const Outcome& part) {
   sum.is_edit |= part.is_edit;
   sum.is_changed |= part.is_changed;
-  sum.box = united(sum.box, part.box);
+  sum.box = union_of(sum.box, part.box);
   sum.event_count += part.event_count;
 }
 }  // namespace
@@ -37,12 +37,13 @@ std::span<const haptics::ServoRecord> Lockstep::step(std::span<const haptics::Po
   TREPHINE_ASSERT(poses.size() == cores_.size());
   {
     const haptics::DenormalsFlushed flushed;
-    haptics::HandPlacements places;
-    if (engine_.servo_scene()->has_held) places = haptics::placements_before(cores_, cores_[0].next_tick());
+    haptics::HandPlacements hand_placements;
+    if (engine_.servo_scene()->has_held)
+      hand_placements = haptics::placements_before(cores_, cores_[0].next_tick());
     for (std::size_t h = 0; h < cores_.size(); ++h) {
       haptics::ServoInput input;
-      input.places = &places;
-      input.pose = haptics::on_grid(poses[h]);
+      input.hand_placements = &hand_placements;
+      input.pose = haptics::rounded_to_grid(poses[h]);
       input.is_reset = is_reset_;
       records_[h] = cores_[h].step(*engine_.servo_scene(), input);
     }

@@ -138,7 +138,7 @@ Status Replay::open_at(std::size_t checkpoint) {
       if (!next) return next.error();
       if (!next.value()) return wrong;
       if ((tick = std::get_if<TickItem>(&item)) == nullptr)
-        if (Status error = take(item)) return error;
+        if (Status error = process_item(item)) return error;
     }
     if (tick->record.tick != record.tick || tick->record.hand != record.hand ||
         tick->check != output_check(record))
@@ -164,7 +164,7 @@ SessionTail Replay::tail() {
           checkpoints_.tail()};
 }
 
-Status Replay::why_not_verifiable() const {
+Status Replay::reason_not_verifiable() const {
   for (const NamedVersion& named : session_->header().modules)
     for (const Module* module : session_->catalogue().modules())
       if (module->name() == named.name && module->version() != named.version)
@@ -195,12 +195,12 @@ Result<bool> Replay::step() {
       if (Status error = run_tick(*tick)) return *error;
       return true;
     }
-    if (Status error = take(item)) return *error;
+    if (Status error = process_item(item)) return *error;
   }
 }
 
 /// Handles an item other than a tick.
-Status Replay::take(const LogItem& item) {
+Status Replay::process_item(const LogItem& item) {
   if (const auto* command = std::get_if<CommandItem>(&item)) {
     if (command->command.hand >= state_->engine.hand_count())
       return Error{.what = "the session's record is damaged",
@@ -241,11 +241,11 @@ void Replay::compare_checkpoint() {
     record_mismatch(tick, "checkpoint", "its history, trails and settings", "others");
   // After many cuts the hash takes longer than the replay that it checks: only some are compared.
   constexpr int k_many_bricks = 1 << 13;
-  constexpr std::size_t k_some = 16;
-  if (image.now.undoable.version->brick_count() > k_many_bricks && next_checkpoint_ % k_some != 0) {
+  constexpr std::size_t k_compared = 16;  // every 16th checkpoint
+  if (image.now.undoable.version->brick_count() > k_many_bricks && next_checkpoint_ % k_compared != 0) {
     const volume::RemovalLedger &recorded = stored.image.now.undoable.version->ledger(),
                                 &here = image.now.undoable.version->ledger();
-    if (recorded.total() != here.total() || recorded.freed_units != here.freed_units)
+    if (recorded.total() != here.total() || recorded.detached_units != here.detached_units)
       record_mismatch(tick, "checkpoint", "its removed volume", "another");
   } else if (const std::uint64_t recorded = stored.image.now.hash(), replayed = image.now.hash();
              recorded != replayed) {
@@ -328,7 +328,7 @@ void Replay::finish_tick(bool may_keep) {
 
 void Replay::add_change(const Outcome& outcome) {
   if (!outcome.is_changed) return;
-  changed_ = united(changed_, outcome.box);
+  changed_ = union_of(changed_, outcome.box);
   state_->servo.publish(state_->engine.servo_scene());
 }
 

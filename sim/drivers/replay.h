@@ -36,7 +36,7 @@ class Replay {
   static Result<std::unique_ptr<Replay>> open(SessionReader& session, OperationStart start);
 
   /// Returns the reason why this program cannot reproduce the session's bits; empty if it can.
-  Status why_not_verifiable() const;
+  Status reason_not_verifiable() const;
   /// Runs the next tick of any hand, and the commands before it. False at the end of the session.
   Result<bool> step();
   /// Goes to the last tick before `tick`, forward or back, from kept states and checkpoints. At the tick
@@ -98,7 +98,7 @@ class Replay {
   Replay(SessionReader& session, Engine engine);
   Status restore(State state);
   Status open_at(std::size_t checkpoint);
-  Status take(const LogItem& item);
+  Status process_item(const LogItem& item);
   void compare_checkpoint();
   void compare_tick();
   void finish_tick(bool may_keep = true);

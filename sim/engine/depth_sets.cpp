@@ -46,7 +46,7 @@ const Schema& DepthPixels::schema() {
 DepthPixels DepthPixels::of(const haptics::depth::DepthPicture& picture, const dvec3& touch, double edge,
                             double time) {
   const haptics::depth::DepthCamera& c = picture.camera;
-  const glm::dquat& q = picture.place.rotation;
+  const glm::dquat& q = picture.placement.rotation;
   return {touch,
           edge,
           time,
@@ -56,7 +56,7 @@ DepthPixels DepthPixels::of(const haptics::depth::DepthPicture& picture, const d
           c.fy,
           c.cx,
           c.cy,
-          picture.place.position_world,
+          picture.placement.position_world,
           {q.w, q.x, q.y, q.z},
           picture.nearest,
           picture.mm_per_step,
@@ -66,8 +66,8 @@ DepthPixels DepthPixels::of(const haptics::depth::DepthPicture& picture, const d
 haptics::depth::DepthPicture DepthPixels::picture() const {
   haptics::depth::DepthPicture picture;
   picture.camera = {static_cast<int>(width), static_cast<int>(height), fx, fy, cx, cy};
-  picture.place.position_world = position;
-  if (rotation.size() == 4) picture.place.rotation = {rotation[0], rotation[1], rotation[2], rotation[3]};
+  picture.placement.position_world = position;
+  if (rotation.size() == 4) picture.placement.rotation = {rotation[0], rotation[1], rotation[2], rotation[3]};
   picture.nearest = nearest, picture.mm_per_step = step;
   picture.values = values;
   return picture;
@@ -206,8 +206,8 @@ std::optional<std::size_t> DepthSets::index_of(std::int64_t item) const noexcept
   return static_cast<std::size_t>(found - items_.begin());
 }
 
-std::uint64_t DepthSets::next_serial(std::size_t place) const noexcept {
-  return newest_[place] ? newest_[place]->serial + 1 : 1;
+std::uint64_t DepthSets::next_serial(std::size_t index) const noexcept {
+  return newest_[index] ? newest_[index]->serial + 1 : 1;
 }
 
 std::optional<DerivedJob> DepthSets::job(const haptics::ServoHand& hand, std::uint8_t number,
@@ -222,8 +222,8 @@ std::optional<DerivedJob> DepthSets::job(const haptics::ServoHand& hand, std::ui
     haptics::Placement item_pose = item.placement;  // without the object's own motion
     if (item.mover >= 0 && static_cast<std::size_t>(item.mover) < hand.placement_count)
       item_pose = hand.placements[static_cast<std::size_t>(item.mover)];
-    const haptics::Placement place = set ? item_pose * set->displacement_at(time) : item_pose;
-    const dvec3 hip = place.local_from_world(hip_), proxy = place.local_from_world(proxy_);
+    const haptics::Placement placement = set ? item_pose * set->displacement_at(time) : item_pose;
+    const dvec3 hip = placement.local_from_world(hip_), proxy = placement.local_from_world(proxy_);
     const dvec3 local_hip = item_pose.local_from_world(hip_),
                 local_proxy = item_pose.local_from_world(proxy_);
     dvec3 low, high;
@@ -237,7 +237,8 @@ std::optional<DerivedJob> DepthSets::job(const haptics::ServoHand& hand, std::ui
     const double reach = edge / 3 + hand.scene->tool->radius();
     // No set is requested before it is due, even if the last one shows little.
     const bool is_due = !set || time >= set->view.time + set->view.interval;
-    const bool is_old = !set || set->has_successor || !set->knows(hip, reach) || !set->knows(proxy, reach);
+    const bool is_old = !set || set->has_successor || !set->is_known_around(hip, reach) ||
+                        !set->is_known_around(proxy, reach);
     if (!is_due || !is_old) continue;
     constexpr double k_widest = 150;  // mm; a hand so deep that it needs more loses contact
     // The known part ends a few pixels before the border.
@@ -255,7 +256,7 @@ std::optional<DerivedJob> DepthSets::job(const haptics::ServoHand& hand, std::ui
   return std::nullopt;
 }
 
-void DepthSets::take(std::int64_t item, std::shared_ptr<DepthSet> result) {
+void DepthSets::adopt(std::int64_t item, std::shared_ptr<DepthSet> result) {
   std::shared_ptr<const DepthSet>& current = newest_[*index_of(item)];
   const std::uint64_t serial = result->serial;
   result->follow(current.get());

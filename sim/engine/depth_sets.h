@@ -56,7 +56,8 @@ class DepthSets {
  public:
   using Sets = std::vector<std::shared_ptr<const haptics::depth::DepthSet>>;
   /// Returns the interval from a set drawn at `time` (s) to the next, s: that of the item's depth rate, or
-  /// less if the object's motion changes before, since the motion between two sets is uniform.
+  /// less if the object's motion changes before, since the motion between two sets is uniform; at least a
+  /// fifth of it.
   static double interval_of(const haptics::TouchItem& item, double time) noexcept;
   /// Returns the edge of a clip volume, mm: covers the path of the hand, in any direction, until the next set
   /// is drawn. The hand is assumed to move at 1 m/s, or at 1.5 times its recent speed if that is more.
@@ -78,10 +79,10 @@ class DepthSets {
   std::optional<DerivedJob> job(const haptics::ServoHand& hand, std::uint8_t number,
                                 const std::shared_ptr<const haptics::TouchScene>& scene, double time) const;
   /// Replaces the set of an item.
-  void take(std::int64_t item, std::shared_ptr<haptics::depth::DepthSet> result);
+  void adopt(std::int64_t item, std::shared_ptr<haptics::depth::DepthSet> result);
   /// Returns the index of an item in newest(); empty if it is not touched by depth images.
   std::optional<std::size_t> index_of(std::int64_t item) const noexcept;
-  std::uint64_t next_serial(std::size_t place) const noexcept;
+  std::uint64_t next_serial(std::size_t index) const noexcept;
 
  private:
   std::vector<int> items_;

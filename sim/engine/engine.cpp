@@ -70,7 +70,7 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
   record_faults(tick);
   Instrument& instrument = now_.settings.hands[tick.hand];
   if ((tick.raised & haptics::fault_not_finite) == 0) {
-    hand.place = haptics::place_of(tick.pose);
+    hand.placement = haptics::placement_of(tick.pose);
     depths_[tick.hand].record_positions(tick.pose.position_world, tick.proxy_world);
   }
   const InstrumentInput input{tick, now_.dt, std::exchange(hand.is_fresh, false),
@@ -319,8 +319,8 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
 void Engine::record_cut(const volume::RemovalReport& report) {
   for (TouchFields& fields : fields_) fields.record_cut(current(), serial(), report.box);
   is_stroke_changed_ = true;
-  stroke_box_ = united(stroke_box_, report.box);
-  ever_cut_ = united(ever_cut_, report.box);
+  stroke_box_ = union_of(stroke_box_, report.box);
+  ever_cut_ = union_of(ever_cut_, report.box);
 }
 
 bool Engine::is_in_stroke() const noexcept {
@@ -447,7 +447,7 @@ Overlays Engine::overlays() const {
     overlay.matter = body.matter, overlay.is_detached = !body.is_implant;
     overlay.name = (body.is_implant ? "implant " : "piece ") + std::to_string(body.id.value);
     overlay.surface = body.piece->tree;
-    overlay.place = place_of(body);
+    overlay.placement = placement_of(body);
     overlay.holder = body.holder;
     overlay.grip = body.grip;
   }
@@ -457,7 +457,7 @@ Overlays Engine::overlays() const {
     overlay.matter = item->matter;
     overlay.name = haptics::name_of(*item);
     overlay.surface = surface_of(*item);
-    overlay.place = place_of(*item);
+    overlay.placement = placement_of(*item);
   }
   for (const Module* module : catalogue_.modules())
     for (Overlay& overlay : module->overlays(now_)) result.push_back(std::move(overlay));

@@ -96,7 +96,7 @@ class Engine {
   const std::shared_ptr<const volume::Version>& untouched() const noexcept { return untouched_; }
   double removed_mm3() const noexcept;
   /// Returns the box of all voxels that were cut since the start, also of undone cuts.
-  const volume::VoxelBox& ever_cut() const noexcept { return ever_cut_; }
+  const volume::VoxelBox& all_cuts_box() const noexcept { return ever_cut_; }
   /// Returns the removed volume of each label, mm3; one entry for scans without labels.
   std::vector<double> removed_mm3_by_label() const;
   std::vector<Measure> measures() const;
@@ -104,7 +104,7 @@ class Engine {
   Overlays overlays() const;
 
   /// Current frame of a body; of a held body, at the hand's last tick.
-  haptics::Placement place_of(const Body& body) const;
+  haptics::Placement placement_of(const Body& body) const;
   /// Models of the scene, without detached bodies.
   std::vector<const haptics::TouchItem*> models() const;
   /// Current surface of a model.
@@ -113,7 +113,7 @@ class Engine {
   bool has_moving_surfaces() const;
   /// Current depth images of a hand: of each object that it has been near.
   std::vector<DisplayedDepths> displayed_depths(std::size_t hand) const;
-  haptics::Placement place_of(const haptics::TouchItem& item) const;
+  haptics::Placement placement_of(const haptics::TouchItem& item) const;
 
   /// Forbidden structures; OperationState::watches has the distance of each hand to each.
   const std::vector<std::shared_ptr<const Forbidden>>& forbidden() const noexcept { return forbidden_; }
@@ -141,7 +141,7 @@ class Engine {
   /// Number of applied strokes and commands.
   /// Within apply() it includes the one that is about to end.
   std::size_t stroke_count() const noexcept {
-    return branch_.forgotten + branch_.position + (is_stroke_changed_ && !is_in_stroke() ? 1 : 0);
+    return branch_.final_strokes + branch_.position + (is_stroke_changed_ && !is_in_stroke() ? 1 : 0);
   }
   bool can_undo() const noexcept { return branch_.position > 0 || is_stroke_changed_; }
   bool can_redo() const noexcept { return branch_.position + 1 < branch_.history.size(); }

@@ -48,8 +48,8 @@ std::uint64_t since_of(const haptics::ServoHand& hand, const Body& body) {
   for (const haptics::TouchItem& item : hand.scene->items)
     if (item.tree == body.piece->tree && item.mover == body.mover &&
         (body.mover < 0 ? item.placement : hand.placements[static_cast<std::size_t>(body.mover)]) ==
-            body.place)
-      return item.since;
+            body.placement)
+      return item.first_layout;
   return hand.layout + 1;
 }
 
@@ -137,7 +137,7 @@ struct BodyCommands {
                    .where = "hold-body",
                    .expected = "an empty hand",
                    .remedy = "release the body first"};
-    if (!engine.work_[hand].place)
+    if (!engine.work_[hand].placement)
       return Error{.what = "the hand's position is unknown",
                    .where = "hold-body",
                    .expected = "a hand whose device has sent a position",
@@ -147,7 +147,7 @@ struct BodyCommands {
   static void hold(Engine& engine, const HoldBody& request, std::uint8_t hand, Outcome& outcome) {
     Body& body = *find_body(engine.now_.undoable.bodies, request.body);
     body.holder = hand;
-    body.grip = engine.work_[hand].place->inverse() * body.place;
+    body.grip = engine.work_[hand].placement->inverse() * body.placement;
     publish(engine, Engine::Bodies::same, outcome);  // the release is the undoable change
   }
 
@@ -173,8 +173,8 @@ struct BodyCommands {
   }
   static void place(Engine& engine, const PlaceBody& request, std::uint8_t, Outcome& outcome) {
     const std::vector<double>& q = request.rotation;
-    find_body(engine.now_.undoable.bodies, request.body)->place = {request.position,
-                                                                   {q[0], q[1], q[2], q[3]}};
+    find_body(engine.now_.undoable.bodies, request.body)->placement = {request.position,
+                                                                       {q[0], q[1], q[2], q[3]}};
     // The body counts as a new item at its new pose, so that it pushes no hand.
     publish_edit(engine, Engine::Bodies::changed, outcome);
   }
@@ -222,15 +222,15 @@ bool Engine::remove_bodies(std::span<const Id> ids) {
   return removed > 0;
 }
 
-haptics::Placement Engine::place_of(const Body& body) const {
-  haptics::Placement place = body.place;
+haptics::Placement Engine::placement_of(const Body& body) const {
+  haptics::Placement placement = body.placement;
   if (is_in_motion(body))
-    return body.motion.at(static_cast<double>(now_.next_tick - body.motion.begin_tick) * now_.dt, place);
-  if (body.holder < 0) return place;
+    return body.motion.at(static_cast<double>(now_.next_tick - body.motion.begin_tick) * now_.dt, placement);
+  if (body.holder < 0) return placement;
   const HandWork& hand = work_[static_cast<std::size_t>(body.holder)];
-  if (hand.place) place = *hand.place * body.grip;
-  place.rotation = glm::normalize(place.rotation);
-  return place;
+  if (hand.placement) placement = *hand.placement * body.grip;
+  placement.rotation = glm::normalize(placement.rotation);
+  return placement;
 }
 
 bool Engine::is_in_motion(const Body& body) const noexcept {
@@ -242,7 +242,7 @@ std::uint64_t Engine::end_of(const BodyMotion& motion) const noexcept {
   return motion.begin_tick + static_cast<std::uint64_t>(std::ceil(motion.seconds / now_.dt));
 }
 
-haptics::Placement Engine::place_of(const haptics::TouchItem& item) const {
+haptics::Placement Engine::placement_of(const haptics::TouchItem& item) const {
   const haptics::ServoHand& hand = servo_scene_->hands[0];
   const bool is_moved = item.mover >= 0 && static_cast<std::size_t>(item.mover) < hand.placement_count;
   return is_moved ? hand.placements[static_cast<std::size_t>(item.mover)] : item.placement;
@@ -282,14 +282,14 @@ std::vector<DisplayedDepths> Engine::displayed_depths(std::size_t hand) const {
   for (int i = 0; i < haptics::item_count(scene()); ++i)
     if (const auto at = depths_[hand].index_of(i))
       if (const auto& set = depths_[hand].newest()[*at]) {
-        const haptics::Placement item_pose = place_of(haptics::item_of(scene(), i));
+        const haptics::Placement item_pose = placement_of(haptics::item_of(scene(), i));
         result.push_back({i, set, item_pose, item_pose * set->displacement_at(time)});
       }
   return result;
 }
 
 void Engine::release_body(Body& body) {
-  body.place = place_of(body);
+  body.placement = placement_of(body);
   body.holder = -1;
   body.grip = {};
 }
@@ -363,10 +363,10 @@ void Engine::add(std::span<const NewBody> bodies, std::uint8_t hand, Outcome& ou
     Body body;
     body.id = Id{++last_body_};
     body.mover = one.is_fixed ? -1 : movers[used++];
-    body.piece = one.piece, body.place = one.place, body.matter = one.matter;
+    body.piece = one.piece, body.placement = one.placement, body.matter = one.matter;
     body.is_implant = true, body.is_fixed = one.is_fixed;
     body.motion = one.motion, body.motion.begin_tick = now_.next_tick;
-    pending_events_.push_back({now_.next_tick, hand, one.place.world_from_local(one.piece->middle_world),
+    pending_events_.push_back({now_.next_tick, hand, one.placement.world_from_local(one.piece->middle_world),
                                BodyAdded{body.id, one.piece->mm3}});
     now_.undoable.bodies.push_back(std::move(body));
   }
@@ -407,9 +407,9 @@ void Engine::use_bodies(std::size_t h, Bodies update) {
       haptics::TouchItem item =
           haptics::mesh_item("body " + std::to_string(body.id.value), body.piece->tree, body.piece->material);
       item.mover = body.mover;
-      if (body.mover < 0) item.placement = body.place;
+      if (body.mover < 0) item.placement = body.placement;
       item.matter = body.matter;
-      item.since = since_of(hand, body);
+      item.first_layout = since_of(hand, body);
       scene->items.push_back(std::move(item));
     }
     std::shared_ptr<haptics::ProxyMethod> method =
@@ -421,7 +421,7 @@ void Engine::use_bodies(std::size_t h, Bodies update) {
   hand.release_held();
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Body& body = bodies[b];
-    if (body.mover >= 0) hand.set_placement(body.mover, body.place);
+    if (body.mover >= 0) hand.set_placement(body.mover, body.placement);
     // A hand does not touch its own body, and no hand touches one in motion.
     hand.set_touchable(first + static_cast<int>(b),
                        body.holder != static_cast<int>(h) && !is_in_motion(body));

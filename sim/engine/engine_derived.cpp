@@ -78,7 +78,7 @@ struct DerivedCommands {
       return;
     }
     TouchFields* fields = engine.fields_of(hand);
-    if (fields == nullptr || !fields->take(static_cast<std::uint64_t>(request.serial), data->fields)) return;
+    if (fields == nullptr || !fields->adopt(static_cast<std::uint64_t>(request.serial), data->fields)) return;
     engine.publish(Engine::Change::removal);
     outcome.is_changed = true;
     if (data->hash != 0) outcome.job_hash = data->hash;  // fields of a checkpoint have no hash
@@ -111,7 +111,7 @@ struct DerivedCommands {
                                     const DerivedData& data) {
     auto set = std::make_shared<haptics::depth::DepthSet>(*data.depths);
     set->serial = static_cast<std::uint64_t>(request.serial);
-    engine.depths_[hand].take(request.item, std::move(set));
+    engine.depths_[hand].adopt(request.item, std::move(set));
     Engine::Setting setting{request.item};
     if (data.is_empty)  // the item is no longer touched
       setting.error = Error{.what = "the parameters of the depth images are invalid",

@@ -111,14 +111,14 @@ struct HistoryCommands {
     volume::VoxelBox box = k_no_voxels;
     const auto add = [&box](const Branch& branch, const Branch& reference) {
       for (std::size_t i = 0; i <= branch.position; ++i) {
-        const bool is_common = branch.forgotten == reference.forgotten && i <= reference.position &&
+        const bool is_common = branch.final_strokes == reference.final_strokes && i <= reference.position &&
                                branch.history[i]->number == reference.history[i]->number;
-        if (!is_common) box = united(box, branch.history[i]->box);
+        if (!is_common) box = union_of(box, branch.history[i]->box);
       }
     };
     add(current, target);
     add(target, current);
-    if (current.forgotten != target.forgotten) box = united(box, engine.ever_cut_);
+    if (current.final_strokes != target.final_strokes) box = union_of(box, engine.ever_cut_);
     std::swap(current, target);
     engine.go_to(*current.history[current.position], box, outcome);
   }
@@ -127,7 +127,7 @@ struct HistoryCommands {
     engine.end_stroke();
     engine.release_all_bodies(outcome);
     // Poses are outdated: devices may have moved.
-    for (HandWork& hand : engine.work_) hand.body.reset(), hand.place.reset();
+    for (HandWork& hand : engine.work_) hand.body.reset(), hand.placement.reset();
   }
 };
 
@@ -163,7 +163,7 @@ void Engine::add_entry(const volume::VoxelBox& box) {
   if (++branch_.position <= k_max_strokes) return;
   branch_.history.erase(branch_.history.begin());
   --branch_.position;
-  ++branch_.forgotten;
+  ++branch_.final_strokes;
 }
 
 EntryState Engine::current_entry_state() const {

@@ -15,7 +15,7 @@ void Engine::for_each_kept(SomeEngine& engine, Image& image, Each&& each) {
   each(engine.addition_count_, image.addition_count);
   each(engine.is_stroke_changed_, image.is_stroke_changed);
   each(engine.stroke_box_, image.stroke_box);
-  each(engine.ever_cut_, image.ever_cut);
+  each(engine.ever_cut_, image.all_cuts_box);
   each(engine.jobs_, image.jobs);
   each(engine.last_job_, image.last_job);
   each(engine.last_body_, image.last_body);

@@ -34,16 +34,16 @@ struct Branch {
   std::string name;
   /// Ends of strokes, oldest first; [0] is the oldest that undo can restore.
   std::vector<std::shared_ptr<const HistoryEntry>> history;
-  std::size_t position = 0;   ///< index of the current entry
-  std::size_t forgotten = 0;  ///< number of strokes before [0], which can no longer be undone
+  std::size_t position = 0;       ///< index of the current entry
+  std::size_t final_strokes = 0;  ///< number of strokes before [0], which can no longer be undone
 };
 
 /// Data of a hand in addition to its scene.
 struct HandWork {
   bool is_pressed = false, is_fresh = true;
   std::uint32_t noted_faults = 0;
-  std::optional<ToolBall> body = std::nullopt;             ///< of its instrument, at the last tick
-  std::optional<haptics::Placement> place = std::nullopt;  ///< last known pose of the hand
+  std::optional<ToolBall> body = std::nullopt;                 ///< of its instrument, at the last tick
+  std::optional<haptics::Placement> placement = std::nullopt;  ///< last known pose of the hand
 };
 
 /// A job that began and has not ended. Immutable data, for any thread.
@@ -86,7 +86,7 @@ struct EngineImage {
   std::uint64_t last_entry = 0, addition_count = 0;
   bool is_stroke_changed = false;
   volume::VoxelBox stroke_box = k_no_voxels;
-  volume::VoxelBox ever_cut = k_no_voxels;
+  volume::VoxelBox all_cuts_box = k_no_voxels;
 
   std::vector<PendingJob> jobs;
   std::uint32_t last_job = 0, last_body = 0;

@@ -74,7 +74,7 @@ AdoptJob Engine::run_job(Id id) {
   return request;
 }
 
-/// Adopts the result of a job, or discards it if the anatomy changed.
+/// Adopts the result of a job, or discards it if it is outdated or can no longer be applied.
 void Engine::adopt_or_discard(const AdoptJob& request, Outcome& outcome) {
   const auto found =
       std::find_if(jobs_.begin(), jobs_.end(), [&](const PendingJob& job) { return job.id == request.job; });

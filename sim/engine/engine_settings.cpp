@@ -151,10 +151,10 @@ bool Engine::use_forces_of_instrument(std::size_t hand, Change& change) {
   auto laws = laws_with_forces(hands_[hand], forces);
   if (!laws) return false;
   // An item that blocks again may enclose the tool.
-  const haptics::ShapeSet& next = forces.let_through;
-  if ((next | forces_[hand].let_through) != next) change = Change::addition;
+  const haptics::ShapeSet& next = forces.passable_items;
+  if ((next | forces_[hand].passable_items) != next) change = Change::addition;
   hands_[hand].laws = std::move(laws).value();
-  hands_[hand].let_through = next;
+  hands_[hand].passable_items = next;
   forces_[hand] = std::move(forces);
   return true;
 }

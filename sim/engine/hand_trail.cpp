@@ -10,17 +10,17 @@ namespace trephine::sim {
 /// Adds the position if it is at least half a voxel from the last one. A full trail loses its older half.
 void HandTrail::add(const haptics::ServoHand& hand, const haptics::ServoRecord& tick) {
   if (tick.is_escaping || tick.is_buried || (tick.faults & haptics::k_latched_faults) != 0) return;
-  const glm::dvec3 place = hand.scene->base->frame.volume_from_world(tick.proxy_world);
-  if (size() > 0 && glm::length(at(size() - 1) - place) < 0.5) return;
-  add(place);
+  const glm::dvec3 position = hand.scene->base->frame.volume_from_world(tick.proxy_world);
+  if (size() > 0 && glm::length(at(size() - 1) - position) < 0.5) return;
+  add(position);
 }
 
-void HandTrail::add(const glm::dvec3& place) {
+void HandTrail::add(const glm::dvec3& position) {
   if (full_.size() == k_max_chunks) {
     full_.erase(full_.begin(), full_.begin() + k_max_chunks / 2);
     first_ += k_max_chunks / 2 * k_chunk;
   }
-  newest_.push_back(place);
+  newest_.push_back(position);
   if (newest_.size() < k_chunk) return;
   auto chunk = std::make_shared<Chunk>();
   std::copy(newest_.begin(), newest_.end(), chunk->begin());
@@ -31,7 +31,7 @@ void HandTrail::add(const glm::dvec3& place) {
 HandTrail HandTrail::of(std::size_t first, std::span<const glm::dvec3> places) {
   HandTrail output;
   output.first_ = first;
-  for (const glm::dvec3& place : places) output.add(place);
+  for (const glm::dvec3& position : places) output.add(position);
   return output;
 }
 

@@ -22,7 +22,7 @@ class HandTrail {
   std::size_t count() const noexcept { return first_ + size(); }
   std::size_t first() const noexcept { return first_; }
   /// Returns the i-th position ever added; requires i >= first().
-  const glm::dvec3& place(std::size_t i) const noexcept { return at(i - first_); }
+  const glm::dvec3& position(std::size_t i) const noexcept { return at(i - first_); }
   /// Restores a saved trail: the positions from `first` on.
   static HandTrail of(std::size_t first, std::span<const glm::dvec3> places);
 
@@ -33,7 +33,7 @@ class HandTrail {
   const glm::dvec3& at(std::size_t i) const noexcept {
     return i / k_chunk < full_.size() ? (*full_[i / k_chunk])[i % k_chunk] : newest_[i % k_chunk];
   }
-  void add(const glm::dvec3& place);
+  void add(const glm::dvec3& position);
   std::size_t newest_free(const haptics::ServoHand& hand) const noexcept;
 
   std::vector<std::shared_ptr<const Chunk>> full_;

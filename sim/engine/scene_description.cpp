@@ -219,7 +219,7 @@ Result<TouchScene> build_items(const SceneDescription& spec, const SceneData& da
     item.matter = s.matter;
     if (s.is_soft && s.model < 0) soft.push_back(scene.items.size() - 1);
   }
-  if (spec.is_softening)
+  if (spec.smooths_all_shapes)
     haptics::soften(scene);
   else
     haptics::soften(scene, soft);

@@ -82,7 +82,7 @@ struct SceneDescription {
   double smallest_burr = 0;  ///< mm, diameter for which cuts are sampled; 0: as coarse as the voxels
   /// Requests smoothing of all shapes with two values, instead of those with StructureSpec::is_soft. Not
   /// stored in sessions, whose structures have the resulting is_soft.
-  bool is_softening = false;
+  bool smooths_all_shapes = false;
 };
 
 /// Loaded data of a SceneDescription.

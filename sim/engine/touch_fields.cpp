@@ -11,7 +11,7 @@ void TouchFields::record_cut(std::shared_ptr<const volume::Version> version, std
   // Bounds the number of kept versions if fields are never submitted.
   constexpr std::size_t k_max = 4096;
   if (cuts_.size() == k_max) {
-    stale_box_ = united(stale_box_, cuts_.front().box);
+    stale_box_ = union_of(stale_box_, cuts_.front().box);
     cuts_.erase(cuts_.begin());
   }
   cuts_.push_back({std::move(version), serial, box});
@@ -25,7 +25,7 @@ std::optional<DerivedJob> TouchFields::job_of(std::uint64_t serial, std::uint8_t
   volume::VoxelBox box = stale_box_;
   std::shared_ptr<const volume::Version> version;
   for (const Cut& cut : cuts_) {
-    box = united(box, cut.box);
+    box = union_of(box, cut.box);
     if (cut.serial == serial) {
       version = cut.version;
       break;
@@ -55,7 +55,7 @@ std::optional<DerivedJob> TouchFields::job_of(std::uint64_t serial, std::uint8_t
   return job;
 }
 
-bool TouchFields::take(std::uint64_t serial, OffsetFields result) {
+bool TouchFields::adopt(std::uint64_t serial, OffsetFields result) {
   const auto source_cut =
       std::find_if(cuts_.begin(), cuts_.end(), [serial](const Cut& cut) { return cut.serial == serial; });
   if (source_cut == cuts_.end()) return false;
@@ -67,7 +67,7 @@ bool TouchFields::take(std::uint64_t serial, OffsetFields result) {
 
 TouchFields::Kept TouchFields::keep() const {
   Kept kept{newest_, stale_box_};
-  for (const Cut& cut : cuts_) kept.stale_box = united(kept.stale_box, cut.box);
+  for (const Cut& cut : cuts_) kept.stale_box = union_of(kept.stale_box, cut.box);
   return kept;
 }
 

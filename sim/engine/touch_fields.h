@@ -32,7 +32,7 @@ class TouchFields {
   std::optional<DerivedJob> job_of(std::uint64_t serial, std::uint8_t hand) const;
   /// Adopts the result of that job. Returns false, without changes, if the cuts have no such serial, for
   /// example after an undo.
-  bool take(std::uint64_t serial, OffsetFields result);
+  bool adopt(std::uint64_t serial, OffsetFields result);
 
   /// Fields of a history entry, in addition to its version.
   struct Kept {

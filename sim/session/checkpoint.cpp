@@ -90,7 +90,7 @@ void CheckpointMaker::finish_servo() {
   }
 }
 
-std::unique_ptr<Checkpoint> CheckpointMaker::take() {
+std::unique_ptr<Checkpoint> CheckpointMaker::fetch_checkpoint() {
   return pending_ && is_servo_done_ && are_fields_done_ ? std::move(pending_) : nullptr;
 }
 

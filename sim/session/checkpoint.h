@@ -49,7 +49,7 @@ class CheckpointMaker {
   bool is_due() const noexcept { return is_faithful_ && !pending_ && work_ >= work_between_; }
   void begin(Engine& engine, std::uint64_t block);
   /// Returns a complete checkpoint, or null.
-  std::unique_ptr<Checkpoint> take();
+  std::unique_ptr<Checkpoint> fetch_checkpoint();
   /// True while the followed cores reproduce the servo's output; otherwise no more checkpoints are made.
   bool is_faithful() const noexcept { return is_faithful_; }
 

@@ -52,7 +52,7 @@ class ByteReader {
     if (!(std::abs(result) < 1e12)) throw Broken{"an invalid number"};
     return result;
   }
-  glm::dvec3 place() {
+  glm::dvec3 position() {
     const double x = number(), y = number(), z = number();
     return {x, y, z};
   }
@@ -63,7 +63,7 @@ class ByteReader {
   }
   haptics::Placement placement() {
     haptics::Placement result;
-    result.position_world = place();
+    result.position_world = position();
     double parts[4];
     for (double& part : parts) part = number();
     result.rotation = {parts[0], parts[1], parts[2], parts[3]};

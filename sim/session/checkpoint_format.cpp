@@ -67,10 +67,10 @@ void put_hand(std::string& out, const EngineImage::Hand& hand) {
       put(out, hand.escape_path->positions_volume[i]);
   }
   put(out, static_cast<std::uint8_t>(hand.work.is_pressed | hand.work.is_fresh << 1 |
-                                     hand.work.body.has_value() << 2 | hand.work.place.has_value() << 3));
+                                     hand.work.body.has_value() << 2 | hand.work.placement.has_value() << 3));
   put(out, hand.work.noted_faults);
   if (hand.work.body) put(out, hand.work.body->centre), put(out, hand.work.body->radius);
-  if (hand.work.place) put_placement(out, *hand.work.place);
+  if (hand.work.placement) put_placement(out, *hand.work.placement);
 }
 
 /// Writes the cuts that the fields do not include.
@@ -90,7 +90,7 @@ void put_numbers(std::string& out, const EngineImage& image) {
     put_count(out, number);
   put(out, static_cast<std::uint8_t>(image.is_stroke_changed));
   put_box(out, image.stroke_box);
-  put_box(out, image.ever_cut);
+  put_box(out, image.all_cuts_box);
 }
 
 /// Calls each(branch), for the current branch first.
@@ -131,7 +131,7 @@ std::uint64_t CheckpointEncoder::link_of(const std::shared_ptr<const volume::Ver
   ChainLink link{0, tail_.next_link++,
                  !tail_.version || chain_bytes_ > std::max(k_short_chain, k_longest_chain * first_bytes_)};
   const std::string bytes =
-      volume::VersionChanges::between(link.is_first ? *untouched_ : *tail_.version, *version);
+      volume::VersionChanges::encode(link.is_first ? *untouched_ : *tail_.version, *version);
   if (link.is_first) chain_bytes_ = 0, first_bytes_ = bytes.size();
   chain_bytes_ += bytes.size();
   put_link(link, bytes);
@@ -149,8 +149,8 @@ void CheckpointEncoder::put_offsets(std::string& out, const std::shared_ptr<cons
       const ChainLink link{
           chain.id, chain.next_link++,
           !chain.newest || chain.bytes > std::max(k_short_chain, k_longest_chain * chain.first_bytes)};
-      const std::string bytes = volume::OffsetChanges::between(
-          link.is_first ? *scene->items[s].offset : *chain.newest, *offsets[s]);
+      const std::string bytes =
+          volume::OffsetChanges::encode(link.is_first ? *scene->items[s].offset : *chain.newest, *offsets[s]);
       if (link.is_first) chain.bytes = 0, chain.first_bytes = bytes.size();
       chain.bytes += bytes.size();
       put_link(link, bytes);
@@ -203,7 +203,7 @@ void CheckpointEncoder::put_undoable(std::string& out, const UndoableState& undo
     put_count(out, body.id.value);
     put_number(out, body.mover);
     put_count(out, chain);
-    put_placement(out, body.place);
+    put_placement(out, body.placement);
     put_number(out, body.holder);
     if (body.holder >= 0) put_placement(out, body.grip);
     put(out, static_cast<std::uint8_t>(body.is_implant));
@@ -268,7 +268,7 @@ void CheckpointEncoder::put_image(std::string& out, const Checkpoint& checkpoint
     for (const auto& entry : branch.history)
       put_number(out, static_cast<std::int64_t>(entry->number - std::exchange(last, entry->number)));
     put_count(out, branch.position);
-    put_count(out, branch.forgotten);
+    put_count(out, branch.final_strokes);
   });
   put_numbers(out, image);
 
@@ -339,7 +339,7 @@ std::string CheckpointEncoder::encode(const Checkpoint& checkpoint) {
     put_count(trails, trail.first());
     put_count(trails, from);
     put_count(trails, trail.count() - from);
-    for (std::size_t i = from; i < trail.count(); ++i) put(trails, trail.place(i));
+    for (std::size_t i = from; i < trail.count(); ++i) put(trails, trail.position(i));
     tail_.places[h] = trail.count();
   }
   for (const std::string& core : checkpoint.cores) put_text(rest, core);
@@ -361,7 +361,7 @@ std::string bytes_without_state(const EngineImage& image) {
   for (const EngineImage::Hand& hand : image.hands) {
     put_hand(out, hand);
     put_count(out, hand.trail.count());
-    for (std::size_t i = hand.trail.first(); i < hand.trail.count(); ++i) put(out, hand.trail.place(i));
+    for (std::size_t i = hand.trail.first(); i < hand.trail.count(); ++i) put(out, hand.trail.position(i));
   }
   for (const TouchFields& fields : image.fields) {
     put_box(out, fields.stale_box());
@@ -370,7 +370,7 @@ std::string bytes_without_state(const EngineImage& image) {
   for_branches(image, [&](const Branch& branch) {
     put_text(out, branch.name);
     put_count(out, branch.position);
-    put_count(out, branch.forgotten);
+    put_count(out, branch.final_strokes);
     for (const auto& entry : branch.history) {
       put_count(out, entry->number);
       put_box(out, entry->box);

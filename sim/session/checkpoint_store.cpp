@@ -41,7 +41,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   bool are_events_known = true;
   struct StoredEntry {
     volume::VoxelBox box;
-    std::string place;
+    std::string bytes;
   };
   std::map<std::uint64_t, std::shared_ptr<const Piece>> pieces;  ///< by chain
   std::map<std::uint64_t, StoredEntry> entries;  ///< of the first `entry_checkpoints` checkpoints
@@ -75,7 +75,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     if (version && version_link == link) return version;
     bool starts_after_known = false;
     const auto changes = links_to(0, link, version ? version_link : ~std::uint64_t{0}, starts_after_known);
-    version = value_or_throw(volume::VersionChanges::applied(
+    version = value_or_throw(volume::VersionChanges::apply(
         starts_after_known ? *version : *start.now().undoable.version, views(changes)));
     version_link = link;
     return version;
@@ -91,7 +91,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     bool starts_after_known = false;
     const auto changes = links_to(chain, link, is_same ? last.link : ~std::uint64_t{0}, starts_after_known);
     last.field = value_or_throw(
-        volume::OffsetChanges::applied(starts_after_known ? *last.field : *untouched, views(changes)));
+        volume::OffsetChanges::apply(starts_after_known ? *last.field : *untouched, views(changes)));
     last.link = link;
     last.scene = scene;
     return last.field;
@@ -139,7 +139,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       Event event;
       event.tick = in.value<std::uint64_t>();
       event.hand = in.value<std::uint8_t>();
-      event.position_world = in.place();
+      event.position_world = in.position();
       event.value = read_value(in);
       if (event.value.is_empty()) throw Broken{"an event without a name"};
       events.push_back(std::move(event));
@@ -176,7 +176,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       for (Part& part : parts) {
         const std::uint64_t first = in.count(), from = in.count(), count = in.element_count();
         std::vector<glm::dvec3> places;
-        for (std::uint64_t n = 0; n < count; ++n) places.push_back(in.place());
+        for (std::uint64_t n = 0; n < count; ++n) places.push_back(in.position());
         if (k == i) {
           part = {first, from, std::move(places)};
         } else if (part.from > part.first) {
@@ -264,7 +264,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       if (!piece) piece = piece_from_bytes(links_to(chain, 0, ~std::uint64_t{0}, starts_after_known).back());
       if (!piece) throw Broken{"an invalid piece"};
       body.piece = piece;
-      body.place = in.placement();
+      body.placement = in.placement();
       const std::int64_t holder = in.signed_number();
       if (holder < -1 || holder >= static_cast<std::int64_t>(start.hand_count()))
         throw Broken{"a body in an unknown hand"};
@@ -349,7 +349,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   void read_hand(ByteReader& in, std::size_t h, EngineImage::Hand& hand) {
     ToolGeometry geometry{in.number(), {}, {}, 0};
     for (std::uint64_t remaining = in.count(haptics::ToolShape::k_max_balls); remaining > 0; --remaining)
-      geometry.balls.push_back(in.place());
+      geometry.balls.push_back(in.position());
     for (std::uint64_t remaining = in.count(2 * haptics::ToolProfile::k_max_rings); remaining > 0;
          --remaining)
       geometry.profile.push_back(in.number());
@@ -370,7 +370,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       auto path = std::make_shared<haptics::EscapePath>();
       path->serial = in.value<std::uint64_t>();
       path->count = static_cast<std::uint32_t>(in.count(haptics::EscapePath::k_max_positions));
-      for (std::uint32_t i = 0; i < path->count; ++i) path->positions_volume[i] = in.place();
+      for (std::uint32_t i = 0; i < path->count; ++i) path->positions_volume[i] = in.position();
       hand.escape_path = std::move(path);
     }
     const auto flags = in.flags(15);
@@ -378,10 +378,10 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     hand.work.is_fresh = flags & 2;
     hand.work.noted_faults = in.value<std::uint32_t>();
     if (flags & 4) {
-      const glm::dvec3 centre = in.place();
+      const glm::dvec3 centre = in.position();
       hand.work.body = ToolBall{centre, in.number()};
     }
-    if (flags & 8) hand.work.place = in.placement();
+    if (flags & 8) hand.work.placement = in.placement();
   }
 
   void read_history(ByteReader& in, std::size_t i, const Hands& hands, EngineImage& image) {
@@ -409,7 +409,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       branch.history.push_back(entry);
     }
     branch.position = in.count();
-    branch.forgotten = in.count();
+    branch.final_strokes = in.count();
     if (branch.position >= branch.history.size()) throw Broken{"an invalid history entry"};
     return branch;
   }
@@ -419,7 +419,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     const auto found = stored.find(number);
     if (found == stored.end()) throw Broken{"a missing history entry"};
     HistoryEntry entry{number, found->second.box, {}, {}};
-    entry.load = [shared = shared_from_this(), hands, bytes = found->second.place,
+    entry.load = [shared = shared_from_this(), hands, bytes = found->second.bytes,
                   loaded = std::make_shared<std::optional<EntryState>>()]() -> Result<EntryState> {
       try {
         if (*loaded) return **loaded;
@@ -427,8 +427,8 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
           return Error{.what = "the earlier history can no longer be read",
                        .expected = "its session to stay open while it is continued",
                        .remedy = "open the session again"};
-        ByteReader place(bytes);
-        return *(*loaded = shared->read_entry_state(place, hands));
+        ByteReader reader(bytes);
+        return *(*loaded = shared->read_entry_state(reader, hands));
       } catch (const Broken& broken) {
         return error_of(broken);
       } catch (const std::bad_alloc&) {
@@ -489,7 +489,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     read_history(in, i, hands, image);
     image.is_stroke_changed = in.flags(1) != 0;
     image.stroke_box = in.box(start.scene().base->size);
-    image.ever_cut = in.box(start.scene().base->size);
+    image.all_cuts_box = in.box(start.scene().base->size);
     read_jobs(in, all_events, image);
     image.serial = in.value<std::uint64_t>();
     image.now = read_state(in, all_events);

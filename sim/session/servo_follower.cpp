@@ -20,16 +20,16 @@ haptics::ServoRecord ServoFollower::step(const haptics::ServoRecord& recorded) {
   // Unrecorded ticks found the ring full: the proxy stayed, and the force faded further.
   if (gap_ > 0) core.skip(recorded.raised | haptics::fault_full_ring, gap_);
   advance_to(recorded.version);
-  haptics::HandPlacements places;
-  return core.step(*scenes_.front(), input_of(recorded, places));
+  haptics::HandPlacements hand_placements;
+  return core.step(*scenes_.front(), input_of(recorded, hand_placements));
 }
 
-/// Returns the input of a recorded tick. Uses `places`, which must outlive it.
+/// Returns the input of a recorded tick. Uses `hand_placements`, which must outlive it.
 haptics::ServoInput ServoFollower::input_of(const haptics::ServoRecord& recorded,
-                                            haptics::HandPlacements& places) const {
-  if (scenes_.front()->has_held) places = haptics::placements_before(cores_, recorded.tick);
+                                            haptics::HandPlacements& hand_placements) const {
+  if (scenes_.front()->has_held) hand_placements = haptics::placements_before(cores_, recorded.tick);
   haptics::ServoInput input;
-  input.places = &places;
+  input.hand_placements = &hand_placements;
   input.pose = recorded.pose;
   input.faults = recorded.raised;
   input.is_reset = recorded.is_reset;
@@ -45,8 +45,8 @@ haptics::ForceParts ServoFollower::force_parts(const haptics::ServoRecord& recor
   const std::uint64_t gap = recorded.tick - core.next_tick();
   if (gap > 0) core.skip(recorded.raised | haptics::fault_full_ring, gap);
   copy.advance_to(recorded.version);
-  haptics::HandPlacements places;
-  return haptics::force_parts(core, *copy.scenes_.front(), copy.input_of(recorded, places));
+  haptics::HandPlacements hand_placements;
+  return haptics::force_parts(core, *copy.scenes_.front(), copy.input_of(recorded, hand_placements));
 }
 
 void ServoFollower::advance_to(std::uint64_t serial) {

@@ -42,7 +42,8 @@ class ServoFollower {
   std::uint64_t gap() const noexcept { return gap_; }
 
  private:
-  haptics::ServoInput input_of(const haptics::ServoRecord& recorded, haptics::HandPlacements& places) const;
+  haptics::ServoInput input_of(const haptics::ServoRecord& recorded,
+                               haptics::HandPlacements& hand_placements) const;
 
   haptics::ForceOptions options_;
   double dt_;

@@ -123,7 +123,7 @@ std::array<double*, 4> parts_of(glm::dquat& q) noexcept { return {&q.w, &q.x, &q
 
 void ItemEncoder::add(const haptics::ServoRecord& r) {
   TickMemory& last = last_[r.hand];
-  const bool is_first = !last.is_there;
+  const bool is_first = !last.has_tick;
   if (!std::exchange(has_tick_, true)) first_tick_ = r.tick;
   next_tick_ = std::max(next_tick_, r.tick + 1);
   std::uint8_t flags = 0, extras = 0;
@@ -146,16 +146,16 @@ void ItemEncoder::add(const haptics::ServoRecord& r) {
   if (flags & has_extras) put(bytes_, extras);
   if (extras & hand_flag) put(bytes_, r.hand);
   if (flags & tick_jumps) put_number(bytes_, static_cast<std::int64_t>(r.tick - last.tick));
-  const std::array<std::int64_t, 3> previous_place = last.place;
+  const std::array<std::int64_t, 3> previous_place = last.position;
   if (flags & has_position)
     for (std::size_t a = 0; a < 3; ++a)
-      put_on_grid(bytes_, r.pose.position_world[static_cast<int>(a)], haptics::k_place_grid,
-                  plus(last.place[a], last.moved[a]), last.place[a]);
-  for (std::size_t a = 0; a < 3; ++a) last.moved[a] = minus(last.place[a], previous_place[a]);
+      put_on_grid(bytes_, r.pose.position_world[static_cast<int>(a)], haptics::k_position_grid,
+                  plus(last.position[a], last.moved[a]), last.position[a]);
+  for (std::size_t a = 0; a < 3; ++a) last.moved[a] = minus(last.position[a], previous_place[a]);
   if (flags & has_orientation) {
     glm::dquat turn = r.pose.orientation;
     for (std::size_t k = 0; k < 4; ++k)
-      put_on_grid(bytes_, *parts_of(turn)[k], haptics::k_turn_grid, last.turn[k], last.turn[k]);
+      put_on_grid(bytes_, *parts_of(turn)[k], haptics::k_rotation_grid, last.turn[k], last.turn[k]);
   }
   if (flags & has_version) put_number(bytes_, static_cast<std::int64_t>(r.version - last.version));
   if (extras & has_raised) put(bytes_, r.raised);
@@ -169,7 +169,7 @@ void ItemEncoder::add(const haptics::ServoRecord& r) {
       last.force[a] = count;
     }
   put(bytes_, output_check(r));
-  last.is_there = true;
+  last.has_tick = true;
   last.tick = r.tick, last.version = r.version, last.pose = r.pose;
 }
 
@@ -211,7 +211,7 @@ void ItemEncoder::add(const HashItem& item) {
   put(bytes_, item.hash);
 }
 
-std::string ItemEncoder::take() {
+std::string ItemEncoder::fetch_bytes() {
   last_ = {};
   last_version_ = {};
   has_tick_ = false;
@@ -269,20 +269,20 @@ Result<LogItem> ItemDecoder::next_tick(std::uint8_t flags) {
   haptics::ServoRecord& r = item.record;
   TickMemory& last = last_[hand];
   const std::uint8_t needed = tick_jumps | has_position | has_orientation | has_version;
-  if (!last.is_there && (flags & needed) != needed) return broken("an incomplete first tick of a hand");
+  if (!last.has_tick && (flags & needed) != needed) return broken("an incomplete first tick of a hand");
   std::int64_t later = 1, newer = 0;
   bool is_whole = !(flags & tick_jumps) || get_number(bytes_, later);
-  const std::array<std::int64_t, 3> previous_place = last.place;
+  const std::array<std::int64_t, 3> previous_place = last.position;
   if (flags & has_position)
     for (std::size_t a = 0; a < 3; ++a)
-      is_whole =
-          is_whole && get_on_grid(bytes_, last.pose.position_world[static_cast<int>(a)],
-                                  haptics::k_place_grid, plus(last.place[a], last.moved[a]), last.place[a]);
-  for (std::size_t a = 0; a < 3; ++a) last.moved[a] = minus(last.place[a], previous_place[a]);
+      is_whole = is_whole &&
+                 get_on_grid(bytes_, last.pose.position_world[static_cast<int>(a)], haptics::k_position_grid,
+                             plus(last.position[a], last.moved[a]), last.position[a]);
+  for (std::size_t a = 0; a < 3; ++a) last.moved[a] = minus(last.position[a], previous_place[a]);
   if (flags & has_orientation)
     for (std::size_t k = 0; k < 4; ++k)
-      is_whole = is_whole && get_on_grid(bytes_, *parts_of(last.pose.orientation)[k], haptics::k_turn_grid,
-                                         last.turn[k], last.turn[k]);
+      is_whole = is_whole && get_on_grid(bytes_, *parts_of(last.pose.orientation)[k],
+                                         haptics::k_rotation_grid, last.turn[k], last.turn[k]);
   last.pose.buttons = (flags & is_pressed_flag) != 0 ? 1 : 0;
   is_whole = is_whole && (!(flags & has_version) || get_number(bytes_, newer)) &&
              (!(extras & has_raised) || get(bytes_, r.raised)) &&
@@ -302,7 +302,7 @@ Result<LogItem> ItemDecoder::next_tick(std::uint8_t flags) {
   if (extras & 0x80 || (extras & has_buttons && last.pose.buttons <= 1) ||
       last.pose.is_pressed() != ((flags & is_pressed_flag) != 0))
     return broken("invalid buttons");
-  last.is_there = true;
+  last.has_tick = true;
   last.tick += static_cast<std::uint64_t>(later);
   last.version += static_cast<std::uint64_t>(newer);
   r.tick = last.tick, r.version = last.version, r.pose = last.pose;

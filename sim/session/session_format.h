@@ -107,12 +107,12 @@ Result<volume::Volume> decode_scan(std::string_view bytes);
 
 /// Last tick of a hand in a block. The next one is stored relative to it.
 struct TickMemory {
-  bool is_there = false;
+  bool has_tick = false;
   std::uint64_t tick = 0, version = 0;
   haptics::Pose pose;
-  /// Position, its last change, force and orientation, in steps of their grids (k_place_grid, 1/1024 N,
-  /// k_turn_grid).
-  std::array<std::int64_t, 3> place{}, moved{}, force{};
+  /// Position, its last change, force and orientation, in steps of their grids (k_position_grid, 1/1024 N,
+  /// k_rotation_grid).
+  std::array<std::int64_t, 3> position{}, moved{}, force{};
   std::array<std::int64_t, 4> turn{};
 };
 
@@ -132,7 +132,7 @@ class ItemEncoder {
   /// First tick in the block; without ticks, that after the newest one.
   std::uint64_t first_tick() const noexcept { return first_tick_; }
   /// Returns the bytes added since the last call.
-  std::string take();
+  std::string fetch_bytes();
 
  private:
   void put_value(const Value& value);

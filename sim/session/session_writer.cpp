@@ -93,7 +93,7 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
   return writer;
 }
 
-Result<SessionLock> SessionLock::take(const std::string& path) {
+Result<SessionLock> SessionLock::acquire(const std::string& path) {
   const std::string where = name_of(path);
   const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
   if (file < 0) return disk_error("the session cannot be continued", where, errno);
@@ -236,7 +236,7 @@ void SessionWriter::seal_if_long() {
 void SessionWriter::seal() {
   if (items_.is_empty()) return;
   const std::uint64_t first_tick = items_.first_tick();
-  sealed_.emplace_back(first_tick, items_.take());
+  sealed_.emplace_back(first_tick, items_.fetch_bytes());
   ++log_blocks_;
 }
 
@@ -245,7 +245,7 @@ void SessionWriter::seal() {
 void SessionWriter::record_checkpoint(Engine& engine) {
   if (maker_->is_due())
     if (const std::optional<std::uint64_t> block = block_for_checkpoint()) maker_->begin(engine, *block);
-  std::unique_ptr<Checkpoint> done = maker_->take();
+  std::unique_ptr<Checkpoint> done = maker_->fetch_checkpoint();
   if (!done) return;
   const std::lock_guard guard(lock_);
   seal();  // its block of the log must precede it in the file

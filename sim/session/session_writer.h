@@ -40,7 +40,7 @@ struct SessionTail {
 class SessionLock {
  public:
   /// Error if the file does not exist, or another program has locked it.
-  static Result<SessionLock> take(const std::string& path);
+  static Result<SessionLock> acquire(const std::string& path);
   SessionLock(SessionLock&& other) noexcept : file_(std::exchange(other.file_, -1)), path_(other.path_) {}
   SessionLock& operator=(SessionLock&&) = delete;
   ~SessionLock();

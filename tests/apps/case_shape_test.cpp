@@ -19,7 +19,7 @@ class CaseShape : public Command {
   data_tools::OpenedCase expect_same_voxels(const std::string& scan, const std::string& options,
                                             const std::string& name) {
     SCOPED_TRACE(name + " " + options);
-    const Ended result = run("import '" + scan + "' " + options + " -o " + name);
+    const ProcessResult result = run("import '" + scan + "' " + options + " -o " + name);
     EXPECT_EQ(result.exit_code, 0) << result.err;
     auto opened = data_tools::open_case(file(name));
     EXPECT_TRUE(opened.is_ok());
@@ -38,7 +38,7 @@ class CaseShape : public Command {
                            const std::string& options) {
     SCOPED_TRACE(command + " " + options);
     for (const auto& [source, picture] : {std::pair(a, "a.png"), std::pair(b, "b.png")}) {
-      const Ended result = run(command + " " + source + " " + options + " -o " + picture);
+      const ProcessResult result = run(command + " " + source + " " + options + " -o " + picture);
       EXPECT_EQ(result.exit_code, 0) << result.err;
     }
     EXPECT_TRUE(read(file("a.png")) == read(file("b.png")));
@@ -143,7 +143,8 @@ TEST_F(CaseShape, ARenderingLeavesOutAHolder) {
           return y >= 39 ? 600 : r < 17 ? (r > 9 && r < 12 ? 900 : 40) : -1000;
         }));
   const auto picture = [&](const std::string& options) {
-    const Ended ran = run("render held.nrrd --hounsfield --from front --pixels 64 -o r.png " + options);
+    const ProcessResult ran =
+        run("render held.nrrd --hounsfield --from front --pixels 64 -o r.png " + options);
     EXPECT_EQ(ran.exit_code, 0) << ran.err;
     EXPECT_EQ(ran.out.find("left out: 1 part") != std::string::npos, options.find("sur") == std::string::npos)
         << ran.out;
@@ -218,7 +219,7 @@ TEST_F(CaseShape, LeavesEveryRealScanUnchanged) {
                {"/skull_phantom/bone_1mm.dicom.tar.xz", "", "--largest", false},
                {"/head_real/pcir_head_0.6mm.dicom.tar.xz", "", "--preset skull", false}};
   for (const auto& [scan, reading, shape, is_small] : scans) {
-    if (!is_small && !is_whole()) continue;
+    if (!is_small && !runs_all_cases()) continue;
     const data_tools::OpenedCase opened =
         expect_same_voxels(data + scan, std::string(reading) + " " + shape, "made");
     EXPECT_FALSE(opened.scan.volume.shape_voxels.is_empty()) << "each shape leaves out a part";

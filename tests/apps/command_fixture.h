@@ -19,7 +19,7 @@ namespace trephine::command_tests {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-struct Ended {
+struct ProcessResult {
   int exit_code;
   std::string out, err;
 };
@@ -37,7 +37,7 @@ class Command : public ::testing::Test {
 
   /// Runs trephine, or trephine-bench if the arguments begin with "bench", in the scratch folder, without a
   /// display unless `prefix` provides one.
-  Ended run(const std::string& arguments, const std::string& prefix = "env -u DISPLAY") const {
+  ProcessResult run(const std::string& arguments, const std::string& prefix = "env -u DISPLAY") const {
     const bool is_bench = arguments.starts_with("bench ");
     const std::string command = "cd '" + folder_.string() + "' && export XDG_STATE_HOME=\"$PWD/.state\" && " +
                                 prefix + (is_bench ? " '" TREPHINE_BENCH "' " : " '" TREPHINE_COMMAND "' ") +
@@ -47,7 +47,7 @@ class Command : public ::testing::Test {
             read(file(".err"))};
   }
   Json json(const std::string& arguments) const {
-    const Ended r = run(arguments + " --json");
+    const ProcessResult r = run(arguments + " --json");
     EXPECT_EQ(r.exit_code, 0) << arguments << "\n" << r.out << r.err;
     return Json::parse(r.out, nullptr, false);
   }

@@ -26,7 +26,7 @@ TEST_F(Command, VersionAndHelpEndWithZeroAndExamples) {
   EXPECT_NE(run("--version").out.find("trephine 0.1.0"), std::string::npos);
   for (const char* name : {"", "phantom", "info", "mesh", "touch", "drill", "view", "demo", "bench", "audit",
                            "replay", "resume", "import", "doctor"}) {
-    const Ended r = run(std::string(name) + " --help");
+    const ProcessResult r = run(std::string(name) + " --help");
     EXPECT_EQ(r.exit_code, 0) << name;
     EXPECT_NE(r.out.find("Examples:\n  trephine"), std::string::npos) << name;
   }
@@ -234,7 +234,7 @@ TEST_F(Command, BadInputIsReportedAndWritesNothing) {
       {"", 2, ""},
   };
   for (const auto& [arguments, code, word] : faults) {
-    const Ended r = run(arguments);
+    const ProcessResult r = run(arguments);
     EXPECT_EQ(r.exit_code, code) << arguments << "\n" << r.err;
     EXPECT_TRUE(r.out.empty()) << arguments;
     EXPECT_NE(r.err.find("error: "), std::string::npos) << arguments << r.err;
@@ -242,7 +242,7 @@ TEST_F(Command, BadInputIsReportedAndWritesNothing) {
     EXPECT_EQ(r.err.find(folder_.string()), std::string::npos) << "a full path: " << r.err;
     EXPECT_EQ(leftovers(before), "") << arguments;
   }
-  const Ended r = run("info nowhere --json");
+  const ProcessResult r = run("info nowhere --json");
   EXPECT_EQ(r.exit_code, 2);
   const Json error = Json::parse(r.out);
   EXPECT_EQ(keys_of(error), with_common({"command", "error"}));
@@ -371,7 +371,7 @@ TEST_F(Command, NoOutputReplacesAnInput) {
         "touch d.mhd --iso 300 --path p.csv -o voxels.csv",
         "drill case --burr-diameter 4 --path p.csv -o case/volume.mha",
         "phantom head --spacing 8 -o h.mha --write-labels h.mha", "mesh a.mha --iso 300 -o a.mha"}) {
-    const Ended answer = run(command);
+    const ProcessResult answer = run(command);
     EXPECT_EQ(answer.exit_code, 2) << command;
     EXPECT_FALSE(fs::exists(folder_ / "h.mha"));
   }
@@ -402,7 +402,7 @@ TEST_F(Command, NamesThatAreNotUtf8DoNotEndAReport) {
   write("p.csv", "t,x,y,z\n0,0,0,14\n0.3,0,0,5\n");
   for (const char* command : {"touch a.mha --iso 300 --path p.csv -o \"$(printf 'x\\376.csv')\" --json",
                               "info \"$(printf 's\\377')\" --json"}) {
-    const Ended answer = run(command);
+    const ProcessResult answer = run(command);
     EXPECT_LE(answer.exit_code, 3) << command << answer.err;
     EXPECT_FALSE(Json::parse(answer.out).empty()) << command;
   }
@@ -445,8 +445,8 @@ TEST_F(Command, AWindowEndsInOrderOnRequest) {
     const std::string asked_twice = "\"$@\" & p=$!; for i in $(seq 300); do [ -s " + session +
                                     " ] && break; sleep 0.1; done; sleep 1; kill -" + signal +
                                     " $p; sleep 0.02; kill -" + signal + " $p; wait $p; echo $? > code";
-    const Ended r = run("view s.mha --json --embed --record " + session,
-                        "xvfb-run -a -s '-screen 0 1024x768x24' sh -c '" + asked_twice + "' sh");
+    const ProcessResult r = run("view s.mha --json --embed --record " + session,
+                                "xvfb-run -a -s '-screen 0 1024x768x24' sh -c '" + asked_twice + "' sh");
     ASSERT_EQ(read(file("code")), "130\n") << r.err;  // xvfb-run may return the code of its own cleanup
     EXPECT_GT(Json::parse(r.out)["servo"]["ticks"], 100);
     EXPECT_EQ(json("replay " + session + " --verify")["is_same"], true);
@@ -456,7 +456,7 @@ TEST_F(Command, AWindowEndsInOrderOnRequest) {
 TEST_F(Command, WindowOpensUnderXvfbDrawsAndCloses) {
   if (std::system("command -v xvfb-run >/dev/null") != 0) GTEST_SKIP() << "no xvfb-run";
   ASSERT_EQ(run("phantom shell --size 64 -o s.mha").exit_code, 0);
-  const Ended r =
+  const ProcessResult r =
       run("view s.mha --seconds 3 --screenshot w.png --json", "xvfb-run -a -s '-screen 0 1280x1024x24'");
   ASSERT_EQ(r.exit_code, 0) << r.err;
   const Json view = Json::parse(r.out);
@@ -506,7 +506,7 @@ TEST_F(Command, ExamplesOfReadmeAndHelpRun) {
       arguments += " --screenshot window.png";
     if (arguments.find("SESSIONS") != std::string::npos && fs::create_directory(folder_ / "SESSIONS"))
       fs::copy(folder_ / "drill.session", folder_ / "SESSIONS");
-    const Ended r = run(arguments);
+    const ProcessResult r = run(arguments);
     EXPECT_EQ(r.exit_code, 0) << line << "\n" << r.err;
     ++count;
   }
@@ -540,7 +540,7 @@ TEST_F(Command, BenchmarksHaveTheirKeys) {
 TEST_F(Command, InterruptEndsWith130AndWritesNothing) {
   ASSERT_EQ(run("phantom sphere --size 24 -o s.mha").exit_code, 0);
   write("long.csv", "t,x,y,z\n0,0,0,60\n4000,0,0,40\n");
-  const Ended r =
+  const ProcessResult r =
       run("touch s.mha --path long.csv -o steps.csv", "env -u DISPLAY timeout --preserve-status -s INT 1");
   EXPECT_EQ(r.exit_code, 130) << r.err;
   EXPECT_FALSE(fs::exists(folder_ / "steps.csv"));

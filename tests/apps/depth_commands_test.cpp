@@ -118,7 +118,7 @@ TEST_F(Command, AHandThatImagesDoNotHoldIsCounted) {
 TEST_F(Command, ARetractorYieldsNextToABurrHole) {
   const std::string script = TREPHINE_SOURCE_DIR "/docs/examples/retractor.toml";
   EXPECT_EQ(run("run '" + script + "' --record r.session").exit_code, 0);
-  if (!is_whole()) return;  // takes some ten seconds
+  if (!runs_all_cases()) return;  // takes some ten seconds
   const Json audit = json("audit r.session");
   EXPECT_TRUE(audit["is_certified"].get<bool>());
   EXPECT_GT(audit["depth_image_ticks"].get<int>(), 1000);
@@ -128,11 +128,11 @@ TEST_F(Command, ARetractorYieldsNextToABurrHole) {
 /// The samples: voxels, a mesh and depth images in one scene; a depth video; the inside of a calabash.
 TEST_F(Command, SamplesOfMixedScenesAreCertified) {
   for (const char* name : {"depth-video", "calabash", "mixed-scene"}) {
-    if (!is_whole() && name == std::string("mixed-scene")) continue;  // drills for seconds
+    if (!runs_all_cases() && name == std::string("mixed-scene")) continue;  // drills for seconds
     const std::string script = std::string(TREPHINE_SOURCE_DIR "/docs/examples/") + name + ".toml";
     const std::string session = std::string(name) + ".session";
     EXPECT_EQ(run("run '" + script + "' --record " + session).exit_code, 0) << name;
-    if (!is_whole() && name != std::string("calabash")) continue;
+    if (!runs_all_cases() && name != std::string("calabash")) continue;
     const Json audit = json("audit " + session);
     EXPECT_TRUE(audit["is_certified"].get<bool>()) << name;
     EXPECT_GT(audit["depth_image_ticks"].get<int>(), 400) << name;
@@ -140,7 +140,7 @@ TEST_F(Command, SamplesOfMixedScenesAreCertified) {
   }
   // An object at rest is judged during contact, and a proxy in its wall is detected.
   EXPECT_EQ(run("audit calabash.session --plant depth-images").exit_code, 1);
-  if (is_whole()) {
+  if (runs_all_cases()) {
     EXPECT_EQ(run("audit calabash.session --plant fall").exit_code, 2) << "a fall cannot be planted";
   }
 }

@@ -74,7 +74,7 @@ TEST_F(Command, ExportedTablesEqualTheReplay) {
            {"d.session --scan s.mha -o d.txt", ".h5"},
            {"d.session --scan s.mha -o d.session", "d.session"},
            {"d.session -o e.h5", "--scan"}}) {
-    const Ended bad = run("export " + arguments);
+    const ProcessResult bad = run("export " + arguments);
     EXPECT_EQ(bad.exit_code, 2) << arguments;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
   }

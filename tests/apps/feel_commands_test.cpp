@@ -93,11 +93,11 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
   for (const char* name : {"volume.mha", "hip.csv", "ideal.csv"})
     EXPECT_GT(fs::file_size(folder_ / "scenes" / id / name), 1000u) << name;
   write("bad.csv", "scene,proxy_x,proxy_y,proxy_z\nnowhere,1,2,3\n");
-  const Ended bad = run("bench feel -o out --quick --only " + id + " --score bad.csv");
+  const ProcessResult bad = run("bench feel -o out --quick --only " + id + " --results bad.csv");
   EXPECT_EQ(bad.exit_code, 2);
   EXPECT_NE(bad.err.find("nowhere"), std::string::npos);
   write("instant.csv", "scene,proxy_x,proxy_y,proxy_z,us\n" + id + ",1,2,3,0\n");
-  const Ended instant = run("bench feel -o out --quick --only " + id + " --score instant.csv");
+  const ProcessResult instant = run("bench feel -o out --quick --only " + id + " --results instant.csv");
   EXPECT_EQ(instant.exit_code, 2);
   EXPECT_NE(instant.err.find("times above 0"), std::string::npos) << instant.err;
 }
@@ -110,7 +110,7 @@ TEST_F(Command, AChallengersAnswersAreScoredAsOurs) {
   json(scenes + " --export scenes");
   for (const char* name : {"volume.mha", "hip.csv", "ideal.csv", "scene.json"})
     EXPECT_TRUE(fs::exists(folder_ / "scenes" / id / name)) << name;
-  const Json scored = json(scenes + " --score scenes/our-results.csv");
+  const Json scored = json(scenes + " --results scenes/our-results.csv");
   long compared = 0;
   for (const Json& theirs : scored["rows"]) {
     if (theirs["method"] != "our-results") continue;
@@ -151,7 +151,7 @@ TEST_F(Command, BenchFeelPlaysARecordedHand) {
     }
     EXPECT_GE(recorded, 6) << hand;  // a session cuts, which a whole net ignores
   }
-  const Ended bad = run("bench feel --quick --hand p.csv -o out");
+  const ProcessResult bad = run("bench feel --quick --hand p.csv -o out");
   EXPECT_EQ(bad.exit_code, 2);
   EXPECT_NE(bad.err.find("SRC"), std::string::npos);
 }
@@ -196,7 +196,7 @@ TEST_F(Command, AuditCertifiesEveryTickOfASession) {
   EXPECT_GT(audit["friction_judged"].get<long>(), 50);
   EXPECT_EQ(audit["friction_outside_cone"], 0);
   for (const char* fault : {"fall", "force", "energy", "friction"}) {
-    const Ended planted = run(std::string("audit d.session --scan s.mha --json --plant ") + fault);
+    const ProcessResult planted = run(std::string("audit d.session --scan s.mha --json --plant ") + fault);
     EXPECT_EQ(planted.exit_code, 1) << fault << planted.err;
     const Json seen = Json::parse(planted.out);
     EXPECT_EQ(seen["is_certified"], false);
@@ -233,7 +233,7 @@ class FaultyMethod final : public haptics::ProxyMethod {
 TEST_F(Command, AuditsASessionWithAllFeatures) {
   std::uint64_t state = 0;
   sim::record_crowd(file("crowd.session"), &state);
-  const Ended audited = run("audit crowd.session --json");
+  const ProcessResult audited = run("audit crowd.session --json");
   EXPECT_EQ(audited.exit_code, 0) << audited.out << audited.err;
   const Json verdict = Json::parse(audited.out);
   EXPECT_TRUE(verdict["is_certified"].get<bool>());
@@ -263,7 +263,7 @@ TEST_F(Command, AuditRefusesASessionWithOneWrongTick) {
     sim::Lockstep run(scene, method, drilling::burr(burr), {}, 1000, writer.value().get());
     for (int i = 0; i < 600; ++i) run.step({{0.3, 0.2, std::max(1.0, 5 - 0.02 * i)}, {1, 0, 0, 0}, i > 400});
     ASSERT_FALSE(writer.value()->finish(run.engine()));
-    const Ended audit = this->run("audit '" + path + "' --json");
+    const ProcessResult audit = this->run("audit '" + path + "' --json");
     ASSERT_EQ(audit.exit_code, aside > 0 ? 1 : 0) << audit.err;
     EXPECT_EQ(Json::parse(audit.out)["is_same_as_recorded"], aside == 0);
     EXPECT_EQ(Json::parse(audit.out)["is_certified"], aside == 0);
@@ -301,7 +301,7 @@ TEST_F(Command, TouchAcceptsModelsNextToTheVolume) {
              {"--mesh torus.ply --mesh-scale 0", "mm per unit"},
              {"--mesh torus.ply --method implicit", "method scene"}};
   for (const auto& b : bad) {
-    const Ended answer = run(std::string("touch s.mha --path p.csv -o t.csv ") + b.arguments);
+    const ProcessResult answer = run(std::string("touch s.mha --path p.csv -o t.csv ") + b.arguments);
     EXPECT_EQ(answer.exit_code, 2) << b.arguments;
     EXPECT_NE(answer.err.find(b.word), std::string::npos) << answer.err;
   }
@@ -318,7 +318,7 @@ TEST_F(Command, OutputsReplaceNoInput) {
         "touch s.mha --path p.csv -o t.session --record t.session",
         "drill s.mha --burr-diameter 4 --path p.csv -o s.mha", "replay d.session --scan s.mha -o s.mha",
         "replay d.session --scan s.mha --table d.session"}) {
-    const Ended r = run(arguments);
+    const ProcessResult r = run(arguments);
     EXPECT_EQ(r.exit_code, 2) << arguments;
     EXPECT_NE(r.err.find("would replace"), std::string::npos) << arguments << r.err;
   }
@@ -344,13 +344,14 @@ TEST_F(Command, SessionsReportTheTouchedShape) {
   EXPECT_LT(round["touch_radius_mm"], 4);
   EXPECT_GT(round["ticks_hovering"], 0);
   EXPECT_LT(round["ticks_hovering"], round["steps"]);
-  const Ended tiny = run("drill s.mha --burr-diameter 0.1 --path p.csv -o d2.mha");
+  const ProcessResult tiny = run("drill s.mha --burr-diameter 0.1 --path p.csv -o d2.mha");
   EXPECT_EQ(tiny.exit_code, 2);
   EXPECT_NE(tiny.err.find("--burr-diameter: the burr is too small"), std::string::npos) << tiny.err;
   EXPECT_NE(tiny.err.find("at least 0.178 mm"), std::string::npos) << tiny.err;
   // The named remedy works.
   json("drill s.mha --burr-diameter 0.178 --path p.csv -o d2.mha");
-  const Ended flat = run("drill s.mha --burr-diameter 4 --round --method gradient --path p.csv -o d3.mha");
+  const ProcessResult flat =
+      run("drill s.mha --burr-diameter 4 --round --method gradient --path p.csv -o d3.mha");
   EXPECT_EQ(flat.exit_code, 2);
   EXPECT_NE(flat.err.find("--round: this method supports points only"), std::string::npos) << flat.err;
 }
@@ -382,7 +383,7 @@ TEST_F(Command, ATouchIsRecordedReplayedAndAudited) {
     EXPECT_GT(audit["balls_judged"], 100) << o;
     EXPECT_LT(audit["deepest_ball_mm"], audit["allowed_ball_mm"]) << o;
     if (o.find("pop") != std::string::npos) continue;  // after popping through, nothing holds the tip
-    const Ended planted = run("audit t.session --scan s.mha --json --plant ball");
+    const ProcessResult planted = run("audit t.session --scan s.mha --json --plant ball");
     EXPECT_EQ(planted.exit_code, 1) << o;
     EXPECT_EQ(Json::parse(planted.out)["balls_too_deep"], 1) << o;
     EXPECT_EQ(Json::parse(planted.out)["fall_throughs"], 0) << o;
@@ -499,7 +500,7 @@ TEST_F(Command, TouchAcceptsAMethodAndARadius) {
       {"bench feel s.mha -o out --quick --only shpere", "part of a name"},
       {"audit --scan s.mha", "SESSION"}};
   for (const auto& b : bad) {
-    const Ended r = run(b.arguments);
+    const ProcessResult r = run(b.arguments);
     EXPECT_EQ(r.exit_code, 2) << b.arguments;
     EXPECT_NE(r.err.find(b.word), std::string::npos) << b.arguments << "\n" << r.err;
   }

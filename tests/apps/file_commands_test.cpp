@@ -30,12 +30,12 @@ TEST_F(Command, ImportMakesACaseOfARawScanByAPreset) {
   EXPECT_NE(plan.find("low = 300"), std::string::npos);
   EXPECT_GT(fs::file_size(file("made.png")), 20'000U);
   // Changes to the scan are reported, and can be switched off.
-  const Ended output = run("import raw.nii.gz --preset spine -o spine");
+  const ProcessResult output = run("import raw.nii.gz --preset spine -o spine");
   EXPECT_EQ(output.exit_code, 0);
   for (const char* word :
        {"thin walls were closed in the shape (--fill-thin 4)", "150 HU and above", "the scan is unchanged"})
     EXPECT_NE(output.err.find(word), std::string::npos) << output.err;
-  const Ended plain = run("import raw.nii.gz --preset skull --fill-thin 0 -o plain");
+  const ProcessResult plain = run("import raw.nii.gz --preset skull --fill-thin 0 -o plain");
   EXPECT_EQ(plain.err.find("thin walls"), std::string::npos) << plain.err;
   const Json quality = json("info raw.nii.gz --chart edges.png")["quality"];
   EXPECT_EQ(result["quality"], quality) << "of the scan, without the preset";
@@ -53,12 +53,12 @@ TEST_F(Command, ImportMakesACaseOfARawScanByAPreset) {
 
 TEST_F(Command, ConvertWritesEveryFormatAndReplacesNothing) {
   ASSERT_EQ(run("phantom sphere --size 24 --shear 10 -o s.vdb").exit_code, 0);
-  const Ended straight = run("convert s.vdb -o s.nrrd");
+  const ProcessResult straight = run("convert s.vdb -o s.nrrd");
   EXPECT_EQ(straight.exit_code, 0);
   EXPECT_NE(straight.err.find("resampled to right angles (cubic"), std::string::npos) << straight.err;
   for (const char* as : {"dicom", "png"}) {
     const std::string words = std::string("convert s.vdb -o ") + as + " --as " + as;
-    const Ended result = run(words);
+    const ProcessResult result = run(words);
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(result.err.find("resampled"), std::string::npos) << "sheared stacks are kept";
     EXPECT_EQ(run(words).exit_code, 2) << "existing output is kept";
@@ -75,7 +75,7 @@ TEST_F(Command, ImportRefusesScansWithoutATouchableShape) {
   write("even.nrrd", nrrd(8, [](int, int, int) { return 7; }));
   write("mr.nrrd", nrrd(8, [](int x, int, int) { return 100 * x; }));
   const auto refusal = [&](const std::string& arguments) {
-    const Ended r = run("import " + arguments + " -o case");
+    const ProcessResult r = run("import " + arguments + " -o case");
     EXPECT_EQ(r.exit_code, 2) << arguments;
     EXPECT_FALSE(fs::exists(file("case"))) << arguments;
     return r.err;
@@ -92,10 +92,10 @@ TEST_F(Command, ImportRefusesScansWithoutATouchableShape) {
 
 TEST_F(Command, HounsfieldOptionDeclaresAMissingUnit) {
   write("mr.nrrd", nrrd(8, [](int x, int, int) { return 100 * x; }));
-  const Ended as_mr = run("convert mr.nrrd -o as-mr --as dicom");
+  const ProcessResult as_mr = run("convert mr.nrrd -o as-mr --as dicom");
   EXPECT_NE(as_mr.err.find("written as MR"), std::string::npos) << as_mr.err;
   EXPECT_EQ(json("info as-mr")["modality"], "MR");
-  const Ended as_ct = run("convert mr.nrrd --hounsfield -o as-ct --as dicom");
+  const ProcessResult as_ct = run("convert mr.nrrd --hounsfield -o as-ct --as dicom");
   EXPECT_EQ(as_ct.err.find("written as MR"), std::string::npos) << as_ct.err;
   const Json ct = json("info as-ct");
   EXPECT_EQ(ct["modality"], "CT");
@@ -114,7 +114,7 @@ TEST_F(Command, ImportWarnsOfImplausiblePlans) {
           "# CoordinateSystem = LPS\nname,entry_x,entry_y,entry_z,target_x,target_y,target_z,diameter\n" +
               line);
     fs::remove_all(file("case"));
-    const Ended r = run("import scan.nrrd --plan plan.csv -o case");
+    const ProcessResult r = run("import scan.nrrd --plan plan.csv -o case");
     EXPECT_EQ(r.exit_code, 0) << r.err;
     return r.err;
   };
@@ -137,7 +137,7 @@ TEST_F(Command, LabelsKeepTheirNamesNumbersAndColours) {
             "Segment3_Name:=Sch\xe4"
             "del\nSegment3_LabelValue:=5\nSegment3_Color:=1 0 0\n"
             "Segment4_Name:=nothing\nSegment4_LabelValue:=7\nSegment4_Color:=0 1 0\n"));
-  const Ended segments = run("info parts.seg.nrrd");
+  const ProcessResult segments = run("info parts.seg.nrrd");
   EXPECT_NE(segments.out.find("segment Sch\xc3\xa4"
                               "del: value 5"),
             std::string::npos)
@@ -157,12 +157,12 @@ TEST_F(Command, LabelsKeepTheirNamesNumbersAndColours) {
   ASSERT_EQ(run("convert case -o again.nrrd --write-labels again.seg.nrrd").exit_code, 0);
   EXPECT_NE(read(file("again.seg.nrrd")).find("_Color:=1 0 0"), std::string::npos);
   // The largest part of a case, without another choice of the shape.
-  const Ended largest = run("import case --largest -o largest");
+  const ProcessResult largest = run("import case --largest -o largest");
   EXPECT_NE(largest.err.find("the largest part was kept"), std::string::npos) << largest.err;
   EXPECT_NE(read(file("largest/case.toml")).find("vertex"), std::string::npos) << "its plan is kept";
   // A missing file is named.
   fs::remove(file("case/labels.mha"));
-  const Ended gone = run("info case");
+  const ProcessResult gone = run("info case");
   EXPECT_EQ(gone.exit_code, 2);
   EXPECT_NE(gone.err.find("case/labels.mha"), std::string::npos) << gone.err;
   EXPECT_NE(run("import scan.nrrd --labels none.nrrd -o c").err.find("label map"), std::string::npos);
@@ -185,7 +185,7 @@ TEST_F(Command, TypingErrorsAreReportedWithTheirRemedy) {
                {"phantom spine --seed -3 -o x.mha", "not a whole number from 0"},
                {"phantom spine --seed 99999999999999999999 -o x.mha", "not a whole number from 0"}};
   for (const auto& [command, words] : cases) {
-    const Ended r = run(command);
+    const ProcessResult r = run(command);
     EXPECT_EQ(r.exit_code, 2) << command;
     EXPECT_NE(r.err.find(words), std::string::npos) << command << "\n" << r.err;
   }

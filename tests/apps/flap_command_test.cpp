@@ -57,7 +57,7 @@ TEST_F(Command, AFlapIsSawnLiftedRecordedAndReplayed) {
   }
   write("o.csv", csv);
   write("o.mrk.json", slicer + "]}]}");
-  if (!is_whole()) return;
+  if (!runs_all_cases()) return;
   const Json by_file = json("flap h --anchors o.csv --saw 2.4 --planned o.mrk.json");
   EXPECT_EQ(by_file["flap_mm3"], flap["flap_mm3"]);
   EXPECT_LT(by_file["planned"]["worst_mm"], 0.01);
@@ -73,7 +73,7 @@ TEST_F(Command, AFlapIsSawnLiftedRecordedAndReplayed) {
 TEST_F(Command, AnInvalidFlapIsReportedAndDrawn) {
   ASSERT_EQ(run("phantom head --spacing 1.6 -o s.mha").exit_code, 0);
   // Bone continues deeper than the given limit.
-  const Ended none =
+  const ProcessResult none =
       run("flap s.mha --at=-30,-25,70 --diameter 50 --saw 2.4 --thickest 3 -o open.mha --screenshot why.png "
           "--json");
   EXPECT_EQ(none.exit_code, 1);
@@ -99,7 +99,7 @@ TEST_F(Command, AnInvalidFlapIsReportedAndDrawn) {
            {"--at=-30,-25,70 --diameter 40 --saw 2.4 --target brian", "unknown label"},
            {"--at=-30,-25,70 --diameter 40 --saw 0.8 --smallest-burr 30", "too narrow"}}) {
     SCOPED_TRACE(arguments);
-    const Ended ended = run("flap s.mha " + arguments);
+    const ProcessResult ended = run("flap s.mha " + arguments);
     EXPECT_EQ(ended.exit_code, 2);
     EXPECT_NE(ended.err.find(words), std::string::npos) << ended.err;
   }
@@ -111,7 +111,7 @@ TEST_F(Command, AFlapCutByHandIsDetachedAutomatically) {
   const Json played = json("run f.toml --record f.session");
   EXPECT_EQ(played["is_met"], true) << played.dump(1);
   EXPECT_EQ(json("replay f.session --verify")["is_same"], true);
-  if (!is_whole()) return;
+  if (!runs_all_cases()) return;
   const std::string timeline = run("timeline f.session").out;
   EXPECT_NE(timeline.find("free-pieces"), std::string::npos);
   EXPECT_EQ(timeline.find("job-discarded"), std::string::npos);
@@ -119,13 +119,13 @@ TEST_F(Command, AFlapCutByHandIsDetachedAutomatically) {
   std::string script = read(file("f.toml"));
   script.erase(script.find("free_pieces = 100"), 17);
   write("g.toml", script);
-  const Ended left = run("run g.toml");
+  const ProcessResult left = run("run g.toml");
   EXPECT_NE(left.exit_code, 0);
   EXPECT_NE(left.out.find("bodies"), std::string::npos);
 }
 
 TEST_F(Command, AFlapCutByACraniotomeIsDetachedAutomatically) {
-  if (!is_whole()) GTEST_SKIP() << "Craniotome.JoinsBurrHoles* does the same in a small vault";
+  if (!runs_all_cases()) GTEST_SKIP() << "Craniotome.JoinsBurrHoles* does the same in a small vault";
   write("f.toml", read(TREPHINE_SOURCE_DIR "/docs/examples/craniotome-flap.toml"));
   EXPECT_EQ(json("run f.toml --record f.session")["is_met"], true);
   EXPECT_EQ(json("replay f.session --verify")["is_same"], true);
@@ -157,7 +157,7 @@ TEST_F(Command, ACraniotomyIsPlayedBranchedAndReplayed) {
   EXPECT_EQ(differs["only_in_first_mm3"], 0);
   EXPECT_GT(differs["only_in_second_mm3"], 3000);
   EXPECT_GT(fs::file_size(folder_ / "both.png"), 50000u);
-  if (!is_whole()) return;
+  if (!runs_all_cases()) return;
   // Opened in its middle, on the other branch, with the flap in the hand.
   const Json lifted = json("replay c.session --scan s.mha --until 10.3");
   EXPECT_EQ(lifted["branches"], Json({"flap", "main"}));
@@ -179,7 +179,7 @@ TEST_F(Command, ACraniotomyIsPlayedBranchedAndReplayed) {
   // Invalid places are refused before anything is opened.
   change("anchors={a};{b}", "anchors={a};{nowhere}");
   write("n.toml", script);
-  const Ended unknown = run("run n.toml");
+  const ProcessResult unknown = run("run n.toml");
   EXPECT_EQ(unknown.exit_code, 2);
   EXPECT_NE(unknown.err.find("{nowhere}"), std::string::npos) << unknown.err;
   change("{nowhere}", "{b 1,2}");
@@ -190,7 +190,7 @@ TEST_F(Command, ACraniotomyIsPlayedBranchedAndReplayed) {
 /// A real head at 0.6 mm: the perforator passes both tables and the diploe between them, and stops by itself.
 TEST_F(Command, ABurrHoleInARealHead) {
   const std::string data = data_tools::real_data();
-  if (data.empty() || !is_whole()) GTEST_SKIP() << "set TREPHINE_WHOLE and TREPHINE_DATA";
+  if (data.empty() || !runs_all_cases()) GTEST_SKIP() << "set TREPHINE_WHOLE and TREPHINE_DATA";
   ASSERT_EQ(
       run("convert " + data + "/head_real/pcir_head_0.6mm.dicom.tar.xz --padding-to-air -o h.mha").exit_code,
       0);

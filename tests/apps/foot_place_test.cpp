@@ -19,12 +19,11 @@ constexpr FootTool k_craniotome{
     .kind = FootTool::Kind::craniotome, .radius = 2.5, .thickness = 0.8, .bit = 1.15, .length = 14};
 
 /// True if the tool's foot is free, by a dense set of its points.
-bool is_free(const BoneTest& is_bone, const FootTool& tool, const FootPose& place) {
+bool is_free(const BoneTest& is_bone, const FootTool& tool, const FootPose& pose) {
   for (double x = -tool.radius; x <= tool.radius; x += 0.1)
     for (double y = -tool.radius; y <= tool.radius; y += 0.1)
       for (double z = -tool.thickness; z <= 0; z += 0.1)
-        if (x * x + y * y <= tool.radius * tool.radius &&
-            is_bone(place.at_world + place.turn * dvec3(x, y, z)))
+        if (x * x + y * y <= tool.radius * tool.radius && is_bone(pose.at_world + pose.turn * dvec3(x, y, z)))
           return false;
   return true;
 }
@@ -50,20 +49,20 @@ TEST(FootPose, AKerrisonsFootFitsUnderTheEdge) {
         const Plate plate{.thickness = thickness};
         const dvec3 shaft = plate.turn * dvec3(0, 0, 1);
         const FootSearch found = find_edge(plate, k_kerrison, plate.world({-3, y, 0}), shaft, reach);
-        ASSERT_TRUE(found.place) << found.reason;
-        const dvec3 edge = plate.local(found.place->edge_world), at = plate.local(found.place->at_world);
+        ASSERT_TRUE(found.pose) << found.reason;
+        const dvec3 edge = plate.local(found.pose->edge_world), at = plate.local(found.pose->at_world);
         EXPECT_NEAR(edge.x, plate.wave(edge.y), 0.15);
         EXPECT_NEAR(edge.z, 0, 0.15);
-        EXPECT_NEAR(found.place->bone_thickness, thickness, 0.3);
+        EXPECT_NEAR(found.pose->bone_thickness, thickness, 0.3);
         EXPECT_NEAR(at.z, -thickness - 0.3, 0.2);
         EXPECT_NEAR(glm::length(dvec3(at.x - edge.x, at.y - edge.y, 0)), std::abs(reach), 0.1);
-        EXPECT_TRUE(is_free(plate, k_kerrison, *found.place));
+        EXPECT_TRUE(is_free(plate, k_kerrison, *found.pose));
         // The jaws close toward the bone: the open side is +x of the tool.
-        EXPECT_GT(glm::dot(found.place->turn * dvec3(1, 0, 0), plate.turn * dvec3(1, 0, 0)), 0.9);
-        EXPECT_GT(glm::dot(found.place->turn * dvec3(0, 0, 1), shaft), 0.999);
-        for (const dvec3& p : found.place->path) EXPECT_FALSE(plate(p));
-        ASSERT_GT(found.place->edge.size(), 10u);
-        for (const dvec3& p : found.place->edge)
+        EXPECT_GT(glm::dot(found.pose->turn * dvec3(1, 0, 0), plate.turn * dvec3(1, 0, 0)), 0.9);
+        EXPECT_GT(glm::dot(found.pose->turn * dvec3(0, 0, 1), shaft), 0.999);
+        for (const dvec3& p : found.pose->path) EXPECT_FALSE(plate(p));
+        ASSERT_GT(found.pose->edge.size(), 10u);
+        for (const dvec3& p : found.pose->edge)
           EXPECT_NEAR(plate.local(p).x, plate.wave(plate.local(p).y), 0.3);
       }
 }
@@ -77,8 +76,8 @@ TEST(FootPose, ReportsWhyAFootFitsNowhere) {
             std::string::npos);
   const auto with_floor = [&](const dvec3& w) { return plate(w) || plate.local(w).z < -6; };
   EXPECT_NE(find_edge(with_floor, k_kerrison, plate.world({-3, 0, 0}), shaft, 0).reason, "");
-  EXPECT_FALSE(find_edge([](const dvec3&) { return false; }, k_kerrison, {0, 0, 0}, shaft, 0).place);
-  EXPECT_FALSE(find_edge([](const dvec3&) { return true; }, k_kerrison, {0, 0, 0}, shaft, 0).place);
+  EXPECT_FALSE(find_edge([](const dvec3&) { return false; }, k_kerrison, {0, 0, 0}, shaft, 0).pose);
+  EXPECT_FALSE(find_edge([](const dvec3&) { return true; }, k_kerrison, {0, 0, 0}, shaft, 0).pose);
 }
 
 /// The edge on the other side of a ridge, such as a spinous process, is not the one at the cursor.
@@ -88,9 +87,9 @@ TEST(FootPose, AKerrisonDoesNotReachAcrossARidge) {
     return lamina(p) || (p.z > -4 && p.z < 20 && std::abs(p.x + 1) < 1);
   };
   const FootSearch flat = find_edge(lamina, k_kerrison, {1.5, 0, 0}, {0, 0, 1}, 0);
-  ASSERT_TRUE(flat.place);
-  EXPECT_NEAR(flat.place->edge_world.x, -6, 0.2);
-  EXPECT_FALSE(find_edge(with_ridge, k_kerrison, {1.5, 0, 0}, {0, 0, 1}, 0).place);
+  ASSERT_TRUE(flat.pose);
+  EXPECT_NEAR(flat.pose->edge_world.x, -6, 0.2);
+  EXPECT_FALSE(find_edge(with_ridge, k_kerrison, {1.5, 0, 0}, {0, 0, 1}, 0).pose);
 }
 
 /// A shell of bone between two spheres, with a diploe and a hole of two diameters.
@@ -114,10 +113,10 @@ TEST(FootPose, ACraniotomeFitsIntoABurrHole) {
   for (const double off : {0.0, 3.0, 8.0}) {
     const dvec3 shaft = glm::normalize(dvec3(off, 0, vault.outer));
     const FootSearch found = find_hole(is_bone, was_bone, k_craniotome, vault.outer * shaft, shaft);
-    ASSERT_TRUE(found.place) << off << ": " << found.reason;
-    EXPECT_TRUE(is_free(is_bone, k_craniotome, *found.place));
-    EXPECT_NEAR(glm::length(found.place->at_world), vault.inner - 0.3, 0.5);
-    EXPECT_NEAR(found.place->bone_thickness, vault.outer - vault.inner + 0.3, 0.4);
+    ASSERT_TRUE(found.pose) << off << ": " << found.reason;
+    EXPECT_TRUE(is_free(is_bone, k_craniotome, *found.pose));
+    EXPECT_NEAR(glm::length(found.pose->at_world), vault.inner - 0.3, 0.5);
+    EXPECT_NEAR(found.pose->bone_thickness, vault.outer - vault.inner + 0.3, 0.4);
   }
   const dvec3 far = glm::normalize(dvec3(30, 0, 60));
   EXPECT_NE(find_hole(is_bone, was_bone, k_craniotome, vault.outer * far, far).reason.find("no burr hole"),

@@ -89,7 +89,7 @@ TEST_F(FurtherVolumes, ComeFromACase) {
   EXPECT_NEAR(side, 30, 0.05);
   // Errors name the key or the file.
   write("case/case.toml", plan + "\n[[structures]]\nname = \"graft\"\nvolume = \"donor\"\nlow = 300\n");
-  Ended ended = run("touch case --path p.csv -o u.csv");
+  ProcessResult ended = run("touch case --path p.csv -o u.csv");
   EXPECT_EQ(ended.exit_code, 2);
   EXPECT_NE(ended.err.find("unknown volume"), std::string::npos) << ended.err;
   write("case/case.toml", plan + "\n[[volumes]]\nname = \"donor\"\nfile = \"c.nrrd\"\n");
@@ -110,17 +110,17 @@ name = "graft"
 method = "scene"
 path = "p.csv"
 )");
-  const Ended ended = run("run r.toml --record s.session --json");
+  const ProcessResult ended = run("run r.toml --record s.session --json");
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_NE(run("info s.session").out.find("graft"), std::string::npos) << run("info s.session").out;
 }
 
 TEST_F(FurtherVolumes, InvalidShapesAreRefused) {
-  const Ended two = run(
+  const ProcessResult two = run(
       "touch a.nrrd --iso 300 --more-scan b.nrrd --more-shape 300 --more-shape 400 --path p.csv -o t.csv");
   EXPECT_EQ(two.exit_code, 2);
   EXPECT_NE(two.err.find("--more-shape"), std::string::npos) << two.err;
-  const Ended label =
+  const ProcessResult label =
       run("touch a.nrrd --iso 300 --more-scan b.nrrd --more-shape graft --path p.csv -o t.csv");
   EXPECT_EQ(label.exit_code, 2);
   EXPECT_NE(label.err.find("the scan has no labels"), std::string::npos) << label.err;

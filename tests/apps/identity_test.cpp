@@ -22,7 +22,7 @@ class Identity : public Command {
   void write_scan(const std::string& folder, int slices, const std::string& series) {
     fs::create_directories(folder_ / folder);
     for (int z = 0; z < slices; ++z) {
-      scenes::SliceOf slice;
+      scenes::SliceSpec slice;
       slice.size = {24, 24};
       slice.spacing = {4, 4};
       slice.position = {-46, -46, 4.0 * z - 46};
@@ -135,7 +135,7 @@ TEST_F(Identity, IsSearchedWhereItCouldAppear) {
 /// Control sequences in a name are shown, not executed.
 TEST_F(Identity, NamesDoNothingToATerminal) {
   const std::string evil = "'a\x1b]0;owned\x07\x1b[2J\xc2\x9b\xe2\x80\xae.mha'";
-  const Ended r = run("info " + evil);
+  const ProcessResult r = run("info " + evil);
   EXPECT_EQ(r.exit_code, 2);
   for (const char c : {'\x1b', '\x07'}) EXPECT_EQ(r.err.find(c), std::string::npos) << r.err;
   EXPECT_NE(r.err.find("\\x1b]0;owned"), std::string::npos) << r.err;
@@ -144,7 +144,7 @@ TEST_F(Identity, NamesDoNothingToATerminal) {
       << "the name imitates no note";
   ASSERT_EQ(run("phantom sphere --size 24 -o s.mha").exit_code, 0);
   fs::rename(folder_ / "s.mha", folder_ / "s\x1b[31m\xff\xc3\xbc.mha");
-  const Ended info = run("info 's\x1b[31m\xff\xc3\xbc.mha'");
+  const ProcessResult info = run("info 's\x1b[31m\xff\xc3\xbc.mha'");
   EXPECT_EQ(info.exit_code, 0);
   EXPECT_NE(info.out.find("s\\x1b[31m\\xff\xc3\xbc.mha"), std::string::npos) << info.out;
 }

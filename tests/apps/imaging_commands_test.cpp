@@ -110,7 +110,7 @@ TEST_F(Command, AnXraysHeaderGivesThePositionsOfBeads) {
       EXPECT_NEAR(x / all, column, 0.1) << pose;
       EXPECT_NEAR(y / all, row, 0.1) << pose;
     }
-    if (!is_whole()) break;
+    if (!runs_all_cases()) break;
   }
 }
 
@@ -133,7 +133,7 @@ TEST_F(Command, ShotsOfASessionAreRepeated) {
   const Json played = json("run x.toml --record x.session");
   EXPECT_EQ(played["is_met"], true) << played.dump(1);
   EXPECT_EQ(json("replay x.session --scan s.mha --verify")["is_same"], true);
-  if (is_whole()) {
+  if (runs_all_cases()) {
     EXPECT_NE(run("timeline x.session").out.find("X-ray"), std::string::npos);
   }
   const auto sums = [&](const std::string& options) {
@@ -142,7 +142,7 @@ TEST_F(Command, ShotsOfASessionAreRepeated) {
   };
   const std::vector<float> before = sums("--shot 1"), drilled = sums("--shot 2");
   ASSERT_EQ(before.size(), 160u * 160u);
-  if (is_whole()) {
+  if (runs_all_cases()) {
     EXPECT_EQ(before, sums("")) << "undone";
   }
   double most = 0;
@@ -178,7 +178,7 @@ TEST_F(Command, ACArmGoesAroundTwoScrews) {
   EXPECT_LT(section["screws"][0]["breach_mm"], 0.5);
   EXPECT_GT(section["screws"][1]["breach_mm"], 3);
   EXPECT_EQ(section["screws"][1]["toward"], "the patient's right");
-  if (!is_whole()) return;
+  if (!runs_all_cases()) return;
   // The part of a screw beyond the picture is reported.
   const Json narrow = json("section spine --screw=-18.8,37.8,6.6:-6.5,-9.5,4.1:6.5 --width 40" + plane);
   EXPECT_GT(narrow["models_beyond_picture_mm2"], 100);
@@ -197,10 +197,10 @@ TEST_F(Command, ACArmGoesAroundTwoScrews) {
            {"--pixel 0", "out of range"},
            {"--screw 1,2,3", "no screw"},
            {"--trajectory nowhere", "L4 left pedicle"}}) {
-    const Ended bad = run("section spine " + arguments);
+    const ProcessResult bad = run("section spine " + arguments);
     EXPECT_EQ(bad.exit_code, 2) << arguments;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
-    if (!is_whole()) break;
+    if (!runs_all_cases()) break;
   }
 }
 
@@ -221,7 +221,7 @@ TEST_F(Command, ASliceShowsTheScanUnchanged) {
       "b.png");
   EXPECT_GT(cut["probe"]["before"], 100);
   EXPECT_EQ(cut["probe"]["now"], -1000);
-  if (is_whole()) {
+  if (runs_all_cases()) {
     EXPECT_EQ(
         json("slice d.session --scan s.mha --until 0.3 --at 0,43,0 --probe 0,43,0 --pixel 1")["probe"]["now"],
         cut["probe"]["before"]);
@@ -231,10 +231,10 @@ TEST_F(Command, ASliceShowsTheScanUnchanged) {
            {"--probe 0,0,900", "outside the scan"},
            {"--slab -1", "out of range"},
            {"--at 0,0,900", "does not intersect the scan"}}) {
-    const Ended bad = run("slice s.mha --pixel 1 " + arguments);
+    const ProcessResult bad = run("slice s.mha --pixel 1 " + arguments);
     EXPECT_EQ(bad.exit_code, 2) << arguments;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
-    if (!is_whole()) break;
+    if (!runs_all_cases()) break;
   }
 }
 
@@ -251,7 +251,7 @@ TEST_F(Command, MeasuresAreReportedAndKept) {
   EXPECT_GT(tape["length_mm"].get<double>(), tape["straight_mm"].get<double>() + 5);
   EXPECT_GT(tape["moved_mm"], 1);
   EXPECT_LT(tape["moved_mm"], 25);
-  if (is_whole()) {
+  if (runs_all_cases()) {
     EXPECT_NE(run("measure head --tape 5000,0,0:0,-125,20").out.find("from the surface"), std::string::npos);
   }
   EXPECT_LE(tape["taut_mm"].get<double>(), tape["length_mm"].get<double>());
@@ -266,7 +266,7 @@ TEST_F(Command, MeasuresAreReportedAndKept) {
         "[[do]]\nat = 0.1\ncommand = \"measure\"\nwith = \"kind=tape at=0,-88,20;74,0,40\"\n"
         "[[expect]]\nwhat = \"measured length\"\nleast = 112\nmost = 125\n");
   EXPECT_EQ(json("run m.toml --record m.session")["is_met"], true);
-  if (is_whole()) {
+  if (runs_all_cases()) {
     EXPECT_EQ(json("replay m.session --verify")["is_same"], true);
   }
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
@@ -274,11 +274,11 @@ TEST_F(Command, MeasuresAreReportedAndKept) {
            {"--ruler 0,0,0", "wrong number of positions"},
            {"--region 0,0,0:x", "invalid radius"},
            {"--tape 0,0:1,1,1", "X,Y,Z"}}) {
-    const Ended bad = run("measure head " + arguments);
+    const ProcessResult bad = run("measure head " + arguments);
     EXPECT_EQ(bad.exit_code, 2) << arguments;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
   }
-  if (is_whole()) {
+  if (runs_all_cases()) {
     EXPECT_EQ(run("measure head --region 0,0,900:5").exit_code, 1);
   }
 }
@@ -308,10 +308,10 @@ TEST_F(Command, InvalidXraysAreRefused) {
            {"spine --primary nan", "primary"},
            {"spine --size 9000", "out of range"},
            {"spine --dicom open.ply --mesh open.ply", "open.ply"}}) {
-    const Ended bad = run("fluoro " + arguments);
+    const ProcessResult bad = run("fluoro " + arguments);
     EXPECT_EQ(bad.exit_code, 2) << arguments;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
-    if (!is_whole() && arguments == "spine --energy 500") break;
+    if (!runs_all_cases() && arguments == "spine --energy 500") break;
   }
   EXPECT_EQ(leftovers({"open.ply", "no.dcm", "inward.ply"}), "");
 }
@@ -394,7 +394,7 @@ TEST_F(Command, ATumourIsMeasuredOnSlicesAndOnItsModel) {
   EXPECT_EQ(report["measures"][2]["kind"], "part");
   const auto plan = data_tools::read_plan(file("t.mrk.json"));
   ASSERT_TRUE(plan) << plan.error().message();
-  if (!is_whole()) return;
+  if (!runs_all_cases()) return;
   // The part against its label's voxels.
   const Json part = json(
       "measure head --label tumour --part -37,14,37:25 --region -37,14,37:25 --patch "

@@ -32,8 +32,8 @@ TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
   // A window opens it from the back, with the working hand: bone cutter, burr, Kerrison.
   const auto summary = workbench::summarize_session((folder_ / "l.session").string());
   ASSERT_TRUE(summary) << summary.error().message();
-  ASSERT_TRUE(summary.value().worked_at.has_value());
-  EXPECT_GT(summary.value().worked_at->y, 25);
+  ASSERT_TRUE(summary.value().work_position.has_value());
+  EXPECT_GT(summary.value().work_position->y, 25);
   for (const auto& [seconds, hand] :
        {std::pair(0.0, 0), std::pair(3.0, 0), std::pair(68.0, 1), std::pair(80.0, 2)})
     EXPECT_EQ(summary.value().hand_at(static_cast<std::uint64_t>(250 * seconds)), hand) << seconds;
@@ -47,11 +47,11 @@ TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
            {"", "no vertebra selected"},
            {"--canal 1,2", "X,Y,Z"},
            {"--vertebra L4 --until -1", "does not contain this time"}}) {
-    const Ended bad = run("laminectomy l.session " + arguments);
+    const ProcessResult bad = run("laminectomy l.session " + arguments);
     EXPECT_EQ(bad.exit_code, 2) << arguments;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
   }
-  if (!is_whole()) return;
+  if (!runs_all_cases()) return;
   // Before the last column both sides were equal.
   const Json earlier = json("laminectomy l.session --vertebra L4 --until 121.7");
   EXPECT_NEAR(earlier["pars"][0]["now_mm"].get<double>(), earlier["pars"][1]["now_mm"].get<double>(), 1);
@@ -59,7 +59,7 @@ TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
            {"--vertebra L9", "unknown label"},
            {"--vertebra L4 --until 500", "does not contain this time"},
            {"--vertebra L4 --slices l.session", "l.session"}}) {
-    const Ended bad = run("laminectomy l.session " + arguments);
+    const ProcessResult bad = run("laminectomy l.session " + arguments);
     EXPECT_EQ(bad.exit_code, 2) << arguments;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
   }
@@ -137,7 +137,7 @@ TEST_F(Command, ALaminectomyOfARealSpine) {
             0.3 * outcome["spinous_process"]["before_mm3"].get<double>());
   for (const Json& facet : outcome["facets"]) EXPECT_LT(facet["removed_percent"], 3);
   for (const Json& pars : outcome["pars"]) EXPECT_GT(pars["now_mm"], 10);
-  if (!is_whole()) return;
+  if (!runs_all_cases()) return;
   // Areas of the canal of the other vertebrae in the anatomical range; the sacrum has none.
   for (const std::string label : {"L5", "L3", "L2", "L1", "T12"}) {
     const double area =

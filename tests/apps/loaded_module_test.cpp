@@ -17,9 +17,9 @@ TEST_F(Command, LoadsAModuleListsItPlaysItAndReplaysIt) {
   EXPECT_EQ(listed["modules"][0]["parts"].size(), 3u);
 
   // The option takes one path, so that the script may follow it.
-  const Ended without = run("run" + k_script);
+  const ProcessResult without = run("run" + k_script);
   EXPECT_EQ(without.exit_code, 2) << without.out;
-  const Ended played = run("run" + k_eraser + k_script + " --record eraser.session");
+  const ProcessResult played = run("run" + k_eraser + k_script + " --record eraser.session");
   ASSERT_EQ(played.exit_code, 0) << played.out << played.err;
   EXPECT_NE(played.out.find("checks met"), std::string::npos) << played.out;
 
@@ -28,19 +28,19 @@ TEST_F(Command, LoadsAModuleListsItPlaysItAndReplaysIt) {
   const Json module = {{"name", "eraser"}, {"version", 1}};
   EXPECT_NE(std::find(info["modules"].begin(), info["modules"].end(), module), info["modules"].end());
   for (const char* command : {"replay eraser.session --verify", "slice eraser.session -o slice.png"}) {
-    const Ended missing = run(command);
+    const ProcessResult missing = run(command);
     EXPECT_EQ(missing.exit_code, 2);
     EXPECT_NE(missing.err.find("the session uses the module eraser 1"), std::string::npos) << missing.err;
     EXPECT_NE(missing.err.find("load it with --module PATH"), std::string::npos) << missing.err;
   }
-  const Ended replayed = run("replay eraser.session --verify" + k_eraser);
+  const ProcessResult replayed = run("replay eraser.session --verify" + k_eraser);
   EXPECT_EQ(replayed.exit_code, 0) << replayed.out << replayed.err;
   EXPECT_NE(run("timeline eraser.session" + k_eraser).out.find("Erased"), std::string::npos);
 }
 
 TEST_F(Command, ReportsWhyAModuleIsNotLoaded) {
   const auto error_of = [this](const std::string& path) {
-    const Ended ended = run("modules --module '" + path + "'");
+    const ProcessResult ended = run("modules --module '" + path + "'");
     EXPECT_EQ(ended.exit_code, 2);
     return ended.err;
   };
@@ -53,7 +53,7 @@ TEST_F(Command, ReportsWhyAModuleIsNotLoaded) {
   const std::string old = error_of(TREPHINE_OLD_MODULE);
   EXPECT_NE(old.find("built against another version"), std::string::npos) << old;
   EXPECT_NE(old.find("trephine 0.0.9"), std::string::npos) << old;
-  const Ended twice = run("modules" + k_eraser + k_eraser);
+  const ProcessResult twice = run("modules" + k_eraser + k_eraser);
   EXPECT_NE(twice.err.find("two modules have the same name"), std::string::npos) << twice.err;
 }
 

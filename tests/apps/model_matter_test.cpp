@@ -53,7 +53,7 @@ TEST_F(Command, AModelHasMatter) {
   EXPECT_GT(bone, none + 1);
   EXPECT_GT(titanium, bone + 1);
   EXPECT_GT(total_of("steel"), titanium + 1);
-  const Ended bad = run(plane + " --mesh-matter wood");
+  const ProcessResult bad = run(plane + " --mesh-matter wood");
   EXPECT_NE(bad.exit_code, 0);
   EXPECT_NE(bad.err.find("titanium"), std::string::npos) << bad.err;
 }
@@ -88,7 +88,7 @@ least = 1
   EXPECT_NE(run("timeline r.session").out.find("left root"), std::string::npos);
   // Without the case, the models and the plan are those of the session.
   fs::rename(file("spine"), file("gone"));
-  const Ended sliced = run("slice r.session --trajectory \"L4 left pedicle\" -o t.png");
+  const ProcessResult sliced = run("slice r.session --trajectory \"L4 left pedicle\" -o t.png");
   EXPECT_EQ(sliced.exit_code, 0) << sliced.err;
   const Json section = json("section r.session --at 30,60,-13 --normal 0,0,1 -o s.png --svg s.svg");
   EXPECT_NE(read(file("s.svg")).find("left root"), std::string::npos);
@@ -100,7 +100,7 @@ least = 1
     std::string changed = text;
     changed.replace(changed.find(found), found.size(), replacement);
     write("spine/case.toml", changed);
-    const Ended r = run("info ./spine");
+    const ProcessResult r = run("info ./spine");
     EXPECT_NE(r.exit_code, 0) << replacement;
     return r.err;
   };
@@ -115,7 +115,7 @@ least = 1
   open.replace(open.find("face 12"), 7, "face 11");
   open.erase(open.rfind("3 3 7 5"));
   write("spine/root.ply", open);
-  const Ended r = run("run r.toml");
+  const ProcessResult r = run("run r.toml");
   EXPECT_NE(r.exit_code, 0);
   EXPECT_NE(r.err.find("not the surface of a solid"), std::string::npos) << r.err;
 }

@@ -75,7 +75,7 @@ TEST(MouseDevice, AJumpIsAtOnce) {
   device.set({40, 0, 0}, {1, 0, 0, 0}, true, dvec3(39, 0, 0));
   device.read(0.1, pose);
   EXPECT_EQ(pose.position_world, dvec3(40, 0, 0));
-  EXPECT_EQ(device.take_jump(), dvec3(39, 0, 0));
+  EXPECT_EQ(device.fetch_jump(), dvec3(39, 0, 0));
 }
 
 }  // namespace

@@ -16,9 +16,11 @@ using glm::dvec3;
 using glm::ivec3;
 
 constexpr int k_size = 40;
-constexpr int k_inner_table = 20;  // voxels of 1 mm below it are dura, two layers, then brain
+/// z of the lowest bone voxels, which are 1 mm. In layers(), two voxels of dura follow below, then brain.
+constexpr int k_inner_table = 20;
 
-/// Bone over air, with label names; below the bone the labels that label_of(x, y, z) returns.
+/// Returns a plate of bone (label 1) under air. Below the plate is soft tissue with the labels that
+/// label_of(x, y, z) returns.
 template <class Label>
 haptics::TouchScene below_bone(const std::vector<std::string>& names, const Label& label_of) {
   volume::Volume base = volume::make_volume(ivec3(k_size), volume::Frame(), true).value();
@@ -135,13 +137,13 @@ TEST(OpenedStructures, ANerveThatWasCutThroughIsMissing) {
 
 /// Labels change in steps of a voxel; the drawn border of two structures, at 20 degrees to the voxels, does
 /// not.
-TEST(OpenedStructures, BordersBetweenThemAreSmooth) {
+TEST(OpenedStructures, BordersBetweenStructuresAreSmooth) {
   const double slope = 0.364;
   const auto border = [&](double x) { return 10 + slope * x; };
   const haptics::TouchScene scene = below_bone({"background", "skull", "dura", "venous_sinus"},
                                                [&](int x, int y, int) { return y < border(x) ? 2 : 3; });
-  const auto versions = haptics::untouched(scene);
-  volume::RemovalEditor editor(versions, {scene.items[0].field});
+  const auto untouched = haptics::untouched(scene);
+  volume::RemovalEditor editor(untouched, {scene.items[0].field});
   editor.remove({dvec3(8, 12, k_inner_table + 1), dvec3(30, 20, k_inner_table + 1), 7});
   OpenedStructures structures(scene, untouchable_structures(scene));
   structures.request_all(editor.freeze());
@@ -181,8 +183,8 @@ TEST(OpenedStructures, BordersBetweenThemAreSmooth) {
   EXPECT_GT(deviation(planted), 0.18);
 }
 
-/// In a spine the dural sac is drawn completely without an opening, other structures only near an opening. In
-/// a head, no structure is drawn without an opening.
+/// In a spine the dural sac, nerves and discs are drawn whole without an opening, other structures only near
+/// an opening. In a head, no structure is drawn without an opening.
 TEST(OpenedStructures, TheDuralSacIsVisibleInNaturalGaps) {
   const auto label_of = [](int x, int, int z) { return z < k_inner_table - 6 ? 0 : x < 20 ? 2 : 3; };
   const haptics::TouchScene spine =

@@ -17,20 +17,20 @@ class OperationWindow : public Window {
     choice.procedure_use = workbench::ProcedureUse::begins_without_tools;
     auto operation = workbench::open_operation(source, choice);
     ASSERT_TRUE(operation) << operation.error().message();
-    held_ = std::make_unique<workbench::Operation>(std::move(operation.value()));
-    options_.start = WindowStart{held_->engine()};
-    options_.plan = std::make_shared<const volume::SurgicalPlan>(held_->spec.plan);
+    operation_ = std::make_unique<workbench::Operation>(std::move(operation.value()));
+    options_.start = WindowStart{operation_->engine()};
+    options_.plan = std::make_shared<const volume::SurgicalPlan>(operation_->spec.plan);
     options_.catalogue = &modules::catalogue();
     options_.recorder = nullptr;
     options_.width = 1200, options_.height = 900;
-    window_ = std::make_unique<MainWindow>(held_->scene(), options_);
+    window_ = std::make_unique<MainWindow>(operation_->scene(), options_);
     window_->show();
     ASSERT_TRUE(QTest::qWaitForWindowExposed(window_.get(), k_patience));
     ASSERT_TRUE(QTest::qWaitFor([&] { return viewport().triangle_count() > 1000; }, k_patience));
   }
   Viewport& viewport() { return window_->operation()->viewport(); }
 
-  std::unique_ptr<workbench::Operation> held_;
+  std::unique_ptr<workbench::Operation> operation_;
   std::unique_ptr<MainWindow> window_;
 };
 

@@ -104,12 +104,12 @@ void expect_readable(const imaging::Panel& panel, const imaging::LabelSpace& spa
     for (const imaging::PictureBox& other : space.occupied)
       EXPECT_FALSE(imaging::overlap(box, other)) << placed[i].text;
     for (const imaging::Panel::Line& line : panel.lines)
-      for (std::size_t k = 1; k < line.places.size(); ++k)
+      for (std::size_t k = 1; k < line.points.size(); ++k)
         EXPECT_FALSE(
-            imaging::passes({centre + scale * line.places[k - 1], centre + scale * line.places[k]}, box))
+            imaging::passes({centre + scale * line.points[k - 1], centre + scale * line.points[k]}, box))
             << placed[i].text;
     // A line joins the label with its marker, unless they are next to each other.
-    const glm::dvec2 at = centre + scale * panel.labels[i].place, nearest = glm::clamp(at, box.low, box.high);
+    const glm::dvec2 at = centre + scale * panel.labels[i].point, nearest = glm::clamp(at, box.low, box.high);
     EXPECT_TRUE(placed[i].lead || glm::length(nearest - at) < scale * panel.labels[i].radius + 10)
         << placed[i].text;
     if (placed[i].lead) {
@@ -126,7 +126,7 @@ TEST(PanelLabels, AreOnTheSideOfTheirOwnEntryAndCoverNothing) {
   const auto placed = imaging::place_labels(plan, space);
   for (std::size_t i = 0; i < placed.size(); ++i) {
     EXPECT_EQ(placed[i].text, plan.labels[i].text) << "there is room for every name";
-    if (plan.labels[i].place.x < 0) {
+    if (plan.labels[i].point.x < 0) {
       EXPECT_LE(placed[i].box.high.x, 250) << placed[i].text;
     } else {
       EXPECT_GE(placed[i].box.low.x, 250) << placed[i].text;
@@ -134,12 +134,12 @@ TEST(PanelLabels, AreOnTheSideOfTheirOwnEntryAndCoverNothing) {
   }
   // The sides do not depend on the picture's centre.
   imaging::Panel moved = plan;
-  for (imaging::Panel::Label& label : moved.labels) label.place.x += 12;
+  for (imaging::Panel::Label& label : moved.labels) label.point.x += 12;
   for (imaging::Panel::Line& line : moved.lines)
-    for (glm::dvec2& p : line.places) p.x += 12;
+    for (glm::dvec2& p : line.points) p.x += 12;
   const auto aside = imaging::place_labels(moved, space);
   for (std::size_t i = 0; i < aside.size(); ++i)
-    EXPECT_EQ(plan.labels[i].place.x < 0, 0.5 * (aside[i].box.low.x + aside[i].box.high.x) < 250 + 60)
+    EXPECT_EQ(plan.labels[i].point.x < 0, 0.5 * (aside[i].box.low.x + aside[i].box.high.x) < 250 + 60)
         << plan.labels[i].text;
 }
 
@@ -173,7 +173,7 @@ TEST(PanelLabels, AreInsideThePictureAndOutsideTheControls) {
   for (const imaging::PlacedLabel& label : imaging::place_labels(head, space))
     EXPECT_GT(label.text.size(), 4u);
   // A marker outside the picture has no label.
-  head.labels[1].place.y = 140;
+  head.labels[1].point.y = 140;
   EXPECT_TRUE(imaging::place_labels(head, space)[1].text.empty());
 }
 
@@ -383,17 +383,17 @@ TEST_F(PictureLayout, ZoomingKeepsThePointUnderTheCursorAndStaysOutsideTheBone) 
     const Ray ray = picture_->ray_at(at.x, at.y);
     const double far = picture_->distance_to_solid(*version_, ray);
     ASSERT_GT(far, 0);
-    const dvec3 place = ray.origin + far * ray.direction;
+    const dvec3 point = ray.origin + far * ray.direction;
     for (int i = 0; i < 40; ++i) {
       picture_->zoom(*version_, 1.15, at.x, at.y);
-      const glm::dvec2 now = picture_->project(place);
+      const glm::dvec2 now = picture_->project(point);
       EXPECT_NEAR(now.x, at.x, 0.004);
       EXPECT_NEAR(now.y, at.y, 0.004);
       const Ray next = picture_->ray_at(at.x, at.y);
-      EXPECT_GT(glm::length(place - next.origin), 19.9);
+      EXPECT_GT(glm::length(point - next.origin), 19.9);
     }
     for (int i = 0; i < 80; ++i) picture_->zoom(*version_, 1 / 1.15, at.x, at.y);
-    EXPECT_LT(glm::length(place - picture_->ray_at(at.x, at.y).origin), 4100);
+    EXPECT_LT(glm::length(point - picture_->ray_at(at.x, at.y).origin), 4100);
   }
 }
 

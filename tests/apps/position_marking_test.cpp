@@ -47,7 +47,7 @@ TEST(PositionMarking, ALineOfAnyLengthIsFinishedByTheUser) {
   PositionMarking marking;
   Marked marked;
   Request request{"Area", 3};
-  request.shows = Request::Shows::outline;
+  request.quantity = Request::Quantity::outline;
   marking.begin(request, into(marked));
   for (const dvec3& at : {dvec3(0), dvec3(3, 0, 0), dvec3(9, 9, 9)}) marking.add(at);
   marking.remove_last();
@@ -62,7 +62,7 @@ TEST(PositionMarking, ALineOfAnyLengthIsFinishedByTheUser) {
 TEST(PositionMarking, ATapeShowsAStraightLength) {
   PositionMarking marking;
   Marked marked;
-  marking.begin({"Tape", 2, 9, Request::Shows::straight}, into(marked));
+  marking.begin({"Tape", 2, 9, Request::Quantity::straight}, into(marked));
   for (const dvec3& at : {dvec3(0), dvec3(3, 0, 0)}) marking.add(at);
   EXPECT_EQ(label(marking, dvec3(3, 4, 0)), "straight 7.0 mm");
 }
@@ -70,7 +70,7 @@ TEST(PositionMarking, ATapeShowsAStraightLength) {
 TEST(PositionMarking, AnAngleIsThatAtItsSecondPosition) {
   PositionMarking marking;
   Marked marked;
-  marking.begin({"Angle", 3, 3, Request::Shows::angle}, into(marked));
+  marking.begin({"Angle", 3, 3, Request::Quantity::angle}, into(marked));
   marking.add({10, 0, 0});
   EXPECT_EQ(label(marking, dvec3(0)), "");
   marking.add({0, 0, 0});

@@ -15,7 +15,7 @@ using imaging::StepDiagram;
 using volume::SurgicalProcedure;
 
 TEST_F(Command, ProceduresAreShown) {
-  const Ended text = run("procedure show ventriculostomy");
+  const ProcessResult text = run("procedure show ventriculostomy");
   EXPECT_EQ(text.exit_code, 0) << text.err;
   for (const char* words : {"2 burr-hole: Drill the burr hole", "instruments: perforator, burr kinematic=no",
                             "-> catheter: on request, removed_mm3 ≥ 50", "on entry: judge-catheter"})
@@ -45,7 +45,7 @@ TEST_F(Command, ExamplesOfProceduresArePlayedScoredAndReplayed) {
     double points;  // least share of the possible points
   };
   std::vector<Row> rows{{"procedure-laminectomy-screws", 0.85}};
-  if (is_whole())
+  if (runs_all_cases())
     rows.insert(rows.end(),
                 {Row{"procedure-ventriculostomy", 1}, Row{"ventriculostomy", 1}, Row{"clamp", 0.5},
                  Row{"procedure-craniotomy", 0.5}, Row{"procedure-first-steps", 0}});
@@ -65,7 +65,7 @@ TEST_F(Command, ExamplesOfProceduresArePlayedScoredAndReplayed) {
 TEST_F(Command, ApproachesOfAHeadArePlayedToTheirEnd) {
   const std::string script = TREPHINE_SOURCE_DIR "/docs/examples/procedure-approach.toml";
   std::vector<std::string> approaches;
-  if (is_whole()) approaches = {"vault", "frontotemporal", "suboccipital", "keyhole"};
+  if (runs_all_cases()) approaches = {"vault", "frontotemporal", "suboccipital", "keyhole"};
   for (const std::string& approach : approaches) {
     SCOPED_TRACE(approach);
     ASSERT_EQ(run("phantom head --approach " + approach + " --case " + approach).exit_code, 0);
@@ -74,18 +74,18 @@ TEST_F(Command, ApproachesOfAHeadArePlayedToTheirEnd) {
     const Json score = json("score " + approach + ".session --scan " + approach);
     EXPECT_GE(score["points"].get<double>(), 0.95 * score["possible"].get<double>()) << score.dump(1);
   }
-  const Ended unknown = run("phantom head --approach parietal --case other");
+  const ProcessResult unknown = run("phantom head --approach parietal --case other");
   EXPECT_EQ(unknown.exit_code, 2);
   EXPECT_NE(unknown.err.find("frontotemporal, suboccipital or keyhole"), std::string::npos) << unknown.err;
   EXPECT_EQ(run("phantom spine --approach keyhole --case other").exit_code, 2);
-  const Ended empty = run("run " + script + " --scan ''");
+  const ProcessResult empty = run("run " + script + " --scan ''");
   EXPECT_EQ(empty.exit_code, 2);
   EXPECT_NE(empty.err.find("--scan: the value of an option is empty"), std::string::npos) << empty.err;
 }
 
 TEST_F(Command, ATemplateIsValidAndAStartForChanges) {
   EXPECT_EQ(run("procedure new hole -o hole.toml").exit_code, 0);
-  const Ended checked = run("procedure check hole.toml");
+  const ProcessResult checked = run("procedure check hole.toml");
   EXPECT_EQ(checked.exit_code, 0) << checked.err;
   EXPECT_EQ(checked.out, "hole: 2 steps, no error\n");
   const std::string text = read(file("hole.toml"));
@@ -123,7 +123,7 @@ TEST_F(Command, NamesOfAProcedureAreCompared) {
     std::string other = text;
     other.replace(other.find(from), std::string(from).size(), to);
     write("other.toml", other);
-    const Ended refused = run("procedure check other.toml");
+    const ProcessResult refused = run("procedure check other.toml");
     EXPECT_EQ(refused.exit_code, 2) << to;
     EXPECT_NE(refused.err.find(words), std::string::npos) << refused.err;
     EXPECT_NE(refused.err.find(", line " + std::to_string(line) + ": step"), std::string::npos)
@@ -139,7 +139,7 @@ TEST_F(Command, NamesOfAProcedureAreCompared) {
     std::string other = text;
     other.replace(other.find(from), std::string(from).size(), to);
     write("other.toml", other);
-    const Ended checked = run("procedure check other.toml");
+    const ProcessResult checked = run("procedure check other.toml");
     EXPECT_EQ(checked.exit_code, code) << to << checked.err;
     EXPECT_NE((checked.out + checked.err).find(words), std::string::npos) << checked.out << checked.err;
   }
@@ -147,7 +147,7 @@ TEST_F(Command, NamesOfAProcedureAreCompared) {
   write("other.toml", std::string(text).replace(text.find("burr kin"), 4, "burx"));
   write("s.toml",
         "schema = 1\nscan = \"head\"\nprocedure = \"other.toml\"\n[[hands]]\npoints = [[0, 0, 0, 90]]\n");
-  const Ended refused = run("run s.toml");
+  const ProcessResult refused = run("run s.toml");
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_NE(refused.err.find("other.toml, line " + std::to_string(step)), std::string::npos) << refused.err;
 }

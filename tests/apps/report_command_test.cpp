@@ -236,7 +236,7 @@ class ReportPage : public Command {
         "removal_rate=60\"\n"
         "points = [[0, 0, 0, 60, 0], [0.3, 0, 0, 46, 1], [0.8, 0, 0, 41, 1], [0.9, 0, 0, 50, 0], [1.4, 0, "
         "0, 60, 0]]\n[[do]]\nat = 1.2\ncommand = \"note\"\nwith = 'text=\"<img src=x>\"'\n");
-    const Ended played = run("run a.toml --record Erika.session");
+    const ProcessResult played = run("run a.toml --record Erika.session");
     ASSERT_EQ(played.exit_code, 0) << played.err;
   }
 };
@@ -305,7 +305,7 @@ parameters = "diameter=4 kinematic=yes"
 points = [[0, 0, 60, 16, 0], [0.4, 0, 47, 16, 1], [1.2, 0, 24, 16, 1], [1.6, 0, 47, 16, 1], [1.7, 0, 60, 16, 0],
           [6, 30, 50, 6, 0], [6.4, 30, 45, 6, 1], [7.2, 30, 32, 6, 1], [7.6, 30, 60, 6, 0]]
 )");
-  const Ended played = run("run a.toml --record a.session");
+  const ProcessResult played = run("run a.toml --record a.session");
   ASSERT_EQ(played.exit_code, 0) << played.err;
   const auto report = workbench::collect_report({.session = file("a.session"), .case_source = {}}, {});
   ASSERT_TRUE(report.is_ok()) << report.error().message();

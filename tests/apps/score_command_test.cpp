@@ -28,7 +28,7 @@ double value(const Json& score, const std::string& name) {
 TEST_F(Command, AScoreEqualsTheJudgementsOfScrews) {
   write("s.toml", read(TREPHINE_SOURCE_DIR "/docs/examples/pedicle-screw.toml"));
   ASSERT_EQ(run("run s.toml --record s.session").exit_code, 0);
-  const Ended first = run("score s.session --json --csv a.csv");
+  const ProcessResult first = run("score s.session --json --csv a.csv");
   ASSERT_EQ(first.exit_code, 0) << first.err;
   const Json score = Json::parse(first.out), screws = json("screw s.session --vertebra L4")["screws"];
   EXPECT_EQ(score["schema"], "trephine.score/1");
@@ -70,7 +70,7 @@ TEST_F(Command, AScoreEqualsTheJudgementsOfScrews) {
   // The folder's score has the same bytes, and does not name the file. Before the second screw there was one.
   fs::create_directory(folder_ / "course");
   fs::rename(folder_ / "s.session", folder_ / "course" / "Jane Doe.session");
-  const Ended folder = run("score course --json --csv course.csv");
+  const ProcessResult folder = run("score course --json --csv course.csv");
   ASSERT_EQ(folder.exit_code, 0) << folder.err;
   const Json course = Json::parse(folder.out);
   ASSERT_EQ(course["sessions"].size(), 1u);
@@ -92,7 +92,7 @@ TEST_F(Command, AScoreEqualsTheJudgementsOfScrews) {
            {"course --until 1", "cannot be applied to a folder"},
            {".state-of-nothing", ""},
            {"'course/Jane Doe.session' --csv a.txt", ".csv"}}) {
-    const Ended bad = run("score " + arguments);
+    const ProcessResult bad = run("score " + arguments);
     EXPECT_EQ(bad.exit_code, 2) << arguments << bad.out;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
   }
@@ -102,10 +102,10 @@ TEST_F(Command, AScoreEqualsTheJudgementsOfScrews) {
 TEST_F(Command, PlantedErrorsChangeOnlyTheirFindings) {
   std::string scripts;
   for (const char* name : {"laminectomy-screws", "ventriculostomy", "craniotomy"})
-    if (is_whole() || scripts.empty())
+    if (runs_all_cases() || scripts.empty())
       scripts += std::string(" " TREPHINE_SOURCE_DIR "/docs/examples/procedure-") + name + ".toml";
-  const Json faults = json("bench faults" + scripts + (is_whole() ? "" : " --only 'too long'"));
-  EXPECT_EQ(faults["rows"].size(), is_whole() ? 15u : 1u);
+  const Json faults = json("bench faults" + scripts + (runs_all_cases() ? "" : " --only 'too long'"));
+  EXPECT_EQ(faults["rows"].size(), runs_all_cases() ? 15u : 1u);
   for (const Json& row : faults["rows"]) {
     EXPECT_GT(row["own"], 0) << row.dump();
     EXPECT_EQ(row["others"], 0) << row.dump();
@@ -114,7 +114,7 @@ TEST_F(Command, PlantedErrorsChangeOnlyTheirFindings) {
 
 TEST_F(Command, AFolderWithoutSessionsIsRefused) {
   fs::create_directory(folder_ / "empty");
-  const Ended bad = run("score empty");
+  const ProcessResult bad = run("score empty");
   EXPECT_EQ(bad.exit_code, 2);
   EXPECT_NE(bad.err.find("no sessions"), std::string::npos) << bad.err;
 }

@@ -37,7 +37,7 @@ TEST_F(Command, PedicleScrewsArePlayedJudgedAndReplayed) {
            {"--vertebra L3", "no screw passes"},
            {"--vertebra L4 --until 5", "no screws at this time"},
            {"--vertebra L4 --until 500", "does not contain this time"}}) {
-    const Ended bad = run("screw s.session " + arguments);
+    const ProcessResult bad = run("screw s.session " + arguments);
     EXPECT_EQ(bad.exit_code, 2) << arguments;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
   }
@@ -53,7 +53,7 @@ TEST_F(Command, AScriptReportsAJobThatFails) {
   write("failed.toml", head);
   write("refused.toml", head + "refused = \"no bone along\"\n");
   for (const std::string how : {"", " --live --record live.session"}) {
-    const Ended failed = run("run failed.toml --json" + how);
+    const ProcessResult failed = run("run failed.toml --json" + how);
     EXPECT_EQ(failed.exit_code, 1) << failed.err;
     EXPECT_NE(failed.out.find("there is no bone along the screw"), std::string::npos) << failed.out;
     fs::remove(file("live.session"));

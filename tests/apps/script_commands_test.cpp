@@ -88,7 +88,7 @@ most = 8
   EXPECT_TRUE(again["is_same"]);
   EXPECT_EQ(again["content_hash"], report["content_hash"]);
   // Paths are relative to its folder, wherever it is run.
-  const Ended elsewhere = run("run ./a.toml --json");
+  const ProcessResult elsewhere = run("run ./a.toml --json");
   EXPECT_EQ(Json::parse(elsewhere.out)["content_hash"], report["content_hash"]);
 }
 
@@ -106,7 +106,7 @@ at = 1.2
 command = "switch-item"
 with = "item=9 touchable=no"
 )"));
-  const Ended r = run("run a.toml");
+  const ProcessResult r = run("run a.toml");
   EXPECT_EQ(r.exit_code, 1) << r.err;
   EXPECT_NE(r.out.find("FAILED  line 14"), std::string::npos) << r.out;
   EXPECT_NE(r.out.find("FAILED  line 17"), std::string::npos) << r.out;  // it was executed
@@ -133,7 +133,7 @@ refused = "no such reason"
 what = "canal"
 most = 1e6
 )"));
-  const Ended r = run("run a.toml");
+  const ProcessResult r = run("run a.toml");
   EXPECT_EQ(r.exit_code, 1) << r.err;
   EXPECT_EQ(r.out.find("FAILED  line 14"), std::string::npos) << r.out;
   EXPECT_NE(r.out.find("FAILED  line 19"), std::string::npos) << r.out;
@@ -178,7 +178,7 @@ TEST_F(Script, ErrorsAreReportedWithTheirLineBeforePlaying) {
   };
   for (const auto& [more, words] : bad) {
     write("bad.toml", script("\n" + more));
-    const Ended r = run("run bad.toml -o left.mha --record bad.session");
+    const ProcessResult r = run("run bad.toml -o left.mha --record bad.session");
     EXPECT_EQ(r.exit_code, 2) << more;
     EXPECT_NE(r.err.find(words), std::string::npos) << more << "\n" << r.err;
     EXPECT_FALSE(fs::exists(file("left.mha")) || fs::exists(file("bad.session"))) << more;

@@ -106,7 +106,7 @@ TEST_F(Command, AScriptWorksAlongATrajectory) {
   write("no.toml",
         "schema = 1\nscan = \"spine\"\n[[places]]\nname = \"screw\"\ntrajectory = \"L9\"\n[[hands]]\n"
         "place = \"screw\"\npoints = [[0, 0, 0, 10]]\n");
-  const Ended unknown = run("run no.toml");
+  const ProcessResult unknown = run("run no.toml");
   EXPECT_EQ(unknown.exit_code, 2);
   EXPECT_NE(unknown.err.find("L4 left pedicle"), std::string::npos) << unknown.err;
   write("both.toml",
@@ -157,7 +157,7 @@ TEST_F(Command, AScriptsPlaceOnABodyMovesWithIt) {
   write("none.toml", cut +
                          "[[do]]\nat = 0.3\ncommand = \"undo\"\n[[pictures]]\nfile = \"flap.png\"\n"
                          "place = \"flap\"\ndistance = 150\n");
-  const Ended none = run("run none.toml --pictures .");
+  const ProcessResult none = run("run none.toml --pictures .");
   EXPECT_EQ(none.exit_code, 1) << none.err;
   EXPECT_NE(none.out.find("does not exist at this time"), std::string::npos) << none.out << none.err;
   write("hand.toml",
@@ -277,7 +277,7 @@ TEST_F(Command, ErrorsInPlacesAndPicturesAreReportedWithTheirLine) {
       {"[[hands]]\nstiffness = 0\npoints = [[0, 0, 0, 9]]\n", "stiffness"}};
   for (const auto& [more, words] : wrong) {
     write("w.toml", slide("s.mha", "", more));
-    const Ended answer = run("run w.toml");
+    const ProcessResult answer = run("run w.toml");
     EXPECT_EQ(answer.exit_code, 2) << more;
     EXPECT_NE(answer.err.find("line"), std::string::npos) << answer.err;
     EXPECT_NE(answer.err.find(words), std::string::npos) << more << answer.err;

@@ -22,11 +22,11 @@ TEST_F(Command, ARecordedDrillReplaysVerifiesAndContinues) {
 
   // Without the scan the error names --scan; another scan is refused; with its own scan the replay is the
   // same.
-  const Ended missing = run("replay d.session --verify");
+  const ProcessResult missing = run("replay d.session --verify");
   EXPECT_EQ(missing.exit_code, 2);
   EXPECT_NE(missing.err.find("--scan"), std::string::npos);
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1.2 -o other.mha").exit_code, 0);
-  const Ended wrong = run("replay d.session --scan other.mha");
+  const ProcessResult wrong = run("replay d.session --scan other.mha");
   EXPECT_EQ(wrong.exit_code, 2);
   EXPECT_NE(wrong.err.find("not the one of the session"), std::string::npos);
   const Json replay = json("replay d.session --scan s.mha --verify -o again.mha --table steps.csv");
@@ -45,7 +45,7 @@ TEST_F(Command, ARecordedDrillReplaysVerifiesAndContinues) {
   EXPECT_EQ(parts["tick"], 500);
   EXPECT_EQ(parts["has_contact"], true);
   EXPECT_NE(run("explain d.session --scan s.mha --at 0.5").out.find("spring "), std::string::npos);
-  const Ended outside = run("explain d.session --scan s.mha --at 99");
+  const ProcessResult outside = run("explain d.session --scan s.mha --at 99");
   EXPECT_EQ(outside.exit_code, 2);
   EXPECT_NE(outside.err.find("the time is not in the session"), std::string::npos) << outside.err;
   EXPECT_EQ(run("explain d.session --scan s.mha --at 0.5 --hand 2").exit_code, 2);
@@ -79,7 +79,7 @@ TEST_F(Command, ARecordedDrillReplaysVerifiesAndContinues) {
   }
 
   // A recording never overwrites.
-  const Ended taken = run("drill s.mha --burr-diameter 4 --path p.csv -o d2.mha --record d.session");
+  const ProcessResult taken = run("drill s.mha --burr-diameter 4 --path p.csv -o d2.mha --record d.session");
   EXPECT_EQ(taken.exit_code, 2);
   EXPECT_NE(taken.err.find("already"), std::string::npos);
 }
@@ -199,14 +199,14 @@ TEST_F(Command, VerifyRefusesAChangedFileAndReportsWhere) {
   bytes = whole;
   bytes[bytes.size() - 4500] = static_cast<char>(bytes[bytes.size() - 4500] ^ 0x55);
   write("damaged.session", bytes);
-  const Ended damaged = run("replay damaged.session --verify --json");
+  const ProcessResult damaged = run("replay damaged.session --verify --json");
   EXPECT_EQ(damaged.exit_code, 1);
   const Json report = Json::parse(damaged.out, nullptr, false);
   EXPECT_EQ(report["is_same"], false);
   EXPECT_EQ(report["mismatch"]["what"], "file");
   EXPECT_GT(report["ticks"], 100) << "blocks are short, so most ticks are readable";
   EXPECT_EQ(run("resume damaged.session --path p.csv").exit_code, 2);
-  const Ended audited = run("audit damaged.session");
+  const ProcessResult audited = run("audit damaged.session");
   EXPECT_EQ(audited.exit_code, 1);
   EXPECT_NE(audited.out.find("the session is damaged"), std::string::npos) << audited.out;
   // A truncated session is not damaged: it is replayed up to its end, and can be continued.
@@ -222,7 +222,8 @@ TEST_F(Command, ResumeLocksTheSessionBeforeReadingIt) {
   write_press("p.csv", 2);
   ASSERT_EQ(run("drill s.mha --burr-diameter 4 --path p.csv -o d.mha --record d.session").exit_code, 0);
   const std::string before = read(file("d.session"));
-  const Ended refused = run("resume d.session --scan s.mha --path p.csv", "flock d.session env -u DISPLAY");
+  const ProcessResult refused =
+      run("resume d.session --scan s.mha --path p.csv", "flock d.session env -u DISPLAY");
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_NE(refused.err.find("being recorded"), std::string::npos) << refused.err;
   EXPECT_EQ(refused.err.find("note"), std::string::npos) << "it was read: " << refused.err;
@@ -245,7 +246,7 @@ TEST_F(Command, AFullDiskIsReportedAndReplacesNothing) {
     for (const char* name :
          {"old.mha", "old.nrrd", "old.nii.gz", "old.nii", "old.stl", "old.csv", "old.png", "old.vdb"})
       write(name, "old");
-    const Ended r = run(command, full);
+    const ProcessResult r = run(command, full);
     EXPECT_EQ(r.exit_code, 3) << command << r.err;
     EXPECT_NE(r.err.find("free space"), std::string::npos) << command << r.err;
     for (const char* name :
@@ -289,7 +290,7 @@ TEST_F(Command, ACaseIsASourceEverywhere) {
   const Json info = json("info my-case");
   EXPECT_EQ(info["format"], "case");
   EXPECT_EQ(info["structures"].size(), 12u);
-  const Ended again = run("import head.mha -o my-case");
+  const ProcessResult again = run("import head.mha -o my-case");
   EXPECT_EQ(again.exit_code, 2);
   EXPECT_NE(again.err.find("already"), std::string::npos);
 
@@ -319,7 +320,7 @@ TEST_F(Command, ACaseIsASourceEverywhere) {
   // Forbidden structures are watched: a burr that enters one fails the check, and the session gives the time.
   write("deep.csv", "t,x,y,z\n0,14,-10,110\n1,14,-10,95\n4,14,-10,58\n5,14,-10,110\n");
   write("air.csv", "t,x,y,z\n0,0,-10,110\n1,0,-10,105\n");
-  const Ended entered =
+  const ProcessResult entered =
       run("drill my-case --kinematic --burr-diameter 6 --path deep.csv -o o.mha --record "
           "g.session --json");
   EXPECT_EQ(entered.exit_code, 1);
@@ -334,7 +335,7 @@ TEST_F(Command, ACaseIsASourceEverywhere) {
   ASSERT_EQ(events.size(), 3u);  // with the damage done there
   EXPECT_EQ(events[0]["text"], "The tool entered the dura while it was running.");
   EXPECT_TRUE(json("replay g.session --scan my-case --verify")["is_same"].get<bool>());
-  const Ended away = run("drill my-case --burr-diameter 6 --path air.csv -o o.mha --json");
+  const ProcessResult away = run("drill my-case --burr-diameter 6 --path air.csv -o o.mha --json");
   EXPECT_EQ(away.exit_code, 0);
   EXPECT_EQ(Json::parse(away.out)["forbidden"][0]["nearest_mm"], 20);
   EXPECT_EQ(run("view my-case --screenshot v.png").exit_code, 0);
@@ -342,7 +343,7 @@ TEST_F(Command, ACaseIsASourceEverywhere) {
   // Errors of a case are reported by line.
   const auto expect_fault = [&](const std::string& broken, const std::string& what, const std::string& line) {
     write("my-case/case.toml", broken);
-    const Ended r = run("info my-case");
+    const ProcessResult r = run("info my-case");
     EXPECT_EQ(r.exit_code, 2) << what;
     EXPECT_NE(r.err.find(what), std::string::npos) << r.err;
     if (!line.empty()) {
@@ -372,7 +373,7 @@ TEST_F(Command, ImportWritesAllOrNothing) {
 TEST_F(Command, BadSessionsAreReported) {
   write("x.session", "not a session at all");
   for (const char* command : {"replay x.session", "resume x.session --path p.csv", "replay none.session"}) {
-    const Ended r = run(command);
+    const ProcessResult r = run(command);
     EXPECT_EQ(r.exit_code, 2) << command;
     EXPECT_TRUE(r.err.starts_with("error: ")) << r.err;
   }
@@ -381,7 +382,7 @@ TEST_F(Command, BadSessionsAreReported) {
 }
 
 TEST_F(Command, DevicesAreCheckedAndUnknownOnesAreRefused) {
-  const Ended r = run("doctor --devices --json");
+  const ProcessResult r = run("doctor --devices --json");
   const Json doctor = Json::parse(r.out, nullptr, false);
   ASSERT_EQ(doctor["schema"], "trephine.doctor/1");
   std::set<std::string> names;
@@ -399,7 +400,7 @@ TEST_F(Command, DevicesAreCheckedAndUnknownOnesAreRefused) {
            {"--device-scale 2", "only hardware has a scale"},
            {"--device virtual:p.csv --device-scale 2", "only hardware has a scale"},
            {"--device playback:", "needs a path"}}) {
-    const Ended refused = run(std::string("view head ") + options + " --screenshot t.png");
+    const ProcessResult refused = run(std::string("view head ") + options + " --screenshot t.png");
     EXPECT_EQ(refused.exit_code, 2) << options;
     EXPECT_NE(refused.err.find(text), std::string::npos) << refused.err;
   }
@@ -407,7 +408,7 @@ TEST_F(Command, DevicesAreCheckedAndUnknownOnesAreRefused) {
 }
 
 TEST_F(Command, DoctorReportsFaultsWithRemediesAndDrawsTheTimer) {
-  const Ended r = run("doctor --seconds 0.3 --json -o t.svg");
+  const ProcessResult r = run("doctor --seconds 0.3 --json -o t.svg");
   EXPECT_EQ(r.exit_code, 3) << "there is no display here";
   const Json doctor = Json::parse(r.out, nullptr, false);
   EXPECT_EQ(doctor["schema"], "trephine.doctor/1");

@@ -93,7 +93,7 @@ TEST(ToolAppearance, HasAClosedSolidForXrays) {
     const auto solid = solid_of(ball_appearance(radius));
     ASSERT_TRUE(solid);
     const volume::SurfaceFacts facts = volume::facts_of(solid->vertices, solid->triangles);
-    EXPECT_EQ(facts.open_edges + facts.turned_edges, 0u);
+    EXPECT_EQ(facts.open_edges + facts.misoriented_edges, 0u);
     EXPECT_GT(facts.volume, 0);
     double low = 1e9, high = -1e9, widest = 0;
     for (const glm::dvec3& v : solid->vertices) {

@@ -60,7 +60,7 @@ TEST_F(CaseWindow, IsMadeByClicksAndOpensAgain) {
   EXPECT_EQ(child<QListWidget>(*window_, "case_marks")->count(), before + 3);
   EXPECT_EQ(hand().state().removed_mm3, 0) << "marking drills nothing";
   let_run(300);  // the prompt disappears
-  keep(*window_, "make-case");
+  save_screenshot(*window_, "make-case");
   limits->item(0, 3)->setText("6,5");
   EXPECT_EQ(limits->item(0, 3)->text(), "6.5") << "a decimal comma";
   limits->item(0, 3)->setText("abc");
@@ -87,7 +87,7 @@ TEST_F(CaseWindow, IsMadeByClicksAndOpensAgain) {
   EXPECT_EQ(plan.targets.back().label, "tumour");
   EXPECT_TRUE(std::any_of(plan.structures.begin(), plan.structures.end(),
                           [](const auto& s) { return s.shape.name == "dura" && s.is_forbidden; }));
-  const auto a = opened.value().scan.volume.voxels.span(), b = held_->scene()->base->voxels.span();
+  const auto a = opened.value().scan.volume.voxels.span(), b = operation_->scene()->base->voxels.span();
   EXPECT_TRUE(std::equal(a.begin(), a.end(), b.begin(), b.end())) << "every voxel";
 }
 

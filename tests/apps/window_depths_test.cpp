@@ -78,7 +78,7 @@ TEST_F(Window, DepthImagesAreTouchedAndShown) {
   ASSERT_TRUE(touch());
   ASSERT_TRUE(QTest::qWaitFor([&] { return panes.panel(depths) != nullptr; }, k_patience))
       << panes.problem(depths);
-  keep(window, "depths");
+  save_screenshot(window, "depths");
   std::size_t bright = 0;
   for (const auto& colour : panes.panel(depths)->pixels) bright += colour[0] > 100;
   EXPECT_GT(bright, panes.panel(depths)->pixels.size() / 20);
@@ -142,7 +142,7 @@ TEST_F(Window, TheDrawnSurfaceIsTouched) {
       k_patience));
   // On the sheet by the depth of the screen, to one step of its resolution.
   EXPECT_NEAR(operation.state().newest.proxy_world.z, height, 0.05);
-  keep(window, "screen_depth");
+  save_screenshot(window, "screen_depth");
   const ScreenDepth::Counters before = operation.viewport().view().screen_depth()->counters();
   EXPECT_GT(before.reads, 0u);
   EXPECT_LT(before.reads, 40u) << "at rest nothing is read";

@@ -142,7 +142,7 @@ class Window : public ::testing::Test {
     return found;
   }
   /// Keeps a picture of the whole window if TREPHINE_SCREENSHOTS is set.
-  static void keep(MainWindow& window, const char* name) {
+  static void save_screenshot(MainWindow& window, const char* name) {
     if (const char* folder = std::getenv("TREPHINE_SCREENSHOTS"))
       window.grab().save(QString("%1/%2.png").arg(folder, name));
   }

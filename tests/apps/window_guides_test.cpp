@@ -20,11 +20,11 @@ TEST_F(ToolWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
   const dvec3 lamina(7, 43, -13);
   point_at(lamina);
   ASSERT_TRUE(reaches([&] { return hand().guide().edge().size() > 5; }));
-  keep(*window_, "kerrison-edge");
+  save_screenshot(*window_, "kerrison-edge");
   QTest::mouseClick(window_->canvas(), Qt::LeftButton, {}, pixel_of(lamina));
   ASSERT_TRUE(reaches([&] { return hand().guide().is_holding(); }));
   ASSERT_TRUE(reaches([&] { return hand().state().newest.pose.position_world.y < 36; }));
-  keep(*window_, "kerrison-under");
+  save_screenshot(*window_, "kerrison-under");
   EXPECT_EQ(hand().state().removed_mm3, 0);
   // Keys act like buttons.
   QTest::keyClick(window_.get(), Qt::Key_PageDown);
@@ -39,7 +39,7 @@ TEST_F(ToolWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
   QTest::keyPress(window_.get(), Qt::Key_Space);
   ASSERT_TRUE(reaches([&] { return hand().state().removed_mm3 > first + 3; }));
   QTest::keyRelease(window_.get(), Qt::Key_Space);
-  keep(*window_, "kerrison-bitten");
+  save_screenshot(*window_, "kerrison-bitten");
   point_at({20, 43, 20});
   EXPECT_TRUE(reaches([&] { return !hand().guide().is_holding(); }));
 }
@@ -77,7 +77,7 @@ TEST_F(ToolWindow, AnIdleToolDoesNotEnterTheDuralSacBetweenLaminae) {
     open(source, tool);
     QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
     let_run(200);
-    const sim::Engine start = held_->engine();
+    const sim::Engine start = operation_->engine();
     int crossings = 0;  // rays that meet bone only behind a structure
     for (const double z : {14.5, 17.5})
       for (const double x :
@@ -97,7 +97,7 @@ TEST_F(ToolWindow, AnIdleToolDoesNotEnterTheDuralSacBetweenLaminae) {
         EXPECT_EQ(entries(), 0) << x << " " << z;
       }
     EXPECT_GE(crossings, 2);
-    keep(*window_, (std::string(tool_name) + "-over-dural-sac").c_str());
+    save_screenshot(*window_, (std::string(tool_name) + "-over-dural-sac").c_str());
     // The bone is touched as before.
     point_at({0, 43, 30});
     EXPECT_TRUE(reaches([&] { return hand().state().newest.has_contact; }));
@@ -117,9 +117,9 @@ TEST_F(ToolWindow, AnIdleToolEntersNoStructureOfAClippedHead) {
     const std::uint64_t tick = hand().state().newest.tick;
     ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 200; }));
     EXPECT_EQ(entries(), 0) << inside.x << " " << inside.z;
-    const auto pointed = hand().pointed();
-    ASSERT_TRUE(pointed) << "the cut face can be marked";
-    EXPECT_NEAR(pointed->y, hand().viewport().clip_plane()->at.y, 1e-6);
+    const auto picked_point = hand().picked_point();
+    ASSERT_TRUE(picked_point) << "the cut face can be marked";
+    EXPECT_NEAR(picked_point->y, hand().viewport().clip_plane()->at.y, 1e-6);
   }
 }
 
@@ -175,7 +175,7 @@ TEST_F(ToolWindow, ABurrThatIsPressedDeepGoesThroughTheSkull) {
     SCOPED_TRACE(place.y);
     hand().set_depth(1);
     point_at(place);
-    const auto start = hand().pointed();
+    const auto start = hand().picked_point();
     ASSERT_TRUE(start);
     QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(place));
     double deepest = 0;
@@ -231,6 +231,33 @@ TEST_F(ToolWindow, ABurrRemovesBoneWhereTheLineOfSightGrazesIt) {
   EXPECT_GT(count, 5);
 }
 
+/// Below a pressure a burr rubs. The window states the force, and how to increase it, once per rest.
+TEST_F(ToolWindow, ABurrThatRubsIsReported) {
+  open("head", drilling::burr({.diameter = 6}));
+  QTest::keyClick(window_.get(), Qt::Key_R, Qt::ShiftModifier);
+  let_run(300);
+  const dvec3 at(-66, 10, 24);
+  const auto count = [&] {
+    const auto& log = hand().notices().log();
+    return std::count_if(log.begin(), log.end(), [](const auto& entry) {
+      return entry.text.starts_with("The burr rubs and hardly cuts at ");
+    });
+  };
+  for (const auto& [depth, rubs] : {std::pair(12.0, false), std::pair(0.5, true)}) {
+    SCOPED_TRACE(depth);
+    hand().set_depth(depth);
+    point_at(at);
+    const double start = hand().state().newest.t;
+    QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(at));
+    EXPECT_TRUE(reaches([&] { return rubs ? count() == 1 : hand().state().newest.t > start + 2.5; }));
+    const double shown = hand().state().newest.t;
+    EXPECT_TRUE(reaches([&] { return hand().state().newest.t > shown + (rubs ? 2.5 : 0); }));
+    QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(at));
+    EXPECT_EQ(count(), rubs ? 1 : 0);
+    let_run(100);
+  }
+}
+
 /// A press on a cut face is refused: the hidden bone in front of it cannot be passed, and what is behind it
 /// is not visible. It tore a nerve root far behind the face.
 TEST_F(ToolWindow, APressOnACutFaceIsRefused) {
@@ -246,7 +273,7 @@ TEST_F(ToolWindow, APressOnACutFaceIsRefused) {
     SCOPED_TRACE(testing::Message() << at.y << ' ' << at.z);
     point_at(at);
     const glm::dvec2 pixel = hand().viewport().project(at);
-    if (!viewport().distance_to_cut_face(*hand().version(), hand().viewport().ray_at(pixel.x, pixel.y)))
+    if (!viewport().distance_to_clip_face(*hand().version(), hand().viewport().ray_at(pixel.x, pixel.y)))
       continue;
     ++presses;
     const std::size_t notices = hand().notices().count();
@@ -261,7 +288,7 @@ TEST_F(ToolWindow, APressOnACutFaceIsRefused) {
     let_run(100);
   }
   EXPECT_GE(presses, 3);
-  keep(*window_, "press-on-face");
+  save_screenshot(*window_, "press-on-face");
 }
 
 /// An idle burr that moves over a hole stays clear of the dura at its bottom and at its edge.
@@ -291,7 +318,7 @@ TEST_F(ToolWindow, AnIdleBurrOverAHoleDoesNotEnterTheDura) {
       ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 60; }));
       EXPECT_EQ(entries(), before) << y << " " << z;
     }
-  keep(*window_, "burr-over-hole");
+  save_screenshot(*window_, "burr-over-hole");
 }
 
 /// A deep press at an edge of the lamina does not pull the tool past the edge, where it would tear the dural
@@ -310,10 +337,11 @@ TEST_F(ToolWindow, APressAtAnEdgeOfBoneDoesNotSlipToItsOtherSide) {
       const dvec3 at(x, 40, z);
       SCOPED_TRACE(testing::Message() << x << ' ' << z);
       point_at(at);
-      if (!hand().touched()) continue;
+      if (!hand().surface_point()) continue;
       ++places;
-      EXPECT_LT((pixel_of(*hand().touched()) - pixel_of(at)).manhattanLength(), 6) << "not under the cursor";
-      const dvec3 surface = *hand().touched();
+      EXPECT_LT((pixel_of(*hand().surface_point()) - pixel_of(at)).manhattanLength(), 6)
+          << "not under the cursor";
+      const dvec3 surface = *hand().surface_point();
       QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(at));
       const std::uint64_t tick = hand().state().newest.tick;
       ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 600; }));
@@ -359,8 +387,8 @@ TEST_F(ToolWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
   const QPoint middle = window_->canvas()->rect().center() + QPoint(0, -150);
   QTest::mouseMove(window_->canvas(), middle + QPoint(2, 0));
   QTest::mouseMove(window_->canvas(), middle);
-  ASSERT_TRUE(reaches([&] { return hand().touched().has_value(); }));
-  const dvec3 hole = *hand().touched();
+  ASSERT_TRUE(reaches([&] { return hand().surface_point().has_value(); }));
+  const dvec3 hole = *hand().surface_point();
   const auto near_hole = [&](double back, double up) { return hole + dvec3(0, back, up); };
   // A ring, deeper and deeper, so that the foot has room on its inner side. A busy machine may release the
   // button by a fault: it is pressed again.
@@ -372,14 +400,14 @@ TEST_F(ToolWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
     let_run(80);
     if (i % 20 == 19) QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, at), let_run(80);
   }
-  keep(*window_, "craniotome-hole");
+  save_screenshot(*window_, "craniotome-hole");
 
   hand().take_instrument(drilling::craniotome({}).parameters);
   ASSERT_TRUE(reaches([&] { return holds("craniotome"); }));
   point_at(hole);
   ASSERT_TRUE(reaches([&] { return hand().guide().is_holding(); }));
   let_run(800);
-  keep(*window_, "craniotome-standing");
+  save_screenshot(*window_, "craniotome-standing");
   const double before = hand().state().removed_mm3;
   QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(hole));
   for (int i = 1; i <= 60; ++i) {
@@ -388,7 +416,7 @@ TEST_F(ToolWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
   }
   EXPECT_TRUE(reaches([&] { return hand().state().removed_mm3 > before + 100; }));
   QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(near_hole(30, 0)));
-  keep(*window_, "craniotome-kerf");
+  save_screenshot(*window_, "craniotome-kerf");
 }
 
 TEST_F(ToolWindow, TheShaftIsTiltedByTheMiddleButtonAndByKeys) {
@@ -396,12 +424,12 @@ TEST_F(ToolWindow, TheShaftIsTiltedByTheMiddleButtonAndByKeys) {
   QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
   const dvec3 place(8, 43, -6);
   point_at(place);
-  ASSERT_TRUE(reaches([&] { return hand().touched().has_value(); }));
+  ASSERT_TRUE(reaches([&] { return hand().surface_point().has_value(); }));
   let_run(500);
   const dvec3 before = shaft();
   const dvec3 tip = hand().state().newest.pose.position_world;
   for (int i = 0; i < 10; ++i) QTest::keyClick(window_.get(), Qt::Key_D);
-  EXPECT_NEAR(hand().tilted(), 20, 1e-6);
+  EXPECT_NEAR(hand().tilt_angle(), 20, 1e-6);
   const auto leans = [&](double degrees) {
     return std::abs(std::acos(std::min(1.0, glm::dot(before, shaft()))) * 180 / 3.14159265 - degrees) < 1;
   };
@@ -410,13 +438,13 @@ TEST_F(ToolWindow, TheShaftIsTiltedByTheMiddleButtonAndByKeys) {
   EXPECT_LT(glm::dot(shaft() - before, dvec3(1, 0, 0)), -0.2);
   // The tip stays in place.
   EXPECT_LT(glm::length(hand().state().newest.pose.position_world - tip), 1.5);
-  keep(*window_, "tilted");
+  save_screenshot(*window_, "tilted");
   // Back by the mouse, which turns the shaft about the tip.
   const QPoint at = pixel_of(place);
   QTest::mousePress(window_->canvas(), Qt::MiddleButton, {}, at);
   for (int i = 1; i <= 10; ++i) QTest::mouseMove(window_->canvas(), at - QPoint(6 * i, 0));
   QTest::mouseRelease(window_->canvas(), Qt::MiddleButton, {}, at - QPoint(60, 0));
-  EXPECT_LT(hand().tilted(), 6);
+  EXPECT_LT(hand().tilt_angle(), 6);
   // A fixed shaft does not follow the surface.
   QTest::keyClick(window_.get(), Qt::Key_K);
   QTest::keyClick(window_.get(), Qt::Key_K);

@@ -31,7 +31,8 @@ class MarkingWindow : public Window {
     QTest::mouseMove(window_->canvas(), at + QPoint(1, 0));
     QTest::mouseMove(window_->canvas(), at);
     let_run(300);
-    EXPECT_TRUE(QTest::qWaitFor([&] { return window_->operation()->touched().has_value(); }, k_patience));
+    EXPECT_TRUE(
+        QTest::qWaitFor([&] { return window_->operation()->surface_point().has_value(); }, k_patience));
   }
   void click(const QPoint& off) {
     touch(off);
@@ -59,7 +60,7 @@ TEST_F(MarkingWindow, ARulerIsMeasuredByTwoClicksAndDrillsNothing) {
   click({-20, 0});
   EXPECT_TRUE(prompt().startsWith("Ruler: click position 2 of 2."));
   touch({20, 10});
-  keep(*window_, "ruler");
+  save_screenshot(*window_, "ruler");
   click({20, 10});
   EXPECT_TRUE(QTest::qWaitFor([&] { return measured() == 1; }, k_patience));
   EXPECT_EQ(prompt(), "");
@@ -75,7 +76,7 @@ TEST_F(MarkingWindow, ARulerIsMeasuredByTwoClicksAndDrillsNothing) {
   EXPECT_TRUE(prompt().startsWith("Ruler: click position 2 of 2."));
   const auto* label = window_->findChild<QLabel*>("marking_prompt");
   EXPECT_TRUE(window_->canvas()->rect().contains(label->geometry())) << "the prompt fits a small picture";
-  keep(*window_, "ruler-in-slices");
+  save_screenshot(*window_, "ruler-in-slices");
   QTest::mouseClick(pane, Qt::LeftButton, {}, pane->rect().center() + QPoint(0, 30));
   EXPECT_TRUE(QTest::qWaitFor([&] { return measured() == 2; }, k_patience));
   child<QAction>(*window_, "layout_picture")->trigger();
@@ -108,7 +109,7 @@ TEST_F(MarkingWindow, APositionOfACommandIsMarkedInsteadOfTyped) {
   });
   click({5, 5});
   EXPECT_TRUE(QTest::qWaitFor([&] { return !form_text.isEmpty(); }, k_patience));
-  const glm::dvec3 at = *window_->operation()->pointed();
+  const glm::dvec3 at = *window_->operation()->picked_point();
   const QStringList numbers = form_text.split(',');
   ASSERT_EQ(numbers.size(), 3) << form_text.toStdString();
   for (int a = 0; a < 3; ++a) EXPECT_NEAR(numbers[a].toDouble(), at[a], 1.5);

@@ -57,13 +57,13 @@ TEST_F(Window, OffersTheWholeCatalogue) {
     return window.operation()->state().removed_mm3 > 5;
   };
   EXPECT_TRUE(QTest::qWaitFor(has_erased, k_patience));
-  keep(window, "eraser");
+  save_screenshot(window, "eraser");
   QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
   // The eraser's flag: a line and a label.
   EXPECT_TRUE(
       QTest::qWaitFor([&] { return window.operation()->viewport().overlay_count() == 2; }, k_patience));
   let_run(100);
-  keep(window, "flag");
+  save_screenshot(window, "flag");
 
   // The eraser's command, submitted through a form.
   in_next_dialog([](QDialog& dialog) {
@@ -118,7 +118,7 @@ TEST_F(Window, AnOutlineIsDrawnAtTheContact) {
     QTest::mouseMove(window.canvas(), middle + off + QPoint(1, 0));
     QTest::mouseMove(window.canvas(), middle + off);
     let_run(300);
-    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->touched().has_value(); }, k_patience));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->surface_point().has_value(); }, k_patience));
     child<QAction>(window, "command_add-anchor")->trigger();
     ++anchors;
     // Its number; for two of them the line between them, too.
@@ -139,7 +139,7 @@ TEST_F(Window, AnOutlineIsDrawnAtTheContact) {
   EXPECT_TRUE(QTest::qWaitFor([&] { return shown() > before; }, k_patience))
       << child<QLabel>(window, "notice")->text().toStdString();
   let_run(100);
-  keep(window, "outline");
+  save_screenshot(window, "outline");
   accept();
   child<QAction>(window, "begin_branch")->trigger();
   accept();
@@ -163,7 +163,7 @@ TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
     QTest::mouseMove(window.canvas(), middle + off + QPoint(1, 0));
     QTest::mouseMove(window.canvas(), middle + off);
     let_run(400);
-    return window.operation()->touched();
+    return window.operation()->surface_point();
   };
   // The scan's centre is the ball's.
   const glm::dvec3 centre = scene_->base->frame.world_from_volume(0.5 * glm::dvec3(scene_->base->size - 1));
@@ -177,7 +177,7 @@ TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
         },
         k_patience));
   }
-  keep(window, "cylinder");
+  save_screenshot(window, "cylinder");
   const glm::dquat before = window.operation()->state().newest.pose.orientation;
   QTest::keyClick(&window, Qt::Key_Period);
   ASSERT_TRUE(QTest::qWaitFor(
@@ -226,7 +226,7 @@ TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
   EXPECT_TRUE(QTest::qWaitFor([&] { return shown() > lines; }, k_patience))
       << child<QLabel>(window, "notice")->text().toStdString();
   let_run(100);
-  keep(window, "preview");
+  save_screenshot(window, "preview");
   window.close();
 }
 
@@ -261,11 +261,11 @@ TEST_F(Window, AToolIsAdoptedWithItsTouchGeometry) {
   const QPoint middle = window.canvas()->rect().center();
   QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));
   QTest::mouseMove(window.canvas(), middle);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->touched().has_value(); }, k_patience));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->surface_point().has_value(); }, k_patience));
   let_run(300);
   QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
   EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > 0; }, k_patience));
-  keep(window, "perforator");
+  save_screenshot(window, "perforator");
   QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
   take("Burr");
   ASSERT_TRUE(holds("burr")) << child<QLabel>(window, "notice")->text().toStdString();
@@ -411,7 +411,7 @@ TEST_F(Window, OpensOneSceneAtATimeAndCancelsOnRequest) {
   window.open_source("a");
   ASSERT_TRUE(
       QTest::qWaitFor([&] { return child<QProgressBar>(window, "opening")->value() > 2; }, k_patience));
-  keep(window, "opening");
+  save_screenshot(window, "opening");
   window.open_source("b");
   EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("already being opened"));
   child<QDoubleSpinBox>(window, "low")->setValue(500);

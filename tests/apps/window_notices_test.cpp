@@ -34,6 +34,12 @@ TEST(Notices, AreShownForSomeSecondsAndLoggedPermanently) {
   EXPECT_EQ(notices.shown(21), "Bite of 12 mm³.");
   notices.add({22, 22, EventLevel::refusal, "No bite: thick"});
   EXPECT_EQ(notices.shown(22), "Bite of 12 mm³.\nNo bite: thick");
+  // Undo ends the messages of the undone change. An injury stays, since undo does not erase it.
+  notices.add({23, 23, EventLevel::danger, "Dura torn."});
+  notices.dismiss(23);
+  EXPECT_EQ(notices.shown(23), "Dura torn.");
+  notices.add({24, 24, EventLevel::outcome, "Bite of 5 mm³."});
+  EXPECT_EQ(notices.shown(24), "Dura torn.\nBite of 5 mm³.");
 }
 
 /// Stops the edit thread for longer than a servo waits for it, once.
@@ -79,7 +85,7 @@ TEST_F(Window, TheForceOfAMouseReturnsAutomatically) {
     return at_tool->isVisible() && at_tool->text().startsWith("The force is off: ");
   };
   EXPECT_TRUE(QTest::qWaitFor(was_off, k_patience));
-  keep(window, "force-off");
+  save_screenshot(window, "force-off");
   EXPECT_TRUE(QTest::qWaitFor([&] { return operation.fault_text().empty(); }, k_patience));
   EXPECT_TRUE(QTest::qWaitFor([&] { return at_tool->isHidden(); }, k_patience)) << "a message does not stay";
   window.close();
@@ -154,7 +160,7 @@ TEST_F(Window, TheEffectOfABiteIsShownAtTheTool) {
   EXPECT_TRUE(QTest::qWaitFor([&] { return log->isVisible() && log->count() > 0; }, k_patience));
   EXPECT_TRUE(log->item(log->count() - 1)->text().contains(at_tool->text().section('\n', -1)))
       << log->item(log->count() - 1)->text().toStdString();
-  keep(window, "bite");
+  save_screenshot(window, "bite");
   window.close();
 }
 
@@ -188,7 +194,7 @@ TEST_F(Window, APerforatorContinuesInAnUnfinishedHole) {
     EXPECT_TRUE(QTest::qWaitFor([&] { return operation.state().removed_mm3 > removed + 60; }, k_patience))
         << operation.state().removed_mm3 << " " << operation.notice_text();
     removed = operation.state().removed_mm3;
-    keep(window, ("perforator" + std::to_string(aside)).c_str());
+    save_screenshot(window, ("perforator" + std::to_string(aside)).c_str());
     QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, at);
     let_run(200);
   }

@@ -44,7 +44,7 @@ TEST_F(WholeOperation, AProbeMakesATrackAlongThePlanForAScrewThatIsJudged) {
   open(source, pedicle::probe({}));
   QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
   let_run(200);
-  const auto& planned = held_->spec.plan.trajectories;
+  const auto& planned = operation_->spec.plan.trajectories;
   const auto trajectory =
       std::find_if(planned.begin(), planned.end(), [](const auto& t) { return t.name == "L4 left pedicle"; });
   ASSERT_NE(trajectory, planned.end());
@@ -55,7 +55,7 @@ TEST_F(WholeOperation, AProbeMakesATrackAlongThePlanForAScrewThatIsJudged) {
   ASSERT_TRUE(reaches([&] { return glm::dot(hand().state().newest.proxy_world - entry, ahead) > 35; }));
   EXPECT_NE(hand().notice_text().find("planned target"), std::string::npos) << hand().notice_text();
   QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(entry));
-  keep(*window_, "probe-in-pedicle");
+  save_screenshot(*window_, "probe-in-pedicle");
   EXPECT_NE(logged("The probe entered bone."), "");
   // It stays in its track while the picture is clipped, also with the cursor over a cut face.
   hand().viewport().set_clip({.axis = ClipChoice::Axis::view, .share = 0.5});
@@ -76,7 +76,7 @@ TEST_F(WholeOperation, AProbeMakesATrackAlongThePlanForAScrewThatIsJudged) {
   submit("command_judge-screw");
   EXPECT_TRUE(logged("Left screw in L4: grade ").starts_with("Left screw in L4: grade A"));
   let_run(1500);
-  keep(*window_, "screw-judged");
+  save_screenshot(*window_, "screw-judged");
 }
 
 TEST_F(WholeOperation, AClampIsFittedToPinsThatAreSetByPointing) {
@@ -87,7 +87,7 @@ TEST_F(WholeOperation, AClampIsFittedToPinsThatAreSetByPointing) {
     QTest::keyClick(window_.get(), side, Qt::ShiftModifier);
     let_run(300);
     point_at(at);
-    ASSERT_TRUE(reaches([&] { return hand().touched().has_value(); }));
+    ASSERT_TRUE(reaches([&] { return hand().surface_point().has_value(); }));
     let_run(300);
     child<QAction>(*window_, "command_place-pin")->trigger();
     let_run(300);
@@ -102,7 +102,7 @@ TEST_F(WholeOperation, AClampIsFittedToPinsThatAreSetByPointing) {
   const std::string fitted = logged("Clamp fitted: ");
   EXPECT_NE(fitted.find("those of the rocker 90 mm"), std::string::npos) << fitted;
   let_run(1500);
-  keep(*window_, "clamp");
+  save_screenshot(*window_, "clamp");
 }
 
 /// A flap that is grasped stays in its place until the cursor moves, and is then lifted off the dura.
@@ -118,7 +118,7 @@ TEST_F(WholeOperation, AFlapIsLiftedOffByTheMouse) {
   ASSERT_TRUE(reaches([&] { return hand().state().bodies.size() == 1; }));
   const auto pose = [&]() -> haptics::Placement {
     for (const sim::Overlay& overlay : *hand().state().overlays)
-      if (overlay.is_detached) return overlay.place;
+      if (overlay.is_detached) return overlay.placement;
     ADD_FAILURE() << "no flap";
     return {};
   };
@@ -130,21 +130,21 @@ TEST_F(WholeOperation, AFlapIsLiftedOffByTheMouse) {
                        [](const sim::Overlay& overlay) { return overlay.holder == 0; });
   }));
   let_run(1000);
-  keep(*window_, "flap-grasped");
+  save_screenshot(*window_, "flap-grasped");
   // 15 mm to the front.
   for (int i = 1; i <= 15; ++i) {
     QTest::mouseMove(window_->canvas(), pixel_of(entry - dvec3(0, i, 0)));
     let_run(50);
   }
   let_run(500);
-  keep(*window_, "flap-lifted");
+  save_screenshot(*window_, "flap-lifted");
   const auto vertices_in_bone = [&] {
     const haptics::TouchItem& skull = hand().scene().items[0];
     int count = 0;
     for (const sim::Overlay& overlay : *hand().state().overlays)
       if (overlay.is_detached)
         for (const dvec3& vertex : overlay.surface->vertices()) {
-          const haptics::Placement place = haptics::place_of(hand().state().newest.pose) * overlay.grip;
+          const haptics::Placement place = haptics::placement_of(hand().state().newest.pose) * overlay.grip;
           const dvec3 p = hand().scene().base->frame.volume_from_world(place.world_from_local(vertex));
           count += skull.field.value(p) >= 0.1 && hand().version()->distance(p) > 0.1;
         }
@@ -159,7 +159,7 @@ TEST_F(WholeOperation, AFlapIsLiftedOffByTheMouse) {
     let_run(50);
     most = std::max(most, vertices_in_bone());
   }
-  keep(*window_, "flap-at-skull");
+  save_screenshot(*window_, "flap-at-skull");
   EXPECT_LE(most, in_gap + 20) << "vertices of the piece in the skull";
   QTest::keyClick(window_.get(), Qt::Key_R, Qt::ShiftModifier);
   for (int i = 0; i < 15; ++i) {
@@ -198,7 +198,7 @@ TEST_F(WholeOperation, TheFirstStepsAreDoneByMouse) {
     QTest::mouseMove(window_->canvas(), at + QPoint(2, 0));
     QTest::mouseMove(window_->canvas(), at);
     let_run(300);
-    EXPECT_TRUE(reaches([&] { return hand().touched().has_value(); })) << x << " " << y;
+    EXPECT_TRUE(reaches([&] { return hand().surface_point().has_value(); })) << x << " " << y;
     return at;
   };
   /// Presses a button of the next step when its conditions are met.
@@ -219,7 +219,7 @@ TEST_F(WholeOperation, TheFirstStepsAreDoneByMouse) {
   touch(0.5, 0.35);
   hand().press(true);
   ASSERT_TRUE(reaches([&] { return hand().state().removed_mm3 > 6; }));
-  keep(*window_, "first-steps-drill");
+  save_screenshot(*window_, "first-steps-drill");
   hand().press(false);
   go_on("next_measure");
   ASSERT_TRUE(is_in_step(2));
@@ -237,7 +237,7 @@ TEST_F(WholeOperation, TheFirstStepsAreDoneByMouse) {
   let_run(300);
   shoot->click();
   ASSERT_TRUE(is_in_step(4));
-  keep(*window_, "first-steps-x-ray");
+  save_screenshot(*window_, "first-steps-x-ray");
   child<QAction>(*window_, "layout_picture")->trigger();
   QTest::keyClick(window_.get(), Qt::Key_S, Qt::ShiftModifier);
   take("Perforator");
@@ -246,7 +246,7 @@ TEST_F(WholeOperation, TheFirstStepsAreDoneByMouse) {
   hand().press(true);
   ASSERT_TRUE(is_in_step(5));
   hand().press(false);
-  keep(*window_, "first-steps-done");
+  save_screenshot(*window_, "first-steps-done");
   EXPECT_EQ(entries(), 0);
 }
 

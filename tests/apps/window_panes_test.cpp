@@ -82,7 +82,7 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   ASSERT_TRUE(QTest::qWaitFor(follows, k_patience));
   drill(window, 10);
   ASSERT_TRUE(settle(window));
-  keep(window, "panes_slices");
+  save_screenshot(window, "panes_slices");
   window.pane_controller().follows_tool = false;
   panes.set_focus(panes.focus() + 1.0 * window.operation()->state().newest.normal_world);
   EXPECT_LT(panes.probe().value_or(0), -500) << "air is where the burr was";
@@ -107,7 +107,7 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   QTest::keyClick(pane, Qt::Key_T);
   ASSERT_TRUE(settle(window));
   EXPECT_GT(middle_colour()[0], middle_colour()[2] + 40) << "removed matter is amber";
-  keep(window, "panes_amber");
+  save_screenshot(window, "panes_amber");
   QTest::keyClick(pane, Qt::Key_T);
 
   // Next and previous slice; shift and the mouse; windowing; zoom and reset.
@@ -144,7 +144,7 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   ASSERT_TRUE(settle(window));
   EXPECT_TRUE(QTest::qWaitFor([&] { return panes.image_count(axial) > own; }, k_patience));
   EXPECT_EQ(panes.image_count(0) + panes.image_count(2), others);
-  keep(window, "panes_alone");
+  save_screenshot(window, "panes_alone");
   QTest::mouseDClick(pane, Qt::LeftButton, {}, QPoint(100, 200));
   EXPECT_TRUE(window.canvas()->isVisible());
   EXPECT_TRUE(QTest::qWaitFor([&] { return panes.panel(0) && settle(window); }, k_patience));
@@ -183,7 +183,7 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   drill(window, 10);
   ASSERT_TRUE(settle(window));
   EXPECT_EQ(panes.panel(xray)->pixels, held) << "bone was cut, but no X-ray was taken";
-  keep(window, "panes_held");
+  save_screenshot(window, "panes_held");
 
   // A live X-ray follows the cuts, and costs dose; its last image is held.
   auto* live = child<QToolButton>(window, "xray_live_1");
@@ -194,7 +194,7 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   EXPECT_TRUE(QTest::qWaitFor([&] { return panes.panel(xray)->pixels != first; }, k_patience));
   ASSERT_TRUE(QTest::qWaitFor([&] { return c_arm(window)->shots >= 2; }, k_patience))
       << "one event per second";
-  keep(window, "panes_live");
+  save_screenshot(window, "panes_live");
   live->click();
   ASSERT_TRUE(settle(window));
   EXPECT_EQ(panes.panel(xray)->title, "X-ray, held");
@@ -239,7 +239,7 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   child<QAction>(window, "open_at_section")->trigger();
   let_run(100);
   EXPECT_EQ(window.operation()->viewport().clip().axis, ClipChoice::Axis::plane);
-  keep(window, "panes_open");
+  save_screenshot(window, "panes_open");
   window.close();
 }
 
@@ -325,13 +325,13 @@ TEST_F(WindowPanes, TheScanIsRenderedWithTheViewOfThePicture) {
   drill(window, 10);
   ASSERT_TRUE(settle(window));
   EXPECT_NE(panes.panel(drawn)->pixels, before);
-  keep(window, "panes_drawn");
+  save_screenshot(window, "panes_drawn");
   // Opened like the picture: matter in front of the plane is hidden.
   const auto whole = panes.panel(drawn)->pixels;
   child<QComboBox>(window, "clip")->setCurrentIndex(4);
   ASSERT_TRUE(
       QTest::qWaitFor([&] { return panes.panel(drawn)->pixels != whole && settle(window); }, k_patience));
-  keep(window, "panes_drawn_open");
+  save_screenshot(window, "panes_drawn_open");
   // The drawn matter becomes the touched shape.
   child<QAction>(window, "transfer_skin")->trigger();
   child<QAction>(window, "touch_what_is_drawn")->trigger();
@@ -468,7 +468,7 @@ TEST_F(WindowPanes, InvalidLayoutsAreRefused) {
     EXPECT_TRUE(grid.restore("1 slices axial tool axial 500 500 500"));
     EXPECT_EQ(panes.kind(1), imaging::PaneKind::tool);
     grid.maximise(2);
-    for (const QString& share : grid.remember().section(' ', 5).split(' '))
+    for (const QString& share : grid.save_state().section(' ', 5).split(' '))
       EXPECT_NEAR(share.toInt(), 500, 20) << "shares before a pane was maximised";
   }
 }

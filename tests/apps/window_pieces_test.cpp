@@ -41,12 +41,12 @@ TEST_F(Window, PiecesAreDetachedShownGraspedReleasedAndRestored) {
     return operation.state().overlays && !operation.state().overlays->empty() &&
            operation.state().overlays->front().holder == 0;
   };
-  const auto height = [&] { return operation.state().overlays->front().place.position_world.z; };
+  const auto height = [&] { return operation.state().overlays->front().placement.position_world.z; };
   EXPECT_EQ(operation.viewport().overlay_count(), 0u);
   child<QAction>(window, "free_pieces")->trigger();
   ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().overlay_count() == 1; }, k_patience));
   ASSERT_EQ(operation.state().bodies.size(), 1u);
-  keep(window, "piece-lies");
+  save_screenshot(window, "piece-lies");
   // In the air there is nothing to grasp, which is reported.
   if (!operation.state().newest.has_contact) {
     QTest::keyClick(&window, Qt::Key_T);
@@ -58,11 +58,11 @@ TEST_F(Window, PiecesAreDetachedShownGraspedReleasedAndRestored) {
   QTest::keyClick(&window, Qt::Key_T);
   ASSERT_TRUE(QTest::qWaitFor(held, k_patience));
   ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.t > 7.3; }, k_patience));
-  keep(window, "piece-lifted");
+  save_screenshot(window, "piece-lifted");
   // Shift+T puts the held piece back. The first undo then leaves it released in the air.
   QTest::keyClick(&window, Qt::Key_T, Qt::ShiftModifier);
   ASSERT_TRUE(QTest::qWaitFor([&] { return !held() && height() < 1; }, k_patience)) << height();
-  keep(window, "piece-put-back");
+  save_screenshot(window, "piece-put-back");
   QTest::keyClick(&window, Qt::Key_T, Qt::ShiftModifier);
   EXPECT_NE(operation.notice_text().find("to put it back"), std::string::npos) << "in the air";
   operation.undo();
@@ -190,7 +190,7 @@ TEST_F(Window, AToolThatWorksBehindBoneIsReported) {
   operation.set_depth(8);  // deep enough to go from the upper side of the plate to below it
   for (double x = 5.6; x < 8; x += 0.4) point_at({x, 0, 0}, 0.2);
   point_at({8, 0, 0}, 2.5);
-  keep(window, "tool-behind-bone");
+  save_screenshot(window, "tool-behind-bone");
   EXPECT_LT(operation.state().newest.proxy_world.z, -4);
   EXPECT_EQ(count(), 1) << operation.state().newest.proxy_world.x;
   operation.press(false);
@@ -223,7 +223,7 @@ TEST_F(Window, AReleasedToolRestsOverAnOpening) {
     for (int i = 0; i <= 12; ++i) hover(0.44 + 0.01 * i, 0.5);
     hover(0.9, 0.5);
     hover(0.5, 0.5);
-    keep(window, has_dura ? "rests-on-dura" : "rests-over-opening");
+    save_screenshot(window, has_dura ? "rests-on-dura" : "rests-over-opening");
     // Under the hole, above the dura or on the plane of the inner side; the burr's radius is 1.5 mm.
     const double z = operation.state().newest.pose.position_world.z;
     if (has_dura) {

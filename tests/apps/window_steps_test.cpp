@@ -208,7 +208,7 @@ TEST_F(WindowSteps, ButtonsGoThroughTheStepsAndUndoGoesBack) {
   ASSERT_TRUE(has_reason(window, "reason_judge", "The removed volume must be at least 1 mm³; it is 0 mm³."));
   EXPECT_FALSE(child<QPushButton>(window, "next_judge")->isEnabled());
   EXPECT_TRUE(child<QPushButton>(window, "next_look")->isEnabled());
-  keep(window, "steps-refused");
+  save_screenshot(window, "steps-refused");
 
   // A refusal is one message.
   window.operation()->go_to_step("judge");
@@ -270,7 +270,7 @@ TEST_F(WindowSteps, ButtonsGoThroughTheStepsAndUndoGoesBack) {
     ASSERT_FALSE(player.replay()->seek(seconds).has_value());
     EXPECT_TRUE(QTest::qWaitFor([&, shown = shown] { return marks(player) == shown; }, k_patience)) << shown;
   }
-  keep(player, "replayed-steps");
+  save_screenshot(player, "replayed-steps");
   EXPECT_TRUE(player.findChildren<WrappingButton*>().isEmpty());
   player.close();
 }
@@ -355,7 +355,7 @@ TEST_F(WindowSteps, ThePanelFitsIntoSmallWindowsAndLargeText) {
       k_patience));
   const auto check = [&](const char* name) {
     let_run(600);
-    keep(window, name);
+    save_screenshot(window, name);
     const auto* panel = child<QDockWidget>(window, "steps");
     EXPECT_LE(panel->mapTo(&window, panel->rect().bottomRight()).y(), window.height()) << name;
     EXPECT_GE(window.canvas()->width(), 320) << name;
@@ -385,7 +385,7 @@ TEST_F(WindowSteps, ThePanelFitsIntoSmallWindowsAndLargeText) {
   check("steps-large-text");
   window.scale_text(1.15 * 1.15 * 1.15 * 1.15 / 1.5);
   let_run(600);
-  keep(window, "steps-largest-text");
+  save_screenshot(window, "steps-largest-text");
   EXPECT_EQ(window.width(), 1024) << "a larger text does not enlarge the window";
   EXPECT_EQ(window.height(), 700);
   const auto* notice = child<QLabel>(window, "notice_at_tool");

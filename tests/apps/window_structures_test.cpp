@@ -41,7 +41,7 @@ TEST_F(StructureWindow, BoneIsMadeTranslucentAndStructuresHidden) {
   const std::size_t drawn = viewport().view().structures()->drawn_count();
   let_run(200);
   EXPECT_EQ(viewport().view().structures()->drawn_count(), drawn) << "a view at rest is not drawn again";
-  keep(*window_, "translucent");
+  save_screenshot(*window_, "translucent");
   const std::size_t sac = number_of("dural_sac");
   auto* box = child<QCheckBox>(*window_, ("structure_" + std::to_string(sac)).c_str());
   ASSERT_NE(box, nullptr);
@@ -63,7 +63,7 @@ TEST_F(StructureWindow, AClippedHeadShowsItsStructures) {
   QTest::keyClick(window_.get(), Qt::Key_C);
   ASSERT_TRUE(is_complete());
   EXPECT_TRUE(QTest::qWaitFor([&] { return whole_triangles() > 5000; }, k_patience));
-  keep(*window_, "clipped-head");
+  save_screenshot(*window_, "clipped-head");
   QTest::keyClick(window_.get(), Qt::Key_C);
   EXPECT_TRUE(QTest::qWaitFor([&] { return !viewport().view().structures()->is_active(); }, k_patience));
 }

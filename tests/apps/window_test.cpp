@@ -83,7 +83,7 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
     // Drill: hold the button.
     QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
     EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 > 3; }, k_patience));
-    keep(window, "drilling");
+    save_screenshot(window, "drilling");
     QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
     EXPECT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().strokes == 1; }, k_patience));
     EXPECT_TRUE(child<QLabel>(window, "removed")->text().contains("1 change"));
@@ -113,19 +113,19 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
     QTest::keyClick(&window, Qt::Key_C);
     EXPECT_EQ(window.operation()->viewport().clip().axis, ClipChoice::Axis::view);
     let_run(400);
-    keep(window, "open");
+    save_screenshot(window, "open");
     QTest::keyClick(&window, Qt::Key_C);
     child<QAction>(window, "help")->trigger();
     EXPECT_TRUE(child<HelpOverlay>(window, "help_overlay")->isVisible());
     let_run(100);
-    keep(window, "help");
+    save_screenshot(window, "help");
     QTest::mouseClick(child<HelpOverlay>(window, "help_overlay"), Qt::LeftButton);
     EXPECT_FALSE(child<HelpOverlay>(window, "help_overlay")->isVisible());
     const double points = QApplication::font().pointSizeF();
     window.scale_text(1.5);
     EXPECT_GT(QApplication::font().pointSizeF(), points);
     let_run(50);
-    keep(window, "large-text");
+    save_screenshot(window, "large-text");
     window.scale_text(1 / 1.5);
 
     // Saving, by menu and dialog.
@@ -220,7 +220,7 @@ TEST_F(Window, MovesThroughStrokesAndComparesThem) {
   };
   drag_to(2), drag_to(1), drag_to(0), drag_to(1);
   EXPECT_TRUE(is_at(1));
-  keep(window, "history");
+  save_screenshot(window, "history");
   drag_to(3);
   EXPECT_TRUE(is_at(3));
   drag_to(2);
@@ -292,7 +292,7 @@ TEST_F(Window, ShowsWhyACommandWasRefused) {
       },
       k_patience))
       << child<QLabel>(window, "notice")->text().toStdString();
-  keep(window, "refused");
+  save_screenshot(window, "refused");
   EXPECT_EQ(window.operation()->state().strokes, 1u);
   window.close();
 }
@@ -401,7 +401,7 @@ TEST_F(Window, FramesCostWhatChangedInThem) {
         [&] { return picture.is_complete() && picture.view().bone().drawn_triangles() == 0; }, k_patience);
   };
   const auto expect_whole = [&](const QImage& seen, char side) {
-    picture.view().bone().expose();
+    picture.view().bone().complete_next_drawing();
     window.canvas()->renderWindow()->Render();
     const QImage whole = window.canvas()->grabFramebuffer();
     ASSERT_EQ(seen.size(), whole.size());

@@ -53,7 +53,7 @@ class Scored {
 
  private:
   FeelScene scene_;
-  Ideal ideal_;
+  IdealProxies ideal_;
   std::vector<ProxyStep> steps_;
 };
 
@@ -175,7 +175,7 @@ TEST(Scorer, MeasuresTremblingAndDepth) {
 
 TEST(Scorer, ScoresExactAnswersAsExactAndHalfAMillimetreAsHalf) {
   const FeelScene scene = scene_named("sphere-psf-1.5-slide-100-mm-s");
-  const Ideal ideal(scene);
+  const IdealProxies ideal(scene);
   for (const double off : {0.0, 0.5}) {
     Scorer scorer(scene, ideal);
     for (std::size_t i = 0; i < ideal.on_shape().proxies.size(); ++i) {

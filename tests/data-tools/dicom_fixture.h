@@ -18,7 +18,7 @@ namespace trephine::data_tools {
 namespace fs = std::filesystem;
 using scenes::DicomFile;
 using scenes::slice_file;
-using scenes::SliceOf;
+using scenes::SliceSpec;
 using scenes::Syntax;
 using volume::Volume;
 
@@ -27,13 +27,13 @@ class Dicom : public ::testing::Test {
   std::string path(const std::string& name = "") const { return (folder_ / name).string(); }
   static std::string name_of(int number) { return "IM" + std::to_string(1000 + number); }
 
-  using Change = std::function<void(int k, SliceOf& slice)>;
+  using Change = std::function<void(int k, SliceSpec& slice)>;
   using FileChange = std::function<void(int k, DicomFile& file)>;
   /// Writes `count` slices, 2 mm apart, changed as requested, as IM1001 and so on.
   void write_series(int count, const Change& change = {}, const FileChange& file_change = {},
                     Syntax syntax = Syntax::explicit_little, bool has_preamble = true) const {
     for (int k = 0; k < count; ++k) {
-      SliceOf slice;
+      SliceSpec slice;
       slice.number = k + 1;
       slice.position = {0, 0, 2.0 * k};
       if (change) change(k, slice);

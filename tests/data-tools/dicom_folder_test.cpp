@@ -7,7 +7,7 @@ namespace {
 // Positions of slices.
 
 TEST_F(Dicom, TheOrderFollowsPositions) {
-  write_series(4, [](int k, SliceOf& s) { s.position.z = -2.0 * k; });
+  write_series(4, [](int k, SliceSpec& s) { s.position.z = -2.0 * k; });
   const Volume v = open();
   EXPECT_EQ(v.voxels[0], 400);
   EXPECT_NEAR(v.frame.origin().z, -6, 1e-12);
@@ -18,7 +18,7 @@ TEST_F(Dicom, ATiltedGantryGivesAnExactlyShearedVolume) {
   const double tilt = 18.5 * 3.14159265358979323846 / 180;
   write_series(
       6,
-      [&](int k, SliceOf& s) {
+      [&](int k, SliceSpec& s) {
         s.position = {3, 2.0 * k * std::tan(tilt) - 7, 2.0 * k};
       },
       [](int, DicomFile& f) { f.set(0x00181120, "DS", "-5").set(0x00180088, "DS", "3.5"); });
@@ -30,9 +30,9 @@ TEST_F(Dicom, ATiltedGantryGivesAnExactlyShearedVolume) {
   }
   EXPECT_FALSE(v.frame.is_orthogonal());
   // A small shear is kept; the rounding of positions is not shear.
-  write_series(6, [&](int k, SliceOf& s) { s.position = {0, 0.01047 * k, 2.0 * k}; });
+  write_series(6, [&](int k, SliceSpec& s) { s.position = {0, 0.01047 * k, 2.0 * k}; });
   EXPECT_NEAR(open().frame.world_from_volume({0, 0, 5}).y, 0.05235, 1e-6);
-  write_series(6, [&](int k, SliceOf& s) { s.position = {0, k == 3 ? 0.004 : 0, 2.0 * k}; });
+  write_series(6, [&](int k, SliceSpec& s) { s.position = {0, k == 3 ? 0.004 : 0, 2.0 * k}; });
   EXPECT_TRUE(open().frame.is_orthogonal());
 }
 
@@ -49,7 +49,7 @@ TEST_F(Dicom, MissingSlicesAreRefusedAndNamedUnlessFilled) {
 
 TEST_F(Dicom, UnevenSlicesAreRefusedAndNamedUnlessResampled) {
   const double at[] = {0, 2, 4, 7, 10, 12, 14};
-  write_series(7, [&](int k, SliceOf& s) {
+  write_series(7, [&](int k, SliceSpec& s) {
     s.position.z = at[k];
     s.values.assign(64, static_cast<int>(100 * at[k]));
   });
@@ -66,9 +66,9 @@ TEST_F(Dicom, UnevenSlicesAreRefusedAndNamedUnlessResampled) {
 }
 
 TEST_F(Dicom, ShiftedOrTurnedSlicesAreRefusedByName) {
-  write_series(5, [](int k, SliceOf& s) { s.position.x = k == 2 ? 1 : 0; });
+  write_series(5, [](int k, SliceSpec& s) { s.position.x = k == 2 ? 1 : 0; });
   expect_refused({"IM1003 is 1.000 mm off the line"});
-  write_series(5, [](int k, SliceOf& s) {
+  write_series(5, [](int k, SliceSpec& s) {
     if (k == 2)
       s.row_axis = glm::normalize(glm::dvec3(1, 0.0005, 0)),
       s.column_axis = glm::normalize(glm::dvec3(-0.0005, 1, 0));
@@ -79,7 +79,7 @@ TEST_F(Dicom, ShiftedOrTurnedSlicesAreRefusedByName) {
 /// One slice in another plane, at any index of the stack.
 TEST_F(Dicom, AStrayImageIsRefusedByNameUnlessTheOthersAreSelected) {
   for (const int stray : {0, 2, 4}) {
-    write_series(5, [&](int k, SliceOf& s) {
+    write_series(5, [&](int k, SliceSpec& s) {
       if (k == stray) s.spacing = {1.2, 1.2};
     });
     expect_refused({name_of(stray + 1), "4 others", "option volume"});
@@ -118,7 +118,7 @@ TEST_F(Dicom, CopiesAreDroppedAndOtherSlicesAtOnePositionAreRefusedByName) {
   expect_notice("duplicated and used once");
   expect_notice("IM1002");
   // Equal position, other contents, and nothing to select one of them.
-  SliceOf other;
+  SliceSpec other;
   other.number = 2, other.position = {0, 0, 2};
   other.values.assign(64, 7);
   slice_file(other).write(path("IM1002 copy"));
@@ -165,7 +165,7 @@ TEST_F(Dicom, SeriesAreListedAndChosen) {
   const auto put = [&](const std::string& where, int count, const Change& change,
                        const FileChange& file_change = {}) {
     for (int k = 0; k < count; ++k) {
-      SliceOf slice;
+      SliceSpec slice;
       slice.number = k + 1, slice.position = {0, 0, 2.0 * k};
       change(k, slice);
       DicomFile file = slice_file(slice);
@@ -175,20 +175,20 @@ TEST_F(Dicom, SeriesAreListedAndChosen) {
   };
   put(
       "A/scout", 2,
-      [](int k, SliceOf& s) {
+      [](int k, SliceSpec& s) {
         s.series = "1.9.1", s.row_axis = {0, 1, 0}, s.column_axis = {0, 0, -1}, s.position = {50.0 * k, 0, 0};
       },
       [](int, DicomFile& f) {
         f.set(0x00080008, "CS", "ORIGINAL\\PRIMARY\\LOCALIZER").set(0x00200011, "IS", "1");
       });
   put(
-      "A/B/soft", 3, [](int, SliceOf& s) { s.series = "1.9.2", s.description = "SOFT"; },
+      "A/B/soft", 3, [](int, SliceSpec& s) { s.series = "1.9.2", s.description = "SOFT"; },
       [](int, DicomFile& f) { f.set(0x00181210, "SH", "H30s").set(0x00200011, "IS", "2"); });
   put(
-      "A/B/C/D/bone", 5, [](int, SliceOf& s) { s.series = "1.9.3", s.description = "BONE"; },
+      "A/B/C/D/bone", 5, [](int, SliceSpec& s) { s.series = "1.9.3", s.description = "BONE"; },
       [](int, DicomFile& f) { f.set(0x00181210, "SH", "H60s").set(0x00200011, "IS", "3"); });
   put(
-      "mr", 9, [](int, SliceOf& s) { s.series = "1.9.4", s.modality = "MR"; },
+      "mr", 9, [](int, SliceSpec& s) { s.series = "1.9.4", s.modality = "MR"; },
       [](int, DicomFile& f) { f.set(0x00200011, "IS", "4"); });
   EXPECT_EQ(open({}, "DISK").size.z, 5) << "the CT with the most slices";
   expect_notice("series 3 was selected");
@@ -216,7 +216,7 @@ TEST_F(Dicom, EchoesAndPhasesAreSeparateVolumes) {
   for (const bool is_echo : {true, false}) {
     for (int v = 0; v < 3; ++v)
       for (int k = 0; k < 4; ++k) {
-        SliceOf slice;
+        SliceSpec slice;
         slice.modality = "MR", slice.number = 4 * v + k + 1, slice.position = {0, 0, 2.0 * k};
         slice.values.assign(64, 10 * v + k);
         DicomFile file = slice_file(slice);

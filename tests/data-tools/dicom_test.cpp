@@ -23,7 +23,7 @@ TEST_F(Dicom, FilesWithoutPreambleAreRead) {
 }
 
 /// PackBits of each byte of the numbers, highest first, as one RLE frame.
-std::string rle_frame(const SliceOf& slice) {
+std::string rle_frame(const SliceSpec& slice) {
   const int count = slice.size.x * slice.size.y;
   std::string planes[2];
   for (int plane = 0; plane < 2; ++plane)
@@ -49,7 +49,7 @@ TEST_F(Dicom, CompressedFramesInSeveralFragmentsAreWhole) {
     write_series(
         4, {},
         [&](int k, DicomFile& file) {
-          SliceOf slice;
+          SliceSpec slice;
           slice.number = k + 1;
           const std::string frame = rle_frame(slice);
           std::vector<std::string> fragments{""};  // no offset table
@@ -69,7 +69,7 @@ TEST_F(Dicom, DamagedFramesAreRefusedAlsoIfTheDecoderCrashes) {
     write_series(
         3, {},
         [&](int k, DicomFile& file) {
-          SliceOf slice;
+          SliceSpec slice;
           slice.number = k + 1;
           std::string frame = rle_frame(slice);
           if (k == 1)
@@ -95,7 +95,7 @@ TEST_F(Dicom, DamagedFramesAreRefusedAlsoIfTheDecoderCrashes) {
 
 TEST_F(Dicom, FramesOfOneFileAreSlices) {
   const auto write = [&](bool has_table) {
-    SliceOf slice;
+    SliceSpec slice;
     DicomFile file = slice_file(slice);
     file.erase(0x00200032).erase(0x00200037).erase(0x00280030);
     DicomFile orientation, measures, shared;
@@ -111,7 +111,7 @@ TEST_F(Dicom, FramesOfOneFileAreSlices) {
       place.set(0x00200032, "DS", "0\\0\\" + std::to_string(2 * k));
       group.set_items(0x00209113, {place});
       frames.push_back(group);
-      SliceOf one;
+      SliceSpec one;
       one.number = k + 1;
       const std::string frame = rle_frame(one);
       for (int i = 0; i < 4; ++i) table += static_cast<char>(at >> 8 * i & 0xff);
@@ -137,7 +137,7 @@ TEST_F(Dicom, FramesOfOneFileAreSlices) {
 
 TEST_F(Dicom, NumbersAreReadAsEachSliceStoresThem) {
   // One slice is signed among unsigned ones, and contains a negative number.
-  write_series(4, [](int k, SliceOf& s) {
+  write_series(4, [](int k, SliceSpec& s) {
     s.is_signed = k == 2;
     s.intercept = k == 2 ? 0 : -1024;
     s.values.assign(64, k == 2 ? -500 : 524);
@@ -148,7 +148,7 @@ TEST_F(Dicom, NumbersAreReadAsEachSliceStoresThem) {
   // Twelve bits of sixteen; the bits above are not part of the number.
   write_series(
       4,
-      [](int, SliceOf& s) {
+      [](int, SliceSpec& s) {
         s.is_signed = false;
         s.values.assign(64, 0xf000 | 1024);
       },
@@ -174,13 +174,13 @@ TEST_F(Dicom, HounsfieldUnitsRequireTheScannersDeclaration) {
     if (k == 1) f.erase(0x00281052).erase(0x00281053);
   });
   expect_refused({"lack rescale slope and intercept"});
-  write_series(4, [](int, SliceOf& s) { s.modality = "MR"; });
+  write_series(4, [](int, SliceSpec& s) { s.modality = "MR"; });
   EXPECT_FALSE(open().is_hounsfield);
 }
 
 TEST_F(Dicom, OpeningAltersNoVoxel) {
   // Padding, different in each slice, and values below any Hounsfield unit.
-  const Change change = [](int k, SliceOf& s) {
+  const Change change = [](int k, SliceSpec& s) {
     s.values.assign(64, -2000);
     s.values[0] = k == 0 ? -3024 : -1500;
   };
@@ -201,7 +201,7 @@ TEST_F(Dicom, OpeningAltersNoVoxel) {
   expect_notice("4 voxels of padding became air");
   // Padding other than air is reported: it would be touched.
   write_series(
-      4, [](int, SliceOf& s) { s.values.assign(64, 2000); },
+      4, [](int, SliceSpec& s) { s.values.assign(64, 2000); },
       [](int, DicomFile& f) { f.set_short(0x00280120, "SS", {2000}); });
   EXPECT_EQ(open().voxels[0], 2000);
   expect_notice("256 voxels of padding have the value 2000");
@@ -209,18 +209,18 @@ TEST_F(Dicom, OpeningAltersNoVoxel) {
 
 TEST_F(Dicom, FractionsKeepTheirScaleOrAreRefused) {
   // One slope for all: the stored numbers, exactly, and their meaning.
-  write_series(4, [](int, SliceOf& s) { s.modality = "MR", s.slope = 0.37, s.intercept = 1.5; });
+  write_series(4, [](int, SliceSpec& s) { s.modality = "MR", s.slope = 0.37, s.intercept = 1.5; });
   expect_own_values(open());
   expect_notice("0.37 x voxel + 1.5");
   // CT is rounded to whole units.
-  write_series(4, [](int, SliceOf& s) { s.slope = 0.5; });
+  write_series(4, [](int, SliceSpec& s) { s.slope = 0.5; });
   const Volume ct = open();
   EXPECT_TRUE(ct.is_hounsfield);
   EXPECT_EQ(ct.voxels[1], 51);
   expect_notice("at most 0.5 off");
   // One slope per slice (PET): a step finer than the noise.
   const auto pet = [](int noise) {
-    return [noise](int k, SliceOf& s) {
+    return [noise](int k, SliceSpec& s) {
       s.modality = "PT", s.slope = 0.01 * (k + 1), s.is_signed = false;
       for (int i = 0; i < 64; ++i) s.values.push_back(10'000 + (i * 7919 % 64) * noise + 300 * k);
     };
@@ -235,7 +235,7 @@ TEST_F(Dicom, FractionsKeepTheirScaleOrAreRefused) {
       ASSERT_NEAR(step * v.voxels[static_cast<std::size_t>(64 * k + i)],
                   0.01 * (k + 1) * (10'000 + (i * 7919 % 64) * 40 + 300 * k), 0.51 * step);
   // Coarser than the noise: refused, unless a step is given.
-  write_series(4, [](int k, SliceOf& s) {
+  write_series(4, [](int k, SliceSpec& s) {
     s.modality = "PT", s.slope = k == 3 ? 1.5 : 0.0001, s.is_signed = false;
     for (int i = 0; i < 64; ++i) s.values.push_back(k == 3 ? 40'000 : i % 5);
   });
@@ -247,7 +247,7 @@ TEST_F(Dicom, FractionsKeepTheirScaleOrAreRefused) {
 }
 
 TEST_F(Dicom, ValuesOutOfRangeAreNamed) {
-  write_series(4, [](int k, SliceOf& s) {
+  write_series(4, [](int k, SliceSpec& s) {
     s.is_signed = false;
     s.values.assign(64, k == 2 ? 60'000 : 5);
   });

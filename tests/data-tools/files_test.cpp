@@ -302,7 +302,7 @@ TEST_F(Golden, SurfaceOfTheSkullPhantomIsAClosedManifold) {
   EXPECT_GT(mesh.triangle_count(), 1'000'000u);
   const verify::MeshVerdict verdict = verify::judge_mesh(mesh.vertices.span(), mesh.triangles.span());
   EXPECT_EQ(verdict.boundary_edges, 0u);
-  EXPECT_EQ(verdict.crowded_edges, 0u);
+  EXPECT_EQ(verdict.non_manifold_edges, 0u);
   EXPECT_EQ(verdict.twisted_edges, 0u);
   EXPECT_EQ(verdict.pinched_vertices, 0u);
   EXPECT_EQ(verdict.degenerate_triangles, 0u);

@@ -47,7 +47,7 @@ TEST(PolygonModels, RoundTripThroughEveryFormat) {
 }
 
 /// VTK 9.1 writes past the end of an array of texts longer than its declared size; found by the fuzzer.
-TEST(PolygonModels, ACrashOfTheLibraryIsAnError) {
+TEST(PolygonModels, ACrashOfTheLibraryDoesNotEndTheProgram) {
   const Scratch scratch;
   const std::string field =
       "<FieldData><Array type=\"String\" Name=\"a\" NumberOfTuples=\"1\" format=\"ascii\">65 0 66 0 67 0 68 "
@@ -83,7 +83,7 @@ TEST(PolygonModels, ACrashOfTheLibraryIsAnError) {
 TEST(PolygonModels, IrregularitiesAreCountedAndReported) {
   const Scratch scratch;
   const auto facets = [](std::vector<std::array<int, 3>> triangles, const std::string& head = "solid") {
-    // A tetrahedron's vertices, 10 mm long.
+    // Vertices of a tetrahedron with edges of 10 mm along the axes.
     const std::array<std::array<int, 3>, 4> corner{{{0, 0, 0}, {10, 0, 0}, {0, 10, 0}, {0, 0, 10}}};
     std::string text = head;
     text += "\n";
@@ -121,10 +121,10 @@ TEST(PolygonModels, IrregularitiesAreCountedAndReported) {
   crowded.push_back({0, 2, 1});
   EXPECT_NE(notice_of(facets(crowded)).find("3 edges of three"), std::string::npos);
   EXPECT_NE(notice_of(facets(closed), 0.001).find("option mesh-scale"), std::string::npos);
-  // Slicer states its frame.
+  // 3D Slicer writes the frame of its models into the header.
   const std::string ras = facets(closed, "solid SPACE=RAS");
   EXPECT_NE(notice_of(ras).find("converted to LPS"), std::string::npos);
-  const auto first_corner = [&](const std::string& frame) {
+  const auto read_in_frame = [&](const std::string& frame) {
     return read_polygon_model(scratch / "m.stl", 1, frame).value();
   };
   const auto least_x = [](const PolygonModel& model) {
@@ -132,13 +132,13 @@ TEST(PolygonModels, IrregularitiesAreCountedAndReported) {
     for (const glm::dvec3& p : model.vertices) least = std::min(least, p.x);
     return least;
   };
-  EXPECT_EQ(least_x(first_corner("")), -10);
-  EXPECT_EQ(least_x(first_corner("LPS")), 0);
+  EXPECT_EQ(least_x(read_in_frame("")), -10);
+  EXPECT_EQ(least_x(read_in_frame("LPS")), 0);
   EXPECT_NE(notice_of(ras, 1, "LPS").find("LPS was requested"), std::string::npos);
   EXPECT_FALSE(read_polygon_model(scratch / "m.stl", 1, "RAI").is_ok());
 }
 
-TEST(PolygonModels, DamagedModelsAreRefusedWithoutOutput) {
+TEST(PolygonModels, DamagedModelsAreRefusedWithoutConsoleOutput) {
   const Scratch scratch;
   const std::string head =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
@@ -164,7 +164,7 @@ TEST(PolygonModels, DamagedModelsAreRefusedWithoutOutput) {
   }
   write_text(scratch / "good.ply", head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
   EXPECT_TRUE(read_polygon_model(scratch / "good.ply"));
-  // A polygon that the triangle filter would split; quads without points.
+  // A quadrilateral with an invalid index, which a triangle filter would read; one in a file without points.
   std::string quad = head;
   quad.replace(quad.find("vertex 3"), 8, "vertex 4");
   write_text(scratch / "quad.ply", quad + "0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 999999\n");

@@ -379,8 +379,8 @@ TEST(HeadPlan, TheOutlineOfTheHeadLiesOnTheVaultAroundTheTumour) {
     for (const glm::dvec3& p : plan->outlines[0].points_world) {
       EXPECT_NEAR(vault_distance(p, anatomy), 0, 0.02);
       const glm::dvec3 away = p - entry;
-      EXPECT_NEAR(glm::length(away - glm::dot(away, axis) * axis), anatomy.tumour_radius + anatomy.exposure,
-                  0.02);
+      EXPECT_NEAR(glm::length(away - glm::dot(away, axis) * axis),
+                  anatomy.tumour_radius + anatomy.opening_margin, 0.02);
       EXPECT_LT(glm::length(away), 1.5 * anatomy.tumour_radius + 15) << "on the same side of the head";
     }
   }

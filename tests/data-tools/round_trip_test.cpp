@@ -1,5 +1,5 @@
-// Round trips: every written format is read again by us and by other libraries, to the bit, on oblique,
-// sheared, mirrored and anisotropic grids.
+// Round trips: the voxels of every written format are read back to the bit, those of MetaImage, NRRD and .vti
+// also by ITK and VTK, on oblique, sheared, mirrored and anisotropic grids.
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -56,7 +56,7 @@ glm::dmat3 turned() {
   return glm::dmat3(c, s, 0, -s, c, 0, 0, 0, 1) * glm::dmat3(1, 0, 0, 0, c, s, 0, -s, c);
 }
 glm::dmat3 stretched(const glm::dmat3& axes) { return {0.7 * axes[0], 0.9 * axes[1], 2.5 * axes[2]}; }
-std::vector<Grid> straight_grids() {
+std::vector<Grid> orthogonal_grids() {
   glm::dmat3 mirrored = turned();
   mirrored[2] = -mirrored[2];
   return {{"straight", stretched(glm::dmat3(1.0))},
@@ -64,16 +64,16 @@ std::vector<Grid> straight_grids() {
           {"mirrored", stretched(mirrored)}};
 }
 std::vector<Grid> all_grids() {
-  std::vector<Grid> grids = straight_grids();
+  std::vector<Grid> grids = orthogonal_grids();
   glm::dmat3 sheared = stretched(turned());
   sheared[2] += 0.6 * sheared[1];
   grids.push_back({"sheared", sheared});
   return grids;
 }
 
-void expect_same(const Volume& back, const Volume& v, double place_mm, const std::string& what) {
+void expect_same(const Volume& back, const Volume& v, double tolerance_mm, const std::string& what) {
   ASSERT_EQ(back.size, v.size) << what;
-  EXPECT_LT(max_corner_distance(back.frame, v.frame, v.size), place_mm) << what;
+  EXPECT_LT(max_corner_distance(back.frame, v.frame, v.size), tolerance_mm) << what;
   EXPECT_EQ(back.is_hounsfield, v.is_hounsfield) << what;
   EXPECT_EQ(std::memcmp(back.voxels.data(), v.voxels.data(), v.voxels.bytes()), 0) << what;
 }
@@ -140,7 +140,7 @@ TEST(RoundTrip, FoldersOfSlicesAreReadBackToTheBit) {
 
 TEST(RoundTrip, LabelsKeepNamesAndValues) {
   const scenes::Scratch scratch;
-  for (const Grid& grid : straight_grids()) {
+  for (const Grid& grid : orthogonal_grids()) {
     const Volume v = scattered_volume(grid.axes);
     for (const char* name : {"l.seg.nrrd", "l.nrrd", "l.mha", "l.nii.gz", "l.vti", "l.vdb"}) {
       const Status error = write_labels(scratch / name, v);
@@ -183,9 +183,9 @@ void expect_itk_agrees(const std::string& path, const Volume& v) {
   EXPECT_EQ(std::memcmp(voxels.data(), v.voxels.data(), v.voxels.bytes()), 0) << path;
 }
 
-TEST(RoundTrip, ItkAndVtkReadTheSame) {
+TEST(RoundTrip, ItkAndVtkReadEqualVolumes) {
   const scenes::Scratch scratch;
-  for (const Grid& grid : straight_grids()) {
+  for (const Grid& grid : orthogonal_grids()) {
     const Volume v = scattered_volume(grid.axes);
     for (const char* name : {"v.mha", "v.nrrd", "v.vti"}) ASSERT_FALSE(write_volume(scratch / name, v));
     expect_itk_agrees<itk::MetaImageIO>(scratch / "v.mha", v);
@@ -349,14 +349,14 @@ TEST(RoundTrip, ProjectsOfInVesaliusAreRead) {
   }
 }
 
-TEST(RoundTrip, GltfContainsTheMeshInItsOwnAxes) {
+TEST(RoundTrip, GltfContainsTheMeshInAxesOfGltf) {
   const scenes::Scratch scratch;
   PhantomOptions options;
   options.size = glm::ivec3(40);
-  const Volume result = make_phantom("sphere", options).value();
-  const volume::Field field(result, volume::Shape{});
+  const Volume phantom = make_phantom("sphere", options).value();
+  const volume::Field field(phantom, volume::Shape{});
   const volume::Mesh mesh = volume::surface_net({&field});
-  ASSERT_FALSE(write_mesh(scratch / "m.glb", mesh, result.frame));
+  ASSERT_FALSE(write_mesh(scratch / "m.glb", mesh, phantom.frame));
   std::ifstream file(scratch / "m.glb", std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(file), {}};
   const auto word = [&bytes](std::size_t at) {
@@ -374,7 +374,7 @@ TEST(RoundTrip, GltfContainsTheMeshInItsOwnAxes) {
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     glm::vec3 q;
     std::memcpy(&q, bytes.data() + numbers + 12 * i, 12);
-    const glm::dvec3 p = result.frame.world_from_volume(glm::dvec3(mesh.vertices[i]));
+    const glm::dvec3 p = phantom.frame.world_from_volume(glm::dvec3(mesh.vertices[i]));
     EXPECT_LT(glm::length(glm::dvec3(q) - 1e-3 * glm::dvec3(p.x, p.z, -p.y)), 1e-7);
     for (int a = 0; a < 3; ++a) {
       EXPECT_GE(q[a], json["accessors"][0]["min"][static_cast<std::size_t>(a)].get<float>());

@@ -55,8 +55,8 @@ struct Surface {
     return open;
   }
   /// Returns the surface in steps of 0.1 um, for the judge.
-  verify::WholeMesh whole() const {
-    verify::WholeMesh mesh;
+  verify::IntegerMesh whole() const {
+    verify::IntegerMesh mesh;
     for (const dvec3& p : vertices) mesh.corners.push_back(whole(p));
     mesh.triangles = triangles;
     return mesh;
@@ -126,7 +126,7 @@ TEST(SpineModels, EncloseTheVolumeOfTheLabelsAndTheirPoints) {
             labelled += k_step * k_step * k_step;
     EXPECT_NEAR(surface.mm3(), labelled, 0.02 * labelled + 2);
     // The judge of closed surfaces finds the points of the label inside, and no others.
-    const verify::WholeMesh mesh = surface.whole();
+    const verify::IntegerMesh mesh = surface.whole();
     for (int n = 0; n < 200; ++n) {
       const dvec3 p = low + (high - low) * dvec3(share(random), share(random), share(random));
       const double distance = spine.part_distance(part, p);

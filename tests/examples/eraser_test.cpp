@@ -34,7 +34,7 @@ TEST(Eraser, ErasesRaisesEventsCountsUndoesAndOpensAnywhere) {
     auto start = build_scene(spec, data_of(scene), catalogue());
     ASSERT_TRUE(start.is_ok()) << start.error().message();
     auto writer = SessionWriter::create(path, SessionHeader(describe_scene(start.value().hands, {})),
-                                        data_of(scene), catalogue(), often(300))
+                                        data_of(scene), catalogue(), with_checkpoint_work(300))
                       .value();
     Lockstep run(Engine(start.value().hands, 1e-3, catalogue()), {}, 1000, writer.get());
     double first = 0;
@@ -53,7 +53,7 @@ TEST(Eraser, ErasesRaisesEventsCountsUndoesAndOpensAnywhere) {
     // The overlay: a flag at the end of the newest stroke.
     const Overlays shown = run.engine().overlays();
     ASSERT_EQ(shown.size(), 1u);
-    EXPECT_NEAR(shown[0].place.position_world.y, 3, 1e-9);
+    EXPECT_NEAR(shown[0].placement.position_world.y, 3, 1e-9);
     EXPECT_TRUE(shown[0].labels.at(0).text.ends_with("mm3 erased"));
 
     // The limit is a setting: undo keeps it, and removes the strokes.

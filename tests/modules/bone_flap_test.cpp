@@ -123,7 +123,7 @@ TEST(BoneFlap, FlapKerfAndRestAddUpToTheOriginalBone) {
   CutSurface sheet;
   ASSERT_FALSE(sheet.make(pyramid.value(), vault.scene.items[0].field, 2.4, {}));
   const Points points = count_points(vault, left, sheet, 2.4);
-  const std::int64_t removed = left.ledger().units_by_label[0], freed = left.ledger().freed_units;
+  const std::int64_t removed = left.ledger().units_by_label[0], freed = left.ledger().detached_units;
   EXPECT_GT(removed, 0);
   EXPECT_GT(freed, 0);
   // Exactly, in whole points; the split depends on the distance from the saw, to within a fraction of its
@@ -328,15 +328,15 @@ TEST(BoneFlap, PiecesAreNamedDetachedOrKeptAndRestored) {
   // Lifted and put back by undoable commands; its original position is the one of the detachment.
   const sim::Id body = run.engine().now().undoable.bodies[0].id;
   EXPECT_FALSE(run.apply({sim::PlaceBody{body, dvec3(0, 0, 40)}, 0}).refused);
-  EXPECT_EQ(run.engine().now().undoable.bodies[0].place.position_world, dvec3(0, 0, 40));
+  EXPECT_EQ(run.engine().now().undoable.bodies[0].placement.position_world, dvec3(0, 0, 40));
   EXPECT_FALSE(run.apply({sim::PlaceBody{body}, 0}).refused);
-  EXPECT_EQ(run.engine().now().undoable.bodies[0].place, haptics::Placement{});
+  EXPECT_EQ(run.engine().now().undoable.bodies[0].placement, haptics::Placement{});
   EXPECT_TRUE(run.apply({sim::PlaceBody{{99}}, 0}).refused);
   EXPECT_TRUE(run.apply({sim::PlaceBody{body, dvec3(0), {2, 0, 0, 0}}, 0}).refused);
   run.undo();
-  EXPECT_EQ(run.engine().now().undoable.bodies[0].place.position_world, dvec3(0, 0, 40));
+  EXPECT_EQ(run.engine().now().undoable.bodies[0].placement.position_world, dvec3(0, 0, 40));
   run.undo();
-  EXPECT_EQ(run.engine().now().undoable.bodies[0].place, haptics::Placement{});
+  EXPECT_EQ(run.engine().now().undoable.bodies[0].placement, haptics::Placement{});
   EXPECT_EQ(run.engine().now().undoable_of<FlapState>()->flaps, 1);
   run.undo();
   EXPECT_TRUE(run.engine().now().undoable.bodies.empty());

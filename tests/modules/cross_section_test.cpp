@@ -79,18 +79,18 @@ TEST(CrossSection, OfMeshesEqualsTheJudgeAtEveryPixel) {
     return p;
   }();
   long pixels = 0, inside = 0, found = 0;
-  for (std::uint64_t n = 0; n < (is_whole() ? 260u : 30u); ++n) {
+  for (std::uint64_t n = 0; n < (runs_all_cases() ? 260u : 30u); ++n) {
     const SectionMesh mesh = aimed(n);
     ASSERT_TRUE(open_edges(mesh).empty()) << n;
     const auto cut = cut_mesh(plane, mesh, 2);
     ASSERT_TRUE(cut) << cut.error().message();
     EXPECT_EQ(cut_mesh(plane, mesh, 1).value().inside, cut.value().inside);
-    verify::WholeMesh whole;
+    verify::IntegerMesh whole;
     for (const dvec3& v : mesh.vertices_world)
       whole.corners.push_back(
           {std::lround(v.x * (1 << 20)), std::lround(v.y * (1 << 20)), std::lround(v.z * (1 << 20))});
     whole.triangles = mesh.triangles;
-    verify::WholeMesh broken = whole;
+    verify::IntegerMesh broken = whole;
     broken.triangles.resize(broken.triangles.size() - 6);
     for (int j = 0; j < 65; ++j)
       for (int i = 0; i < 65; ++i) {

@@ -116,7 +116,7 @@ TEST(SurfaceXray, LeavesEveryClosedMeshAsOftenAsItEnters) {
   const CArm arm = small_arm(64, 2);
   const View view(arm);
   std::int64_t faults = 0;
-  for (std::uint64_t n = 0; n < (is_whole() ? 400u : 60u); ++n) {
+  for (std::uint64_t n = 0; n < (runs_all_cases() ? 400u : 60u); ++n) {
     // Corners on pixels' centres and edges, at any depth.
     Box box(dvec3(0), dvec3(1));
     for (std::size_t i = 0; i < 8; ++i) {

@@ -156,7 +156,7 @@ TEST(LaminectomyOutcome, ALabelOfTheSizeOfASkullIsNoVertebra) {
 
 TEST(LaminectomyOutcome, AFrameFollowsItsVertebra) {
   const std::pair<dvec3, double> grids[] = {{dvec3(1), 15}, {dvec3(0.5, 0.5, 3), 15}, {dvec3(0.7), 0}};
-  for (const auto& [spacing, shear] : std::span(grids).first(is_whole() ? 3 : 2)) {
+  for (const auto& [spacing, shear] : std::span(grids).first(runs_all_cases() ? 3 : 2)) {
     const Spine spine(spacing, 20, shear);
     const SpinePhantom exact(1);
     for (int v = 0; v < 3; ++v) {
@@ -178,14 +178,14 @@ TEST(LaminectomyOutcome, AFrameFollowsItsVertebra) {
 TEST(LaminectomyOutcome, RoomInTheCanalEqualsThatOfItsExactShape) {
   const SpinePhantom exact(1);
   const std::pair<dvec3, double> scans[] = {{dvec3(1), 20}, {dvec3(0.45, 0.45, 3), 20}, {dvec3(0.5), 0}};
-  for (const auto& [spacing, noise] : std::span(scans).first(is_whole() ? 3 : 2)) {
+  for (const auto& [spacing, noise] : std::span(scans).first(runs_all_cases() ? 3 : 2)) {
     const Spine spine(spacing, noise);
     const double allowed = spacing.z > 1 ? 0.08 : 0.02;
     // A trough as wide as the canal is deep, through lamina and spinous process.
     const Cut trough = block(exact, 6, 0, -30, 30);
     const Outcome o = spine.judged(*spine.cut(trough));
     int count = 0;
-    for (int i = o.roof_first; i <= o.roof_last; i += is_whole() ? 2 : 4) {
+    for (int i = o.roof_first; i <= o.roof_last; i += runs_all_cases() ? 2 : 4) {
       const volume::CanalSection& s = o.sections[static_cast<std::size_t>(i)];
       Pixels pixels{exact, o.frame, s.z};
       const double before = pixels.area();
@@ -213,7 +213,7 @@ TEST(LaminectomyOutcome, RoomInTheCanalEqualsThatOfItsExactShape) {
 
 TEST(LaminectomyOutcome, ACutOutsideTheCanalLeavesItsRoom) {
   const SpinePhantom exact(1);
-  const Spine spine(dvec3(is_whole() ? 0.6 : 0.8));
+  const Spine spine(dvec3(runs_all_cases() ? 0.6 : 0.8));
   // Only the spinous process.
   const Outcome o = spine.judged(*spine.cut(block(exact, 8, 21, -40, 40)));
   EXPECT_EQ(o.opened_length, 0);
@@ -232,7 +232,7 @@ TEST(LaminectomyOutcome, ACutOutsideTheCanalLeavesItsRoom) {
 TEST(LaminectomyOutcome, PartsEqualThoseOfTheExactBone) {
   const SpinePhantom exact(1);
   for (const dvec3& spacing : {dvec3(0.45, 0.45, 3), dvec3(0.7)}) {
-    if (spacing.z < 1 && !is_whole()) continue;
+    if (spacing.z < 1 && !runs_all_cases()) continue;
     const Spine spine(spacing);
     // Too far to the left: the left facets are cut.
     const Cut cut = block(exact, 10, 0, -30, 30, 4);

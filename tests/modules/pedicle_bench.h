@@ -64,7 +64,7 @@ struct ProbeBench {
         .value();
   }
   const ProbeState& state() const { return *run->engine().now().settings.hands[0].state.as<ProbeState>(); }
-  const PedicleState& world() const { return *run->engine().now().undoable_of<PedicleState>(); }
+  const PedicleState& undoable() const { return *run->engine().now().undoable_of<PedicleState>(); }
   template <class Event>
   std::vector<std::pair<Event, dvec3>> events() const {
     return sim::events_of<Event>(run->engine());

@@ -42,7 +42,7 @@ TEST(PedicleProbe, MakesATrackAgainstItsResistance) {
     ASSERT_EQ(made.size(), 1u);
     EXPECT_NEAR(made[0].first.depth, 14, 0.3);
     EXPECT_NEAR(made[0].first.outside, 4, 0.5);
-    ASSERT_EQ(bench.world().track_depths.size(), 1u);
+    ASSERT_EQ(bench.undoable().track_depths.size(), 1u);
     // The bone of the track: a cylinder of its diameter through the plate.
     const double radius = 1.5, exact = 3.14159265 * radius * radius * k_thickness;
     EXPECT_NEAR(bench.run->engine().removed_mm3(), exact, 0.12 * exact);
@@ -95,14 +95,14 @@ TEST(PedicleProbe, AnExtendedTrackStaysOneTrackAndAnotherEntryMakesAnother) {
   ProbeBench bench(plate_scene(k_thickness, dvec3(0.5)), {});
   const dvec3 origin(0.3, 0.2, 5);
   bench.move(origin, k_down, -3, 6), bench.move(origin, k_down, 6, -3);
-  ASSERT_EQ(bench.world().track_depths.size(), 1u);
-  EXPECT_NEAR(bench.world().track_depths[0], 4, 0.3);
+  ASSERT_EQ(bench.undoable().track_depths.size(), 1u);
+  EXPECT_NEAR(bench.undoable().track_depths[0], 4, 0.3);
   bench.move(origin, k_down, -3, 10), bench.move(origin, k_down, 10, -3);
-  ASSERT_EQ(bench.world().track_depths.size(), 1u);
-  EXPECT_NEAR(bench.world().track_depths[0], 8, 0.4);
+  ASSERT_EQ(bench.undoable().track_depths.size(), 1u);
+  EXPECT_NEAR(bench.undoable().track_depths[0], 8, 0.4);
   const dvec3 next(5, 3, 5);
   bench.move(next, k_down, -3, 6), bench.move(next, k_down, 6, -3);
-  EXPECT_EQ(bench.world().track_depths.size(), 2u);
+  EXPECT_EQ(bench.undoable().track_depths.size(), 2u);
 }
 
 TEST(PedicleProbe, UndoTakesATrackBackAndASessionReplays) {
@@ -120,9 +120,9 @@ TEST(PedicleProbe, UndoTakesATrackBackAndASessionReplays) {
   EXPECT_EQ(bench.run->engine().stroke_count(), 1u);
   bench.run->undo();
   EXPECT_EQ(bench.run->engine().removed_mm3(), 0);
-  EXPECT_TRUE(bench.world().track_depths.empty());
+  EXPECT_TRUE(bench.undoable().track_depths.empty());
   bench.run->redo();
-  EXPECT_EQ(bench.world().track_depths.size(), 1u);
+  EXPECT_EQ(bench.undoable().track_depths.size(), 1u);
   bench.run->undo();
   bench.move(origin, k_down, -3, 6);
   bench.run->undo();  // within the track
@@ -158,7 +158,7 @@ TEST(PedicleProbe, WallsOfTheCarvedTrackGiveTheSameForce) {
       const auto i = static_cast<std::size_t>(guide);
       mean[i] = sum / count, end[i] = bench.state().end;
       bench.move(above, k_down, 11, -4, 10);
-      EXPECT_EQ(bench.world().track_depths.size(), 1u);
+      EXPECT_EQ(bench.undoable().track_depths.size(), 1u);
     }
     EXPECT_NEAR(mean[0], 2, 0.04);
     // The contact field follows cuts some ticks later.
@@ -190,7 +190,7 @@ TEST(PedicleProbe, FollowsFastHandsBetweenWalls) {
     EXPECT_NEAR(bench.events<ProbeOut>()[0].first.depth, 16, 0.8);
     const haptics::ServoRecord back = bench.move(above, k_down, 26, -6, 40);
     EXPECT_FALSE(back.has_contact);
-    EXPECT_EQ(bench.world().track_depths.size(), 1u);
+    EXPECT_EQ(bench.undoable().track_depths.size(), 1u);
   }
 }
 
@@ -272,8 +272,8 @@ TEST(PedicleProbe, NamesTheWallThatItLeft) {
     bench.move(screw.entry_world, ahead, -14, 42, 60);
     bench.move(screw.entry_world, ahead, 42, -14, 60);
     EXPECT_TRUE(bench.events<ProbeOut>().empty()) << screw.name;
-    ASSERT_EQ(bench.world().track_depths.size(), 1u) << screw.name;
-    EXPECT_NEAR(bench.world().track_depths[0], 40, 3) << screw.name;
+    ASSERT_EQ(bench.undoable().track_depths.size(), 1u) << screw.name;
+    EXPECT_NEAR(bench.undoable().track_depths[0], 40, 3) << screw.name;
   }
 }
 

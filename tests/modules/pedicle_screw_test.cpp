@@ -37,7 +37,7 @@ TEST(PedicleScrew, TheWholeCatalogueIsClosedAndKeepsItsMeasures) {
 TEST(PedicleScrew, ItsFramePointsToTheTip) {
   for (const dvec3& ahead : {dvec3(0, 0, 1), dvec3(0, 0, -1), dvec3(0.2, -0.9, 0.1), dvec3(-1, 0, 0)}) {
     const Screw screw{{1, 2, 3}, dvec3(1, 2, 3) + 40.0 * glm::normalize(ahead), 6};
-    const dvec3 tip = place_of(screw).world_from_local({0, 0, 40});
+    const dvec3 tip = placement_of(screw).world_from_local({0, 0, 40});
     EXPECT_LT(glm::length(tip - screw.tip_world), 1e-9) << ahead.z;
   }
 }
@@ -51,7 +51,7 @@ struct ScrewBench : ProbeBench {
   }
   std::size_t bodies() const { return run->engine().now().undoable.bodies.size(); }
   haptics::Placement place(std::size_t body = 0) const {
-    return run->engine().place_of(run->engine().now().undoable.bodies[body]);
+    return run->engine().placement_of(run->engine().now().undoable.bodies[body]);
   }
 };
 
@@ -62,7 +62,7 @@ TEST(PedicleScrew, IsTurnedIntoItsTrackByTheClock) {
   auto writer = bench.writer(path);
   bench.start(writer.get());
   bench.make_track(0.2, 0.1, 12);
-  ASSERT_EQ(bench.world().track_depths.size(), 1u);
+  ASSERT_EQ(bench.undoable().track_depths.size(), 1u);
   PlaceScrew request{.diameter = Diameter::d4_5, .length = Length::l20, .seconds = 0.5};
   ASSERT_FALSE(bench.run->apply_whole({request, 0}).refused);
   const auto placed = bench.events<ScrewPlaced>();
@@ -71,7 +71,7 @@ TEST(PedicleScrew, IsTurnedIntoItsTrackByTheClock) {
   EXPECT_EQ(placed[0].first.track, 1);
   EXPECT_EQ(placed[0].first.diameter, 4.5);
   EXPECT_NEAR(placed[0].first.tip.z, 9 - 20, 0.2);
-  EXPECT_NEAR(placed[0].first.beyond_track, 20 - bench.world().track_depths[0], 1e-9);
+  EXPECT_NEAR(placed[0].first.beyond_track, 20 - bench.undoable().track_depths[0], 1e-9);
   EXPECT_NEAR(placed[0].first.beyond_track, 20 - 12, 1);
   const sim::Body& body = bench.run->engine().now().undoable.bodies[0];
   EXPECT_EQ(body.matter, volume::Matter::titanium);
@@ -105,21 +105,21 @@ TEST(PedicleScrew, IsTurnedIntoItsTrackByTheClock) {
   // Undo removes the screw, and redo places it again; remove-screw leaves the track.
   bench.run->undo();
   EXPECT_EQ(bench.bodies(), 0u);
-  EXPECT_TRUE(bench.world().screw_bodies.empty());
+  EXPECT_TRUE(bench.undoable().screw_bodies.empty());
   bench.run->redo();
-  EXPECT_EQ(bench.world().screw_bodies.size(), 1u);
+  EXPECT_EQ(bench.undoable().screw_bodies.size(), 1u);
   const double removed = bench.run->engine().removed_mm3();
   ASSERT_FALSE(bench.run->apply({RemoveScrew{}, 0}).refused);
   EXPECT_EQ(bench.bodies(), 0u);
-  EXPECT_TRUE(bench.world().screw_bodies.empty());
+  EXPECT_TRUE(bench.undoable().screw_bodies.empty());
   EXPECT_EQ(bench.run->engine().removed_mm3(), removed);
   EXPECT_TRUE(bench.run->apply({RemoveScrew{}, 0}).refused.has_value());
   bench.run->undo();
   EXPECT_EQ(bench.bodies(), 1u);
-  EXPECT_EQ(bench.world().screw_bodies.size(), 1u);
+  EXPECT_EQ(bench.undoable().screw_bodies.size(), 1u);
   // A screw that is discarded as a body is not listed any more.
-  ASSERT_FALSE(bench.run->apply({sim::DiscardBody{bench.world().screw_bodies[0]}, 0}).refused);
-  EXPECT_TRUE(bench.world().screw_bodies.empty());
+  ASSERT_FALSE(bench.run->apply({sim::DiscardBody{bench.undoable().screw_bodies[0]}, 0}).refused);
+  EXPECT_TRUE(bench.undoable().screw_bodies.empty());
   const std::uint64_t state = bench.run->engine().now().hash();
   ASSERT_FALSE(writer->finish(bench.run->engine()));
   const sim::Verdict verdict = sim::replay(path, bench.scene.base, pedicle_catalogue());
@@ -132,7 +132,7 @@ TEST(PedicleScrew, IsTurnedIntoItsTrackByTheClock) {
   for (const std::uint64_t ticks : {400u, 100u, 250u}) {
     ASSERT_FALSE(run.value()->seek(begin + ticks));
     const sim::Engine& engine = run.value()->engine();
-    EXPECT_NEAR(engine.place_of(engine.now().undoable.bodies.at(0)).position_world.z,
+    EXPECT_NEAR(engine.placement_of(engine.now().undoable.bodies.at(0)).position_world.z,
                 29 - 20 * static_cast<double>(ticks) / 500, 0.2);
   }
 }

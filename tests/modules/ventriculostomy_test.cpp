@@ -237,7 +237,7 @@ TEST(Catheter, PassesTheBlurredEdgeOfBoneButNoBone) {
   ASSERT_EQ(events_of<CatheterPopped>(run.engine()).size(), 1u);
   EXPECT_TRUE(events_of<CatheterRefused>(run.engine()).empty());
   move(run, 1000, -20, 4, 60, k_ignore);
-  EXPECT_FALSE(run.engine().servo_scene()->hands[1].let_through.contains(0)) << "bone blocks again";
+  EXPECT_FALSE(run.engine().servo_scene()->hands[1].passable_items.contains(0)) << "bone blocks again";
   const Slab bone;  // it continues below the hole
   sim::Lockstep other = bone.run(1000, {4, -5.2});
   drill_hole(other);
@@ -468,8 +468,8 @@ TEST(Ventriculostomy, LeavesACatheterInPlace) {
   EXPECT_NEAR(body.piece->mm3, 3.14159265 * 1.5 * 1.5 * (length - 0.5), 0.02 * body.piece->mm3);
   double lowest = 1e9, highest = -1e9;
   for (const dvec3& p : body.piece->tree->vertices())
-    lowest = std::min(lowest, body.place.world_from_local(p).z),
-    highest = std::max(highest, body.place.world_from_local(p).z);
+    lowest = std::min(lowest, body.placement.world_from_local(p).z),
+    highest = std::max(highest, body.placement.world_from_local(p).z);
   EXPECT_NEAR(lowest, tip.z, 1e-4);
   EXPECT_NEAR(highest, entry.z + 20, 1e-4);
   const auto placed = events_of<CatheterLeftInPlace>(run.engine());
@@ -508,19 +508,19 @@ TEST(Ventriculostomy, ReportsTheDistanceToEachForbiddenStructure) {
   const Slab bench;
   sim::Lockstep run = bench.run();
   const auto cleared = [&](const dvec3& from, const dvec3& tip) {
-    const std::size_t count = events_of<CatheterCleared>(run.engine()).size();
+    const std::size_t count = events_of<CatheterClearance>(run.engine()).size();
     EXPECT_FALSE(run.apply_whole({JudgeCatheter{"", {from, tip}}, 1}).refused.has_value());
-    const auto all = events_of<CatheterCleared>(run.engine());
+    const auto all = events_of<CatheterClearance>(run.engine());
     EXPECT_EQ(all.size(), count + 1) << "the sinus, and not the dura that it has to pass";
     return all.back().first;
   };
   // The sinus is 6 < x < 10, -10 < z < -6; the radius is 1.5 mm.
-  const CatheterCleared far = cleared({0, 0, 3}, {0, 0, -35});
+  const CatheterClearance far = cleared({0, 0, 3}, {0, 0, -35});
   EXPECT_EQ(far.structure, "venous_sinus");
   EXPECT_NEAR(far.distance, 6 - 1.5, 0.3);
   EXPECT_EQ(far.length, 0);
   // Its axis is 1 mm away from the sinus, so that its wall is 0.5 mm in it along 4 mm and both rounded ends.
-  const CatheterCleared near = cleared({5, 0, 3}, {5, 0, -35});
+  const CatheterClearance near = cleared({5, 0, 3}, {5, 0, -35});
   EXPECT_NEAR(near.distance, -0.5, 0.3);
   EXPECT_NEAR(near.length, 4 + 2 * std::sqrt(1.5 * 1.5 - 1), 0.8);
   for (const auto& [one, at] : events_of<CatheterCrossed>(run.engine()))

@@ -224,7 +224,7 @@ TEST(VolumeXray, ReportsWhereTheScanEnds) {
   EXPECT_EQ(at(0, 14.7), Border::end);
   EXPECT_EQ(at(13, 14.2), Border::end);
   EXPECT_EQ(at(24, 14.7), Border::end);  // in air, but past slices that cut the body
-  const std::vector<double> nothing = xray.beyond(view);
+  const std::vector<double> nothing = xray.sums_outside(view);
   EXPECT_EQ(*std::max_element(nothing.begin(), nothing.end()), 0);  // air next to the column
   // Inside a body that continues on all sides: no wall is visible, and the picture is as dark outside the
   // scan.
@@ -235,7 +235,7 @@ TEST(VolumeXray, ReportsWhereTheScanEnds) {
   const View w(wide);
   EXPECT_EQ(of_block.borders(w)[60 + 120 * 60], Border::side);
   ASSERT_FALSE(of_block.project(w, std::make_shared<Version>(block), {}, RaySum::exact, 1).has_value());
-  const std::vector<double> beyond = of_block.beyond(w);
+  const std::vector<double> beyond = of_block.sums_outside(w);
   const double there = of_block.sums()[60 + 120 * 60];
   for (int i = 4; i < 116; ++i) {
     const auto p = static_cast<std::size_t>(i + 120 * 60);

@@ -74,7 +74,7 @@ TEST(Background, WorkOfOnePriorityRunsInOrderOneAtATime) {
   EXPECT_TRUE(background.is_idle(Priority::depths));
   has_begun.open();
   while (ended.size() < 8) {
-    for (const Background::Result& result : background.take()) result();
+    for (const Background::Result& result : background.fetch_results()) result();
     std::this_thread::yield();
   }
   EXPECT_EQ(started, "abcdefgh");
@@ -93,7 +93,7 @@ TEST(Background, AResultKeepsItsPriorityBusyUntilItIsTaken) {
   std::vector<Background::Result> results;
   while (results.empty()) {
     EXPECT_FALSE(background.is_idle(Priority::fields));
-    results = background.take();
+    results = background.fetch_results();
   }
   EXPECT_EQ(results.size(), 1u);
   EXPECT_TRUE(background.is_idle(Priority::fields));
@@ -114,7 +114,7 @@ TEST(Background, StopWaitsForRunningWorkAndMoreWorkCanFollow) {
   background.stop();
   EXPECT_TRUE(has_ended);
   opener.join();
-  EXPECT_TRUE(background.take().empty());
+  EXPECT_TRUE(background.fetch_results().empty());
   EXPECT_TRUE(background.is_idle(Priority::jobs));
   background.submit(Priority::jobs, [&]() -> Background::Result {
     is_again.open();

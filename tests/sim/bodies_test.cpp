@@ -26,7 +26,7 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
   const std::string path = folder.file("disk.session");
   SawBench bench;
   {
-    auto writer = bench.writer(path, often(1500));
+    auto writer = bench.writer(path, with_checkpoint_work(1500));
     Lockstep run(bench.engine(), {}, 1000, writer.get());
     const haptics::PosePath first = resting(), second = sawing();
     double resting_at = 0, at_freedom = 0, at_lift = 0, min_after = 1e9, max_after = -1e9;
@@ -40,7 +40,7 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
       if (i == 3000) resting_at = rests.proxy_world.z, force_before = glm::length(rests.force_world);
       if (i == static_cast<int>(1000 * k_sawn)) {
         removed = run.engine().current()->ledger().total();
-        const Outcome freed = free_now(run);
+        const Outcome freed = detach_pieces(run);
         EXPECT_TRUE(freed.is_changed && freed.is_edit);
         ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
         EXPECT_FALSE(run.apply({RemoveInstrument{}, 1}).refused);
@@ -70,25 +70,25 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
     EXPECT_GT(force_after, force_before + 0.8);
     // Released where it is; after undo it is at its old position again.
     EXPECT_FALSE(run.apply({ReleaseBody{}, 1}).refused);
-    EXPECT_NEAR(run.engine().now().undoable.bodies[0].place.position_world.z, 3, 0.6);
+    EXPECT_NEAR(run.engine().now().undoable.bodies[0].placement.position_world.z, 3, 0.6);
     EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, -1);
     run.apply({DiscardBody{{1}}, 0});
     EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
-    const std::int64_t without = run.engine().current()->ledger().freed_units;
+    const std::int64_t without = run.engine().current()->ledger().detached_units;
     EXPECT_GT(without, 0);
     for (int n = 0; n < 2; ++n) run.undo();  // discard and release; a grasp is not undoable
     ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
-    EXPECT_EQ(run.engine().now().undoable.bodies[0].place, haptics::Placement{});
+    EXPECT_EQ(run.engine().now().undoable.bodies[0].placement, haptics::Placement{});
     run.undo();
     EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
-    EXPECT_EQ(run.engine().current()->ledger().freed_units, 0);
+    EXPECT_EQ(run.engine().current()->ledger().detached_units, 0);
     for (int n = 0; n < 40; ++n) {
       const haptics::Pose poses[2] = {first.at(k_end), second.at(k_end)};
       run.step(poses);
     }
     for (int n = 0; n < 3; ++n) run.redo();
     EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
-    EXPECT_EQ(run.engine().current()->ledger().freed_units, without);
+    EXPECT_EQ(run.engine().current()->ledger().detached_units, without);
     run.undo();
     for (int n = 0; n < 300; ++n) {
       const haptics::Pose poses[2] = {first.at(k_end), second.at(k_end)};
@@ -105,7 +105,7 @@ TEST(Bodies, AreTheSameLiveInReplayAndAfterSeek) {
   SawBench bench;
   std::uint64_t state = 0;
   {
-    auto writer = bench.writer(path, often(1500));
+    auto writer = bench.writer(path, with_checkpoint_work(1500));
     haptics::PlaybackDevice first(resting()), second(sawing());
     const std::array<haptics::Device*, 2> devices{&first, &second};
     LiveSession live(devices, bench.engine(), {}, writer.get());
@@ -175,7 +175,7 @@ TEST(Bodies, InvalidCommandsAreRefusedWithAReasonAndChangeNothing) {
     EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
     EXPECT_EQ(events[1].value.as<JobDiscarded>()->reason, "the anatomy changed meanwhile; start it again");
   }
-  free_now(run);
+  detach_pieces(run);
   ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
   const Id id = run.engine().now().undoable.bodies[0].id;
   expect_refused(HoldBody{{id.value + 1}}, "unknown body");
@@ -212,7 +212,7 @@ TEST(Bodies, NoHandIsPushedByReleaseOrUndo) {
   };
   saw(run);
   run.apply({RemoveInstrument{}, 1});
-  free_now(run);
+  detach_pieces(run);
   poses[0] = resting().at(k_sawn), poses[1] = sawing().at(k_sawn);
   poses[0].position_world = {0, 0, 9};  // away from the body
   for (int i = 0; i < 600; ++i) run.step(poses);
@@ -226,7 +226,7 @@ TEST(Bodies, NoHandIsPushedByReleaseOrUndo) {
   }
   EXPECT_FALSE(run.apply({ReleaseBody{}, 1}).refused);
   for (int i = 0; i < 100; ++i) step();
-  EXPECT_NEAR(run.engine().now().undoable.bodies[0].place.position_world.x, 30, 0.1);
+  EXPECT_NEAR(run.engine().now().undoable.bodies[0].placement.position_world.x, 30, 0.1);
   // A hand in the air between the old and the new position; undo and redo.
   poses[0].position_world = {20, 0, 9};
   for (int i = 0; i < 100; ++i) step();
@@ -257,7 +257,7 @@ TEST(Bodies, ToolsAndBodiesMayChangeTogether) {
   const AdoptJob ball = run.engine().run_job(begun.job);
   const Outcome chain = run.apply(ToolGeometry{0.5, {{0, 0, 0}, {0, 0, 3}}});
   const AdoptJob several = run.engine().run_job(chain.job);
-  free_now(run);
+  detach_pieces(run);
   ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
   // A chain touches the detached body too: it rests on it as a ball does.
   const auto rests_at = [&] {
@@ -301,7 +301,7 @@ TEST(Bodies, UndoOfAStrokeReleasesNothing) {
   Lockstep run(bench.engine(), {}, 1000);
   saw(run);
   run.apply({RemoveInstrument{}, 1});
-  free_now(run);
+  detach_pieces(run);
   haptics::Pose poses[2];
   poses[0].position_world = {0, 0, 12};
   poses[1].position_world = {k_circle, 0, 8};
@@ -326,7 +326,7 @@ TEST(Bodies, UndoOfAStrokeReleasesNothing) {
     EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, 1);
   }
   EXPECT_FALSE(run.apply({ReleaseBody{}, 1}).refused);
-  EXPECT_NEAR(run.engine().now().undoable.bodies[0].place.position_world.z, 20, 0.1);
+  EXPECT_NEAR(run.engine().now().undoable.bodies[0].placement.position_world.z, 20, 0.1);
   // Undo of the release leaves the body in no hand; undo of the detachment removes it, even from a hand.
   run.undo();
   EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, -1);
@@ -342,7 +342,7 @@ TEST(Bodies, AFaultOnABodyThatIsThenDiscardedOpensAgain) {
   const std::string path = folder.file("fault.session");
   SawBench bench;
   {
-    auto writer = bench.writer(path, often(600));
+    auto writer = bench.writer(path, with_checkpoint_work(600));
     Lockstep run(bench.engine(), {}, 1000, writer.get());
     const haptics::PosePath first = resting(), second = sawing();
     haptics::Pose poses[2];
@@ -352,7 +352,7 @@ TEST(Bodies, AFaultOnABodyThatIsThenDiscardedOpensAgain) {
       run.step(poses);
       if (i == static_cast<int>(1000 * k_sawn)) {
         run.apply({RemoveInstrument{}, 1});
-        free_now(run);
+        detach_pieces(run);
       }
       if (i == 3600) {
         EXPECT_FALSE(run.apply(DiscardBody{{1}}).refused);
@@ -386,7 +386,7 @@ TEST(Bodies, AtMostEightAreKeptAndDebrisIsReported) {
   }
   const std::int64_t removed = run.engine().current()->ledger().total();
   const std::uint64_t before = run.engine().snapshot()->undoable.version->content_hash();
-  free_now(run);
+  detach_pieces(run);
   EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
   EXPECT_EQ(run.engine().snapshot()->undoable.version->content_hash(), before);
   const Chronicle& events = run.engine().now().chronicle;
@@ -405,7 +405,7 @@ TEST(Bodies, AtMostEightAreKeptAndDebrisIsReported) {
   EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
   const volume::Version& left = *run.engine().current();
   EXPECT_EQ(left.ledger().total(), removed);
-  EXPECT_NEAR(left.mm3_of(left.ledger().freed_units), debris->size, 1e-6);
+  EXPECT_NEAR(left.mm3_of(left.ledger().detached_units), debris->size, 1e-6);
 }
 
 }  // namespace

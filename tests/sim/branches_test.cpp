@@ -9,7 +9,7 @@ namespace {
 std::uint64_t undoable_of(const Engine& engine) {
   MixHash all;
   all.add(engine.current()->content_hash());
-  all.add(static_cast<std::uint64_t>(Toy::toy_world(engine.now()).marks));
+  all.add(static_cast<std::uint64_t>(Toy::toy_undoable(engine.now()).marks));
   return all.value();
 }
 
@@ -99,7 +99,7 @@ TEST(Branches, AreTheSameInReplayAndAfterSeek) {
   const std::string path = folder.file("branches.session");
   ToyBench bench;
   auto writer = SessionWriter::create(path, describe_scene(bench.scene, *bench.method, {}, burr_spec()),
-                                      bench.scene.base, toys(), often(1500))
+                                      bench.scene.base, toys(), with_checkpoint_work(1500))
                     .value();
   Lockstep run(bench.engine(), {}, 1000, writer.get());
   const haptics::PosePath request = drilling_path(20);

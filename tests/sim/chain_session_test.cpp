@@ -30,7 +30,7 @@ TEST(ChainSession, IsRecordedReplayedAndOpenedAnywhereWithItsTorques) {
   const SceneDescription described = describe_scene(start.value().hands, {});
   EXPECT_EQ(*described.hands[0].tool, *spec.hands[0].tool);
   EXPECT_FALSE(described.hands[1].tool->is_six_dof());
-  WriterOptions options = often(2500);
+  WriterOptions options = with_checkpoint_work(2500);
   options.is_embedding = true;
   auto writer =
       SessionWriter::create(path, SessionHeader(described), data_of(scene), drilling_catalogue(), options);
@@ -85,7 +85,7 @@ TEST(ChainSession, BackToOneBallRestoresTheMethodOfTheStart) {
   const std::string path = folder.file("back.session");
   Bench bench;  // implicit
   {
-    auto writer = bench.writer(path, 1000, often(300));
+    auto writer = bench.writer(path, 1000, with_checkpoint_work(300));
     Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
     run.apply(RemoveInstrument{});
     for (int i = 0; i < 3000; ++i) {

@@ -21,7 +21,7 @@ TEST(Checkpoint, ARandomLogOpensAtAnyTick) {
     SCOPED_TRACE(seed);
     const std::string path = folder.file((std::to_string(seed) + ".session").c_str());
     ToyBench bench;
-    auto writer = bench.toy_writer(path, often(2000));
+    auto writer = bench.toy_writer(path, with_checkpoint_work(2000));
     Lockstep run(bench.engine(), {}, 1000, writer.get());
     std::mt19937 random(seed);
     const haptics::PosePath request = drilling_path(20);
@@ -41,7 +41,7 @@ TEST(Checkpoint, OpensWithAServoAheadOfTheEdits) {
   const Folder folder;
   const std::string path = folder.file("a.session");
   ToyBench bench;
-  auto writer = bench.toy_writer(path, often(1000));
+  auto writer = bench.toy_writer(path, with_checkpoint_work(1000));
   Engine engine = bench.engine();
   writer->begin(engine, {}, 1000, 0, true);
   haptics::ServoCore core({}, 1e-3);
@@ -54,7 +54,7 @@ TEST(Checkpoint, OpensWithAServoAheadOfTheEdits) {
     if (tick < 3000 && (ring.empty() || (wants_tick && ring.size() < 40))) {
       const haptics::DenormalsFlushed flushed;
       haptics::ServoInput input;
-      input.pose = haptics::on_grid(request.at(1e-3 * tick++));
+      input.pose = haptics::rounded_to_grid(request.at(1e-3 * tick++));
       if (random() % 211 == 0) core.skip(haptics::fault_full_ring, random() % 5), input.is_reset = true;
       ring.push_back(core.step(*published, input));
       continue;
@@ -85,7 +85,7 @@ TEST(Checkpoint, ASessionWithAllFeaturesOpensAtAnyTick) {
 /// Records `ticks` ticks of drilling with a round burr; `on_tick` is called after each.
 template <class OnTick>
 void record_drilling(RoundBench& bench, const std::string& path, int ticks, OnTick&& on_tick) {
-  auto writer = bench.writer(path, 1000, often(4000));
+  auto writer = bench.writer(path, 1000, with_checkpoint_work(4000));
   Lockstep run(bench.scene, *bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
   const haptics::PosePath request = drilling_path(10);
   for (int i = 0; i < ticks; ++i) {
@@ -111,7 +111,7 @@ TEST(Checkpoint, ALiveSessionOpensAtAnyTick) {
   const std::string path = folder.file("live.session");
   RoundBench bench;
   {
-    auto writer = bench.writer(path, 1000, often(3000));
+    auto writer = bench.writer(path, 1000, with_checkpoint_work(3000));
     haptics::VirtualDevice device(drilling_path(20), {});
     LiveSession live(device, bench.scene, *bench.method, drilling::burr(bench.burr), {}, writer.get());
     ASSERT_FALSE(live.start().has_value());
@@ -131,7 +131,7 @@ TEST(Checkpoint, ContinuesWithoutPlayingTheWholeSession) {
   const std::string path = folder.file("a.session");
   Bench bench;
   {
-    auto writer = bench.writer(path, 1000, often(1500));
+    auto writer = bench.writer(path, 1000, with_checkpoint_work(1500));
     Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
     const haptics::PosePath request = drilling_path(10);
     for (int i = 0; i < 4000; ++i) {
@@ -150,8 +150,8 @@ TEST(Checkpoint, ContinuesWithoutPlayingTheWholeSession) {
     EXPECT_FALSE(replay.mismatch());
     EXPECT_LT(replay.counts().ticks, 1600u);
     const std::uint64_t first_tick = replay.next_tick();
-    auto writer = SessionWriter::append(SessionLock::take(path).value(), replay.tail(), drilling_catalogue(),
-                                        often(1500))
+    auto writer = SessionWriter::append(SessionLock::acquire(path).value(), replay.tail(),
+                                        drilling_catalogue(), with_checkpoint_work(1500))
                       .value();
     Engine engine = std::move(replay.engine());
     const Command command{Resume{}};
@@ -175,7 +175,7 @@ TEST(Checkpoint, OpensAfterManyUndos) {
   const Folder folder;
   const std::string path = folder.file("a.session");
   Bench bench;
-  auto writer = bench.writer(path, 1000, often(1500));
+  auto writer = bench.writer(path, 1000, with_checkpoint_work(1500));
   Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
   const haptics::PosePath request = drilling_path(10);
   std::mt19937 random(3);
@@ -267,7 +267,7 @@ RecordedSession recorded(const Folder& folder) {
   RecordedSession all;
   all.path = folder.file("a.session");
   Bench bench;
-  auto writer = bench.writer(all.path, 1000, often(1500));
+  auto writer = bench.writer(all.path, 1000, with_checkpoint_work(1500));
   Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
   const haptics::PosePath request = drilling_path(10);
   for (int i = 0; i < 3000; ++i) run.step(request.at(1e-3 * i));
@@ -410,7 +410,7 @@ TEST(Checkpoint, AnEngineMayOutliveItsReader) {
   const Folder folder;
   const std::string path = folder.file("a.session");
   Bench bench;
-  auto writer = bench.writer(path, 1000, often(1500));
+  auto writer = bench.writer(path, 1000, with_checkpoint_work(1500));
   Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
   const haptics::PosePath request = drilling_path(10);
   for (int i = 0; i < 4000; ++i) run.step(request.at(1e-3 * i));
@@ -436,11 +436,11 @@ TEST(Checkpoint, RandomBytesInBodiesBreakNothing) {
   const Folder folder;
   const std::string path = folder.file("a.session");
   SawBench bench;
-  auto writer = bench.writer(path, often(3000));
+  auto writer = bench.writer(path, with_checkpoint_work(3000));
   Lockstep run(bench.engine(), {}, 1000, writer.get());
   saw(run);
   run.apply({RemoveInstrument{}, 1});
-  free_now(run);
+  detach_pieces(run);
   const haptics::PosePath first = resting(), second = sawing();
   for (int i = static_cast<int>(1000 * k_sawn); i < static_cast<int>(1000 * k_end); ++i) {
     const haptics::Pose poses[2] = {first.at(1e-3 * i), second.at(1e-3 * i)};

@@ -100,7 +100,7 @@ TEST(DepthSession, AReplayTouchesTheSameAndOpensAnywhere) {
   {
     OperationStart start = start_of(scene);
     auto writer = SessionWriter::create(path, SessionHeader(describe_scene(start.hands, {})), data_of(scene),
-                                        drilling_catalogue(), often(8'000));
+                                        drilling_catalogue(), with_checkpoint_work(8'000));
     ASSERT_TRUE(writer.is_ok()) << writer.error().message();
     Lockstep run(Engine(std::move(start.hands), 1e-3, drilling_catalogue()), {}, 1000, writer.value().get());
     Touched touched;
@@ -108,9 +108,9 @@ TEST(DepthSession, AReplayTouchesTheSameAndOpensAnywhere) {
       for (const haptics::ServoRecord& r : run.step(poses_at(1e-3 * i))) touched.add(r);
       if (i % 700 == 450) run.undo();
       if (i == 1200) {
-        PlaceModel place;
-        place.position = {0.5, 0, 0};
-        EXPECT_FALSE(run.apply(place).refused);
+        PlaceModel placement;
+        placement.position = {0.5, 0, 0};
+        EXPECT_FALSE(run.apply(placement).refused);
       }
     }
     EXPECT_GT(touched.on_block, 100);
@@ -254,9 +254,9 @@ TEST(DepthSession, CommandsAboutSetsAreChecked) {
 /// Returns an incoming picture of a plane, from a camera that faces down.
 haptics::depth::DepthPicture picture_of_plane(double height) {
   haptics::depth::DepthPicture picture;
-  picture.place = {{8, 0, 100}, {0, 1, 0, 0}};  // x is kept, y and z are reversed
+  picture.placement = {{8, 0, 100}, {0, 1, 0, 0}};  // x is kept, y and z are reversed
   picture.camera = {80, 80, 200, 200, 39.5, 39.5};
-  picture.keep(std::vector<double>(80 * 80, 100 - height));
+  picture.set_depths(std::vector<double>(80 * 80, 100 - height));
   return picture;
 }
 
@@ -268,7 +268,7 @@ TEST(DepthSession, IncomingPicturesAreKeptAndReplayed) {
                                             box({4, -4, 0}, {12, 4, 2})));
   OperationStart start = start_of(scene);
   auto writer = SessionWriter::create(path, SessionHeader(describe_scene(start.hands, {})), data_of(scene),
-                                      drilling_catalogue(), often(20'000));
+                                      drilling_catalogue(), with_checkpoint_work(20'000));
   ASSERT_TRUE(writer.is_ok()) << writer.error().message();
   Lockstep run(Engine(std::move(start.hands), 1e-3, drilling_catalogue()), {}, 1000, writer.value().get());
   std::uint64_t last_serial = 0;
@@ -301,7 +301,7 @@ TEST(DepthSession, IncomingPicturesAreKeptAndReplayed) {
   wrong.values.pop_back();
   EXPECT_TRUE(is_refused(wrong, 1));
   wrong = picture_of_plane(3);
-  wrong.place.rotation = {1, 1, 0, 0};
+  wrong.placement.rotation = {1, 1, 0, 0};
   EXPECT_TRUE(is_refused(wrong, 1));
   EXPECT_TRUE(run.apply({images_of(1, 10), 1}).refused);
   const std::uint64_t state = run.engine().now().hash();

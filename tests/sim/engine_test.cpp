@@ -159,7 +159,7 @@ TEST(Engine, AJobWithAnUndoInItsMiddleIsTheSameLiveAndReplayed) {
       live.undo();
       EXPECT_TRUE(wait_until([&] {
         const auto now = live.snapshot().get();
-        return Toy::toy_world(*now).flooded != 0 || now->chronicle.size() > 0;
+        return Toy::toy_undoable(*now).flooded != 0 || now->chronicle.size() > 0;
       }));
       const LiveState ended = live.fetch_state();
       EXPECT_EQ(ended.job, "");
@@ -170,7 +170,7 @@ TEST(Engine, AJobWithAnUndoInItsMiddleIsTheSameLiveAndReplayed) {
       }
       EXPECT_FALSE(live.fetch_state().failed) << "reported twice";
     });
-    EXPECT_EQ(Toy::toy_world(*last).flooded != 0, !is_strict);
+    EXPECT_EQ(Toy::toy_undoable(*last).flooded != 0, !is_strict);
     std::size_t discarded = 0;
     for (std::size_t i = 0; i < last->chronicle.size(); ++i)
       discarded += last->chronicle[i].value.as<JobDiscarded>() != nullptr;
@@ -433,8 +433,8 @@ TEST(Engine, ASnapshotIsReturnedBeforeDuringAndAfterALiveRun) {
   live.apply(ToyMark{});
   auto last = live.snapshot();
   live.stop();
-  EXPECT_EQ(Toy::toy_world(*last.get()).marks, 1);
-  EXPECT_EQ(Toy::toy_world(*live.snapshot().get()).marks, 1);
+  EXPECT_EQ(Toy::toy_undoable(*last.get()).marks, 1);
+  EXPECT_EQ(Toy::toy_undoable(*live.snapshot().get()).marks, 1);
 }
 
 TEST(Engine, EventsMeasuresAndGuardsOfModules) {
@@ -447,7 +447,7 @@ TEST(Engine, EventsMeasuresAndGuardsOfModules) {
   EXPECT_EQ(engine.now().chronicle.size(), 10u);
   EXPECT_EQ(engine.now().chronicle[3].position_world, dvec3(3, 0, 0));
   engine.apply(Undo{});
-  EXPECT_EQ(Toy::toy_world(engine.now()).marks, 9);
+  EXPECT_EQ(Toy::toy_undoable(engine.now()).marks, 9);
   // Events and settings are kept.
   EXPECT_EQ(engine.now().chronicle.size(), 10u);
   EXPECT_EQ(engine.now().settings.modules[1]->as<ToySettings>()->heard, 10);

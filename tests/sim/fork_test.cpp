@@ -52,7 +52,7 @@ TEST(ForkedSession, EqualsTheFirstPartAndIsContinued) {
       EXPECT_FALSE(opened.value().end().has_value());
       EXPECT_FALSE(opened.value().is_damaged());
       // Another run continues the fork.
-      auto lock = SessionLock::take(fork);
+      auto lock = SessionLock::acquire(fork);
       ASSERT_TRUE(lock.is_ok()) << lock.error().message();
       auto run = Replay::open(opened.value(), base);
       ASSERT_TRUE(run.is_ok()) << run.error().message();

@@ -50,12 +50,12 @@ void step(const ToyProbe&, ToyProbeState& state, const InstrumentInput& input, W
 HandForces forces(const ToyProbe& probe, const ToyProbeState& state) {
   if (!state.has_entered) return {};
   haptics::Insertion track;
-  track.start_world = state.start, track.ahead_world = state.ahead;
+  track.start_world = state.start, track.direction_world = state.ahead;
   track.layers[0] = {0, -1, probe.resistance, probe.resistance};
   track.layer_count = 1;
   HandForces result;
   result.effects[0] = haptics::Effect{track, 8};
-  result.let_through.set(0, true);
+  result.passable_items.set(0, true);
   return result;
 }
 bool is_working(const ToyProbe&, const ToyProbeState& state) { return state.has_entered; }
@@ -127,7 +127,7 @@ TEST(HandForces, DependOnTheStateOfTheInstrument) {
     EXPECT_FALSE(state_of(run.engine()).has_entered);
     move(run, 4, 0);
     EXPECT_TRUE(state_of(run.engine()).has_entered);
-    EXPECT_TRUE(run.engine().servo_scene()->hands[0].let_through.contains(0));
+    EXPECT_TRUE(run.engine().servo_scene()->hands[0].passable_items.contains(0));
     const haptics::ServoRecord in = move(run, 0, -1, true);
     EXPECT_FALSE(in.has_contact) << "bone lets the probe through";
     EXPECT_NEAR(in.proxy_world.z, in.pose.position_world.z + 2, 0.05) << "the tip is at the end of its track";
@@ -149,7 +149,7 @@ TEST(HandForces, DependOnTheStateOfTheInstrument) {
     // Drawn out: bone blocks again, and the cuts were one stroke.
     const haptics::ServoRecord out = move(run, -8, 8);
     EXPECT_FALSE(state_of(run.engine()).has_entered);
-    EXPECT_FALSE(run.engine().servo_scene()->hands[0].let_through.contains(0));
+    EXPECT_FALSE(run.engine().servo_scene()->hands[0].passable_items.contains(0));
     EXPECT_LT(glm::length(out.force_world), 1e-6);
     EXPECT_EQ(run.engine().stroke_count(), 1u);
     const double removed = run.engine().removed_mm3();
@@ -175,7 +175,7 @@ TEST(HandForces, DependOnTheStateOfTheInstrument) {
   ASSERT_TRUE(run.is_ok()) << run.error().message();
   ASSERT_FALSE(run.value()->seek(inside_tick));
   EXPECT_EQ(run.value()->engine().now().hash(), inside);
-  EXPECT_TRUE(run.value()->engine().servo_scene()->hands[0].let_through.contains(0));
+  EXPECT_TRUE(run.value()->engine().servo_scene()->hands[0].passable_items.contains(0));
   while (true) {
     const auto stepped = run.value()->step();
     ASSERT_TRUE(stepped.is_ok()) << stepped.error().message();
@@ -218,7 +218,7 @@ TEST(HandForces, TwoLiveHandsReplayToTheBit) {
     const auto& state = *live.engine().now().settings.hands[h].state.as<ToyProbeState>();
     EXPECT_TRUE(state.has_entered) << h;
     EXPECT_NEAR(state.start.x, h == 0 ? -4 : 4, 0.3);
-    EXPECT_TRUE(live.engine().servo_scene()->hands[h].let_through.contains(0)) << h;
+    EXPECT_TRUE(live.engine().servo_scene()->hands[h].passable_items.contains(0)) << h;
   }
   EXPECT_GT(live.engine().removed_mm3(), 1);
   const Verdict verdict = replay(path, bench.scene.base, probes());

@@ -97,7 +97,7 @@ TEST(Implants, OneInMotionIsAtItsPlaceByTheClockAndNotTouched) {
   const std::string path = folder.file("motion.session");
   const ToyBench bench;
   const auto height = [](const Engine& engine) {
-    return engine.place_of(engine.now().undoable.bodies.at(0)).position_world.z;
+    return engine.placement_of(engine.now().undoable.bodies.at(0)).position_world.z;
   };
   std::uint64_t begin = 0;
   {
@@ -111,7 +111,7 @@ TEST(Implants, OneInMotionIsAtItsPlaceByTheClockAndNotTouched) {
     rest(run, {0, 0, k_above}, 100);  // in the place of the implant
     EXPECT_NEAR(height(run.engine()), k_above + 7.5, 1e-9);
     // Three turns, of which three quarters remain.
-    const glm::dquat turn = run.engine().place_of(run.engine().now().undoable.bodies[0]).rotation;
+    const glm::dquat turn = run.engine().placement_of(run.engine().now().undoable.bodies[0]).rotation;
     const dvec3 side = turn * dvec3(1, 0, 0);
     const double angle = -2 * 3.14159265358979 * 3 * 0.75;
     EXPECT_NEAR(side.x, std::cos(angle), 1e-9);

@@ -84,7 +84,7 @@ inline std::uint64_t expect_opens_anywhere(const std::string& path, const Catalo
 }
 
 /// Returns options for checkpoints after `work` (WriterOptions::checkpoint_work).
-inline WriterOptions often(int work) {
+inline WriterOptions with_checkpoint_work(int work) {
   WriterOptions options;
   options.checkpoint_work = work;
   return options;

@@ -43,7 +43,7 @@ struct Facts {
   double found = 0;
 };
 inline Facts facts_of(const Engine& engine) {
-  const ToyUndoable& toy = Toy::toy_world(engine.now());
+  const ToyUndoable& toy = Toy::toy_undoable(engine.now());
   return {engine.current().get(),
           toy.marks,
           toy.flooded,

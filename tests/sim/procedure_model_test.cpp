@@ -180,7 +180,7 @@ class Comparison {
     const bool is_pressed = random_() % 3 != 0;
     for (std::size_t h = 0; h < k_hands; ++h) {
       haptics::ServoInput input;
-      input.pose = haptics::on_grid(
+      input.pose = haptics::rounded_to_grid(
           {{x + 3 * static_cast<double>(h), 0, is_pressed ? 1.5 : 4}, {1, 0, 0, 0}, is_pressed && h == 0});
       const haptics::ServoRecord record = cores_[h].step(*engine_.servo_scene(), input);
       const Facts before = facts_of(engine_);

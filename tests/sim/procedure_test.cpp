@@ -59,7 +59,7 @@ TEST(Procedure, IsEqualInLockstepReplayAndAfterSeeking) {
   std::uint64_t states[2];
   std::vector<std::string> steps;
   for (const bool is_recorded : {false, true}) {
-    auto writer = is_recorded ? bench.planned_writer(path, often(300)) : nullptr;
+    auto writer = is_recorded ? bench.planned_writer(path, with_checkpoint_work(300)) : nullptr;
     Lockstep run(bench.planned_engine(), {}, 1000, writer.get());
     operate(run);
     states[is_recorded] = run.engine().now().hash();
@@ -177,7 +177,7 @@ TEST(Procedure, IsUndoneWithTheStrokeThatEndedAStep) {
   EXPECT_EQ(after.first_event, run.engine().now().chronicle.size());  // earlier events do not count any more
   after.first_event = before.first_event;
   EXPECT_EQ(after, before);
-  EXPECT_EQ(Toy::toy_world(run.engine().now()).marks, 1);
+  EXPECT_EQ(Toy::toy_undoable(run.engine().now()).marks, 1);
   ASSERT_FALSE(run.redo().refused);
   EXPECT_EQ(step_of(run.engine()), "drill");
   EXPECT_EQ(position().visits, (std::vector<std::uint32_t>{1, 1, 0, 0}));
@@ -256,7 +256,7 @@ TEST(Measurements, CountEventsOfOneHandOrAll) {
   for (int i = 0; i < 10; ++i)
     for (std::size_t h = 0; h < 2; ++h) {
       haptics::ServoInput input;
-      input.pose = haptics::on_grid({{0, 0, 9 - 2 * static_cast<double>(h)}, {1, 0, 0, 0}, false});
+      input.pose = haptics::rounded_to_grid({{0, 0, 9 - 2 * static_cast<double>(h)}, {1, 0, 0, 0}, false});
       engine.apply(cores[h].step(*engine.servo_scene(), input));
     }
   const auto value = [&](const std::string& name, const MeasurementScope& scope) {
@@ -311,7 +311,7 @@ std::vector<LogItem> sample_log(const ProcedureBench& bench) {
   };
   const auto tick = [&] {
     haptics::ServoInput input;
-    input.pose = haptics::on_grid(in_air());
+    input.pose = haptics::rounded_to_grid(in_air());
     const haptics::ServoRecord record = core.step(*engine.servo_scene(), input);
     add_events(engine.apply(record));
     items.push_back(TickItem{record, output_check(record)});
@@ -367,7 +367,7 @@ TEST(Procedure, ForgedLogsAreDetected) {
       if (const auto* command = std::get_if<CommandItem>(&item)) encoder.add(*command);
       if (const auto* event = std::get_if<EventItem>(&item)) encoder.add(*event);
     }
-    write_session(path, header, encoder.take());
+    write_session(path, header, encoder.fetch_bytes());
     const Verdict verdict = replay(path, bench.scene.base, toys());
     EXPECT_EQ(verdict.error, "");
     EXPECT_EQ(verdict.mismatch.has_value(), std::string(name) != "no forgery");

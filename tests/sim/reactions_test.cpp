@@ -47,7 +47,7 @@ class ListeningModule final : public Module {
     settings.undos += command.request.as<Undo>() != nullptr;
     settings.carved += command.request.as<ToyCarve>() != nullptr;
     // The state after the command.
-    if (command.request.as<ToyMark>()) settings.noted_marks = Toy::toy_world(state).marks;
+    if (command.request.as<ToyMark>()) settings.noted_marks = Toy::toy_undoable(state).marks;
     reaction.raise_event(Heard{std::string(command.request.name())}, glm::dvec3(1, 2, 3));
     if (command.request.as<ToyResize>()) reaction.raise_event(Ping{1}, glm::dvec3(0));
   }

@@ -58,7 +58,7 @@ void write_session_with(PlantedFault planted, const std::string& path) {
       changed.force_world.x += 1;
       other.add(changed);
       items.add(record);
-      true_bytes = ItemEncoder(items).take(), forged_bytes = other.take();
+      true_bytes = ItemEncoder(items).fetch_bytes(), forged_bytes = other.fetch_bytes();
       forged_bytes.replace(forged_bytes.size() - 4, 4, true_bytes, true_bytes.size() - 4, 4);
     } else {
       items.add(record);
@@ -76,7 +76,7 @@ void write_session_with(PlantedFault planted, const std::string& path) {
   items.add(CommandItem{undo});
   items.add(HashItem{edits.serial(),
                      edits.current()->content_hash() ^ (planted == PlantedFault::voxels ? 1u : 0u)});
-  const std::string log = forged_bytes + items.take().substr(true_bytes.size());
+  const std::string log = forged_bytes + items.fetch_bytes().substr(true_bytes.size());
   write_session(path, header, log);
 }
 

@@ -103,7 +103,7 @@ TEST(RoundSession, AnotherFieldIsDetected) {
     }
     EXPECT_GT(hashes.size(), 5u) << "each cut gives another field";
     SessionHeader header = reader.value().header();
-    write_session(copy, header, encoder.take());
+    write_session(copy, header, encoder.fetch_bytes());
     const Verdict verdict = replay(copy, bench.scene.base);
     EXPECT_EQ(verdict.error, "");
     EXPECT_EQ(verdict.mismatch.has_value(), is_forged) << (verdict.mismatch ? verdict.mismatch->what : "");

@@ -66,7 +66,7 @@ inline void saw(Lockstep& run) {
 }
 
 /// Detaches the disconnected parts, by a job that ends at once.
-inline Outcome free_now(Lockstep& run) {
+inline Outcome detach_pieces(Lockstep& run) {
   const Outcome begun = run.apply(FreePieces{});
   EXPECT_FALSE(begun.refused) << begun.refused->message();
   return run.apply(run.engine().run_job(begun.job));

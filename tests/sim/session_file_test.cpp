@@ -18,7 +18,7 @@ TEST(Session, OneWriterAtATimeAndAnEmptyAutosaveIsDeleted) {
   {
     auto writer = bench.writer(path, 1000, options);
     EXPECT_TRUE(SessionWriter::is_being_written(path));
-    const auto second = SessionLock::take(path);
+    const auto second = SessionLock::acquire(path);
     ASSERT_FALSE(second.is_ok());
     EXPECT_NE(second.error().what.find("being recorded"), std::string::npos);
     Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
@@ -148,7 +148,7 @@ TEST(Session, ForeignNewerAndOlderFilesAreReported) {
   ASSERT_TRUE(opened.is_ok());
   const auto run_of = Replay::open(opened.value(), bench.scene.base).value();
   Replay& run = *run_of;
-  const Status why = run.why_not_verifiable();
+  const Status why = run.reason_not_verifiable();
   ASSERT_TRUE(why.has_value());
   EXPECT_NE(why->found.find("0.0.9"), std::string::npos);
   int ticks = 0;

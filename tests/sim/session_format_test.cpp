@@ -38,7 +38,7 @@ TEST(SessionFormat, HeadersRoundTripThroughText) {
   EXPECT_FALSE(decode_header("").is_ok());
 }
 
-// Inputs round-trip to the bit for any value; forces are facts, kept to half a mN.
+// Inputs round-trip to the bit for any value. Forces are outputs: each component is rounded to 1/1024 N.
 TEST(SessionFormat, KeepsInputsExactlyAndForcesToHalfAMillinewton) {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> along(-100, 100);
@@ -58,13 +58,13 @@ TEST(SessionFormat, KeepsInputsExactlyAndForcesToHalfAMillinewton) {
     }
     if (random() % 5 == 0)
       pose.orientation.x = random() % 2 == 0 ? along(random) : odd[random() % std::size(odd)];
-    r.pose = random() % 2 == 0 ? haptics::on_grid(pose) : pose;
+    r.pose = random() % 2 == 0 ? haptics::rounded_to_grid(pose) : pose;
     r.version = random() % 9 == 0 ? random() : records.empty() ? 0 : records.back().version;
     r.has_contact = random() % 2 == 0;
     encoder.add(r);
     records.push_back(r);
   }
-  const std::string bytes = encoder.take();
+  const std::string bytes = encoder.fetch_bytes();
   ItemDecoder decoder(bytes, {});
   for (const haptics::ServoRecord& r : records) {
     const auto item = decoder.next();
@@ -81,7 +81,7 @@ TEST(SessionFormat, KeepsInputsExactlyAndForcesToHalfAMillinewton) {
 }
 
 // Drilling and sliding, with encoder noise and a stylus that turns.
-TEST(SessionFormat, ATickOfContactTakesAtMost25Bytes) {
+TEST(SessionFormat, ATickTakesAtMost25BytesOnAverage) {
   const Folder folder;
   const std::string path = folder.file("a.session");
   Bench bench;
@@ -136,7 +136,7 @@ TEST(SessionFormat, KeepsButtonsAndAxesOfEveryHand) {
       encoder.add(record);
       records.push_back(record);
     }
-  const std::string bytes = encoder.take();
+  const std::string bytes = encoder.fetch_bytes();
   ItemDecoder decoder(bytes, {});
   for (const haptics::ServoRecord& record : records) {
     const auto item = decoder.next();
@@ -151,10 +151,10 @@ TEST(SessionFormat, KeepsButtonsAndAxesOfEveryHand) {
   haptics::ServoRecord second_button;
   second_button.pose.buttons = 2;
   encoder.add(second_button);
-  std::string torn = encoder.take();
-  EXPECT_TRUE(ItemDecoder(torn, {}).next().is_ok());
-  torn[0] = static_cast<char>(torn[0] ^ 8);
-  EXPECT_FALSE(ItemDecoder(torn, {}).next().is_ok());
+  std::string contradictory = encoder.fetch_bytes();
+  EXPECT_TRUE(ItemDecoder(contradictory, {}).next().is_ok());
+  contradictory[0] = static_cast<char>(contradictory[0] ^ 8);
+  EXPECT_FALSE(ItemDecoder(contradictory, {}).next().is_ok());
 }
 
 }  // namespace

@@ -273,7 +273,7 @@ TEST(Session, ContinuesWhereItStopped) {
   ASSERT_FALSE(before.seek(session.tick_count()).has_value());
   const std::uint64_t first_tick = before.next_tick();
   auto writer =
-      SessionWriter::append(SessionLock::take(path).value(), before.tail(), drilling_catalogue()).value();
+      SessionWriter::append(SessionLock::acquire(path).value(), before.tail(), drilling_catalogue()).value();
   Engine edits = std::move(before.engine());
   const Command command{Resume{}};
   const Outcome outcome = edits.apply(command);

@@ -253,7 +253,7 @@ TEST(LiveSession, DrillsOnItsThreadsAndUndoes) {
   EXPECT_GT(most, 5);
   EXPECT_TRUE(saw_change);
   live.undo();
-  EXPECT_TRUE(wait_until([](const LiveState& s) { return s.removed_mm3 == 0 && s.version->is_untouched(); }));
+  EXPECT_TRUE(wait_until([](const LiveState& s) { return s.removed_mm3 == 0 && s.version->is_uncut(); }));
   live.redo();
   EXPECT_TRUE(wait_until([&](const LiveState& s) { return s.removed_mm3 > 5; }));
   live.reset_faults();  // harmless without a fault

@@ -144,7 +144,7 @@ class Toy final : public Module {
   Value result() const override { return ToyFound{}; }
 
   Status allows(const Command& command, const OperationState& now) const override {
-    if (command.request.as<ToyMark>() && toy_world(now).marks >= 10)
+    if (command.request.as<ToyMark>() && toy_undoable(now).marks >= 10)
       return Error{.what = "too many marks",
                    .where = "toy-mark",
                    .found = "10",
@@ -171,7 +171,7 @@ class Toy final : public Module {
   }
   std::vector<Measure> measures(const OperationState& now) const override {
     const ToyFound* found = now.result_of<ToyFound>();
-    return {{"marks", static_cast<double>(toy_world(now).marks), ""},
+    return {{"marks", static_cast<double>(toy_undoable(now).marks), ""},
             {"found", found ? found->number : 0, "", now.is_result_stale<ToyFound>()}};
   }
 
@@ -181,7 +181,7 @@ class Toy final : public Module {
   static inline std::int64_t event_salt = 0;
 
   /// Returns the undoable state of this module; the initial one if the operation lacks the module.
-  static const ToyUndoable& toy_world(const OperationState& state) {
+  static const ToyUndoable& toy_undoable(const OperationState& state) {
     static const ToyUndoable initial;
     const ToyUndoable* world = state.undoable_of<ToyUndoable>();
     return world ? *world : initial;
@@ -192,7 +192,7 @@ class Toy final : public Module {
     std::vector<NewBody> cubes;
     std::uint64_t hash() const override {
       MixHash all;
-      for (const NewBody& cube : cubes) all.add(cube.piece->hash), all.add(cube.place.position_world.x);
+      for (const NewBody& cube : cubes) all.add(cube.piece->hash), all.add(cube.placement.position_world.x);
       return all.value();
     }
     std::span<const NewBody> bodies() const noexcept override { return cubes; }
@@ -208,9 +208,9 @@ class Toy final : public Module {
     for (std::int64_t i = 0; i < request.count; ++i) {
       NewBody cube;
       cube.piece = std::make_shared<const Piece>(surface, haptics::Material());
-      cube.place.position_world = request.at + glm::dvec3(1.5 * static_cast<double>(i), 0, 0);
+      cube.placement.position_world = request.at + glm::dvec3(1.5 * static_cast<double>(i), 0, 0);
       cube.is_fixed = request.is_fixed;
-      cube.motion.from = cube.place;
+      cube.motion.from = cube.placement;
       cube.motion.from.position_world.z += 10;
       cube.motion.seconds = request.seconds, cube.motion.turns = 3;
       output->cubes.push_back(std::move(cube));
@@ -231,7 +231,7 @@ class Toy final : public Module {
         std::chrono::duration<double, std::milli>(static_cast<const ToyFlood*>(parameters)->milliseconds));
     auto output = std::make_shared<Made>();
     output->number = static_cast<double>(input.state.undoable.version->content_hash() >> 12) +
-                     static_cast<double>(toy_world(input.state).marks) + salt;
+                     static_cast<double>(toy_undoable(input.state).marks) + salt;
     return output;
   }
   static bool is_result_valid(const void* parameters, const OperationState& input,

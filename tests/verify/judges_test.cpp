@@ -164,7 +164,7 @@ TEST(MeshJudge, FindsEveryKindOfFault) {
   EXPECT_EQ(judge_mesh(v, faulty).twisted_edges, 3u);
   faulty = tetrahedron;
   faulty.insert(faulty.end(), {0, 1, 4});
-  EXPECT_EQ(judge_mesh(v, faulty).crowded_edges, 1u);
+  EXPECT_EQ(judge_mesh(v, faulty).non_manifold_edges, 1u);
   faulty = tetrahedron;
   faulty.insert(faulty.end(), {1, 1, 2});
   EXPECT_EQ(judge_mesh(v, faulty).degenerate_triangles, 1u);
@@ -178,17 +178,17 @@ TEST(FrictionJudge, HandlesConesAndGrooves) {
   const double mu = 0.2;
   const glm::dvec3 up(0, 0, 1);
   for (const double share : {0.0, 0.1, 0.19, 0.21, 0.5}) {
-    const double beyond = beyond_cone({share, 0, -1}, {up}, mu);
+    const double beyond = distance_from_cone({share, 0, -1}, {up}, mu);
     EXPECT_NEAR(beyond, std::max(0.0, share - mu) / std::sqrt(1 + mu * mu), 1e-6) << share;
   }
-  EXPECT_NEAR(beyond_cone({0.3, 0, 0.4}, {up}, mu), 0.5, 1e-6) << "no wall holds a pull away";
+  EXPECT_NEAR(distance_from_cone({0.3, 0, 0.4}, {up}, mu), 0.5, 1e-6) << "no wall holds a pull away";
   // Along a groove the walls hold mu / sin(half its angle) of the normal force.
   for (const double degrees : {90.0, 60.0}) {
     const double half = 0.5 * degrees / 57.29577951308232, most = mu / std::sin(half);
     const std::vector<glm::dvec3> walls{{std::cos(half), 0, std::sin(half)},
                                         {-std::cos(half), 0, std::sin(half)}};
-    EXPECT_LT(beyond_cone({0, 0.99 * most, -1}, walls, mu), 1e-3) << degrees;
-    EXPECT_GT(beyond_cone({0, 2 * most, -1}, walls, mu), 0.1) << degrees;
+    EXPECT_LT(distance_from_cone({0, 0.99 * most, -1}, walls, mu), 1e-3) << degrees;
+    EXPECT_GT(distance_from_cone({0, 2 * most, -1}, walls, mu), 0.1) << degrees;
   }
   // Walls found: one on a plane and in a wide bowl, two in a groove.
   const auto plane = [](const glm::dvec3& p) { return -(0.3 * p.x + p.z); };
@@ -198,8 +198,9 @@ TEST(FrictionJudge, HandlesConesAndGrooves) {
   const auto bowl = [](const glm::dvec3& p) { return glm::length(p - glm::dvec3(0, 0, 5)) - 5; };
   EXPECT_EQ(walls_at(bowl, glm::dvec3(0), 0.01, 1).size(), 1u);
   const auto groove = [](const glm::dvec3& p) { return std::abs(p.x) - p.z; };
-  EXPECT_LT(beyond_cone({0, 0.99 * mu * std::sqrt(2.0), -1}, walls_at(groove, {1e-3, 0, 0}, 1e-4, 1), mu),
-            1e-3);
+  EXPECT_LT(
+      distance_from_cone({0, 0.99 * mu * std::sqrt(2.0), -1}, walls_at(groove, {1e-3, 0, 0}, 1e-4, 1), mu),
+      1e-3);
 }
 
 /// A thin plate with a sharp rim: a path may graze its rim and dip into its faces, but not pass through.

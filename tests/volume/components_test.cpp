@@ -84,11 +84,13 @@ TEST(Components, EqualVoxelwiseQueueFlood) {
       const std::vector<int> expected = parts[has_corners] = by_queue(v, has_corners);
       for (const int threads : {1, 3}) {
         const verify::Components found(
-            bits, has_corners ? verify::Components::Touch::corners : verify::Components::Touch::faces,
+            bits,
+            has_corners ? verify::Components::Connectivity::corners : verify::Components::Connectivity::faces,
             threads);
         const verify::Components from_voxels(
             v, Shape{"bone", 300},
-            has_corners ? verify::Components::Touch::corners : verify::Components::Touch::faces, threads);
+            has_corners ? verify::Components::Connectivity::corners : verify::Components::Connectivity::faces,
+            threads);
         EXPECT_EQ(from_voxels.sizes(), found.sizes());
         std::vector<std::int64_t> sizes(found.count(), 0);
         for (std::size_t i = 0; i < expected.size(); ++i) {

@@ -113,7 +113,7 @@ TEST(LineIntegrals, EqualExactArithmeticOnEveryRay) {
     const Volume v = metal_noise(size, static_cast<std::uint64_t>(size.x));
     for (const LineKernels* kernels : {&k_line_kernels_any, &best_line_kernels()}) {
       const LineIntegrals lines(v, k_weights, 1, *kernels);
-      for (std::uint64_t n = 0; n < (is_whole() ? 4000u : 200u); ++n) {
+      for (std::uint64_t n = 0; n < (runs_all_cases() ? 4000u : 200u); ++n) {
         const RayFan fan = fan_of(n, size);
         std::vector<double> sums(static_cast<std::size_t>(fan.columns * fan.rows), -1);
         lines.integrate(fan, {0, 0, fan.columns, fan.rows}, RaySum::exact, 1, sums);
@@ -143,7 +143,7 @@ TEST(LineIntegrals, AreExactOnRaysWhereTraversalsBreak) {
   const Volume v = metal_noise({24, 20, 17}, 3);
   const LineIntegrals lines(v, k_weights, 1);
   long met = 0;
-  for (std::uint64_t n = 0; n < (is_whole() ? 400'000u : 20'000u); ++n) {
+  for (std::uint64_t n = 0; n < (runs_all_cases() ? 400'000u : 20'000u); ++n) {
     const verify::AdversarialRay r = verify::adversarial_ray(n, 7);
     Ray ray{{r.start[0], r.start[1], r.start[2]}, {r.end[0], r.end[1], r.end[2]}};
     ray.start += 8.0, ray.end += 8.0;  // near the middle of the grid

@@ -349,12 +349,12 @@ TEST(OffsetField, AChainOfUpdatesRoundTripsThroughBytes) {
     const RemovalReport report = editor.remove({dvec3(-2 + k, 0, 5), dvec3(-1 + k, 1, 4), 1.5, false});
     fields.push_back(k == 5 ? fields[2]
                             : fields.back()->updated(m.field, m.bits, *editor.publish(), report.box));
-    changes.push_back(OffsetChanges::between(*fields[fields.size() - 2], *fields.back()));
+    changes.push_back(OffsetChanges::encode(*fields[fields.size() - 2], *fields.back()));
   }
   for (const std::size_t to : {std::size_t{1}, std::size_t{4}, std::size_t{6}, changes.size()}) {
     const std::vector<std::string_view> some(changes.begin(),
                                              changes.begin() + static_cast<std::ptrdiff_t>(to));
-    const auto back = OffsetChanges::applied(*fields[0], some);
+    const auto back = OffsetChanges::apply(*fields[0], some);
     ASSERT_TRUE(back.is_ok()) << back.error().message();
     std::size_t differ = 0;
     const glm::ivec3 size = fields[0]->size();
@@ -375,7 +375,7 @@ TEST(OffsetField, AChainOfUpdatesRoundTripsThroughBytes) {
     else
       wrong[random() % wrong.size()] = static_cast<char>(random());
     const std::string_view one = wrong;
-    const auto result = OffsetChanges::applied(*fields[0], std::span(&one, 1));
+    const auto result = OffsetChanges::apply(*fields[0], std::span(&one, 1));
     if (!result) continue;
     for (int x = 0; x < fields[0]->size().x; ++x)
       ASSERT_LE(std::abs(result.value()->at(x, 30, 30)), 2 * fields[0]->far_mm());

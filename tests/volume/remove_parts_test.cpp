@@ -92,7 +92,7 @@ double volume_of(const PartSurface& surface) {
   return sum;
 }
 
-TEST(TakeOut, FreesASawnDiskAsThatDisk) {
+TEST(RemoveParts, FreesASawnDiskAsThatDisk) {
   for (SawnSlab& slab : slabs()) {
     slab.saw(0.93);
     EXPECT_EQ(SolidParts(slab.field, slab.bits, *slab.version).parts().size(), 1u);
@@ -131,7 +131,7 @@ TEST(TakeOut, FreesASawnDiskAsThatDisk) {
     const auto left = slab.editor.freeze();
     // Freed, not removed; the freed volume equals the piece's, to a fraction of its surface.
     EXPECT_EQ(left->ledger().total(), removed);
-    EXPECT_EQ(left->ledger().freed_units, report.removed_units);
+    EXPECT_EQ(left->ledger().detached_units, report.removed_units);
     EXPECT_NEAR(left->mm3_of(report.removed_units), volume_of(surface), 0.02 * disk);
     // The remainder is a single part, and its surface is unchanged.
     const SolidParts rest(slab.field, slab.bits, *left);
@@ -161,7 +161,7 @@ TEST(TakeOut, FreesASawnDiskAsThatDisk) {
 
 /// Two blocks with one voxel of weak bone between them, and a bridge that is cut: no part of the one is freed
 /// with the other.
-TEST(TakeOut, KeepsNeighbouringParts) {
+TEST(RemoveParts, KeepsNeighbouringParts) {
   const auto volume = std::make_shared<Volume>(make_volume({24, 14, 14}, Frame()).value());
   for (int z = 0; z < 14; ++z)
     for (int y = 0; y < 14; ++y)
@@ -209,7 +209,7 @@ TEST(TakeOut, KeepsNeighbouringParts) {
   EXPECT_GT(faced, 5);
 }
 
-TEST(TakeOut, NeighbouringDistancesDifferByAtMostTheirSpacing) {
+TEST(RemoveParts, NeighbouringDistancesDifferByAtMostTheirSpacing) {
   for (SawnSlab& slab : slabs()) {
     slab.saw(1.001);
     const SolidParts parts(slab.field, slab.bits, *slab.version);

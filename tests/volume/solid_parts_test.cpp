@@ -25,7 +25,7 @@ struct Flooded {
   }
   Flooded(const Field& field, const Version& version) : size(version.lattice().size()) {
     find_parts(field, version, {});
-    if (version.lattice().is_of_voxels()) return;
+    if (version.lattice().has_voxel_resolution()) return;
     // Around detached parts, voxels that differ from a neighbour are evaluated sample by sample, up to two
     // voxels outside the part's box.
     const Volume& volume = version.base();

@@ -87,7 +87,7 @@ TEST(SurfaceNets, WhiteNoiseIsAClosedManifold) {
     const Field field(v, Shape{});
     const MeshVerdict verdict = judge(surface_net({&field}));
     EXPECT_EQ(verdict.boundary_edges, 0u);
-    EXPECT_EQ(verdict.crowded_edges, 0u);
+    EXPECT_EQ(verdict.non_manifold_edges, 0u);
     EXPECT_EQ(verdict.twisted_edges, 0u);
     EXPECT_EQ(verdict.pinched_vertices, 0u);
     EXPECT_EQ(verdict.degenerate_triangles, 0u);
@@ -108,7 +108,7 @@ TEST(SurfaceNets, OpenBordersLeaveOnlyTheHolesOfTheBorder) {
   EXPECT_EQ(mesh.triangle_count(), 2u * 8u * 7u);  // one sheet between x = 4 and 5
   const MeshVerdict verdict = judge(mesh);
   EXPECT_EQ(verdict.boundary_edges, 2u * (8u + 7u));
-  EXPECT_EQ(verdict.crowded_edges + verdict.twisted_edges, 0u);
+  EXPECT_EQ(verdict.non_manifold_edges + verdict.twisted_edges, 0u);
 }
 
 TEST(SurfaceNets, VerticesLieOnASphere) {
@@ -244,8 +244,8 @@ TEST(SurfaceNets, IsAClosedManifoldWhereTheLatticeIsFine) {
       const Mesh mesh = surface_net({&field, version.get()});
       const MeshVerdict verdict = judge(mesh);
       ASSERT_TRUE(verdict.is_closed_manifold())
-          << seed << " " << spacing.z << ": " << verdict.boundary_edges << " open, " << verdict.crowded_edges
-          << " crowded, " << verdict.pinched_vertices << " pinched";
+          << seed << " " << spacing.z << ": " << verdict.boundary_edges << " open, "
+          << verdict.non_manifold_edges << " crowded, " << verdict.pinched_vertices << " pinched";
       EXPECT_GT(verdict.signed_volume, 0);
       std::multiset<Triangle> whole, chunked, threaded;
       add_triangles(mesh, whole);
@@ -355,7 +355,7 @@ TEST(MarchingCubes, SeparatesSolidFromFreeOnAnyNoise) {
       const verify::MeshVerdict verdict = judge(mesh);
       EXPECT_EQ(verdict.boundary_edges, 0u);
       EXPECT_EQ(verdict.twisted_edges, 0u);
-      EXPECT_EQ(verdict.crowded_edges, 0u);
+      EXPECT_EQ(verdict.non_manifold_edges, 0u);
       EXPECT_GT(verdict.signed_volume, 0);
       const verify::MeshWall wall(mesh.vertices.span(), mesh.triangles.span());
       const auto solid = [&](const glm::ivec3& v) {

@@ -59,8 +59,8 @@ TEST(VersionChanges, ReproduceTheSameVersions) {
         else
           for (int k = 0; k < 4; ++k) cut.editor.remove(random_sweep(random, *cut.base));
         versions.push_back(cut.editor.freeze());
-        const std::string changes = VersionChanges::between(*versions[versions.size() - 2], *versions.back());
-        auto back = VersionChanges::applied(*result.back(), changes);
+        const std::string changes = VersionChanges::encode(*versions[versions.size() - 2], *versions.back());
+        auto back = VersionChanges::apply(*result.back(), changes);
         ASSERT_TRUE(back.is_ok()) << back.error().message();
         result.push_back(back.value());
         all_changes.push_back(changes);
@@ -91,7 +91,7 @@ TEST(VersionChanges, ReproduceTheSameVersions) {
       for (const std::size_t to : {all_changes.size(), all_changes.size() / 2}) {
         const std::vector<std::string_view> changes(all_changes.begin(),
                                                     all_changes.begin() + static_cast<std::ptrdiff_t>(to));
-        const auto back = VersionChanges::applied(cut.start, changes);
+        const auto back = VersionChanges::apply(cut.start, changes);
         ASSERT_TRUE(back.is_ok()) << back.error().message();
         EXPECT_EQ(back.value()->content_hash(), versions[to]->content_hash());
         EXPECT_EQ(back.value()->serial(), versions[to]->serial());
@@ -99,7 +99,7 @@ TEST(VersionChanges, ReproduceTheSameVersions) {
         EXPECT_EQ(back.value()->ledger().units_by_label, versions[to]->ledger().units_by_label);
       }
       // All of them at once.
-      auto at_once = VersionChanges::applied(cut.start, VersionChanges::between(cut.start, *versions.back()));
+      auto at_once = VersionChanges::apply(cut.start, VersionChanges::encode(cut.start, *versions.back()));
       ASSERT_TRUE(at_once.is_ok());
       EXPECT_EQ(at_once.value()->content_hash(), versions.back()->content_hash());
     }
@@ -110,16 +110,16 @@ TEST(VersionChanges, BrokenBytesAreRefused) {
   std::mt19937 random(3);
   for (int k = 0; k < 3; ++k) cut.editor.remove(random_sweep(random, *cut.base));
   const auto whole = cut.editor.freeze();
-  const std::string changes = VersionChanges::between(cut.start, *whole);
+  const std::string changes = VersionChanges::encode(cut.start, *whole);
   for (std::size_t length = 0; length < changes.size(); length += 1 + changes.size() / 200)
-    if (auto result = VersionChanges::applied(cut.start, changes.substr(0, length))) {
+    if (auto result = VersionChanges::apply(cut.start, changes.substr(0, length))) {
       // truncated at the end of a brick
       EXPECT_LT(result.value()->brick_count(), whole->brick_count()) << length;
     }
   for (int i = 0; i < 300; ++i) {
     std::string wrong = changes;
     wrong[random() % wrong.size()] = static_cast<char>(random());
-    if (auto result = VersionChanges::applied(cut.start, wrong)) {
+    if (auto result = VersionChanges::apply(cut.start, wrong)) {
       // Every accepted version can be cut further, and no distance exceeds twice the band.
       RemovalEditor on = cut.editor;
       on.reset(result.value());

@@ -97,7 +97,7 @@ bool is_of_label(const Volume& scan, int label, const dvec3& world) {
 }
 
 /// Returns evenly spaced points in a label's voxels, at most k_apart from each other along each axis.
-std::vector<dvec3> points_of(const Volume& scan, int label) {
+std::vector<dvec3> points_in_label(const Volume& scan, int label) {
   constexpr double k_apart = 0.6;  // mm
   std::vector<dvec3> points;
   if (scan.labels.is_empty()) return points;
@@ -397,7 +397,7 @@ CanalSection canal_section(const VertebraFrame& frame, double z, const CanalWall
       if (line_before.is_bone(t)) last = t;
     section.wall_end[at] = last + step;
     section.after[at] = section.before[at];
-    if (version == nullptr || version->is_untouched()) continue;
+    if (version == nullptr || version->is_uncut()) continue;
     const Line line_after(from, along, *field, version);
     double t_after = -1;
     for (double t = hit + 1e-3; t <= std::min(section.wall_end[at], hit + k_wall) && t_after < 0; t += step)
@@ -451,7 +451,7 @@ Result<VertebraFrame, LocatedError> find_vertebra(const CanalWalls& walls, const
   const Volume& scan = walls.bone.volume();
   const int label = walls.label;
   VertebraFrame frame;
-  const std::vector<dvec3> points = label >= 0 ? points_of(scan, label) : std::vector<dvec3>();
+  const std::vector<dvec3> points = label >= 0 ? points_in_label(scan, label) : std::vector<dvec3>();
   if (label >= 0 && points.empty()) {
     return LocatedError{"the label of the vertebra has no voxels: choose another label", {}};
   }

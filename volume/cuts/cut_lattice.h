@@ -31,7 +31,7 @@ class CutLattice {
 
   /// Samples along each axis of a voxel, odd.
   const glm::ivec3& per_voxel() const noexcept { return per_voxel_; }
-  bool is_of_voxels() const noexcept { return per_voxel_ == glm::ivec3(1); }
+  bool has_voxel_resolution() const noexcept { return per_voxel_ == glm::ivec3(1); }
   const glm::ivec3& size() const noexcept { return size_; }
   const Frame& frame() const noexcept { return frame_; }  ///< world frame of the samples
 

@@ -38,7 +38,7 @@ CellPoints cell_points(int n, const Frame& lattice) {
 
 }  // namespace
 
-VoxelBox united(const VoxelBox& a, const VoxelBox& b) noexcept {
+VoxelBox union_of(const VoxelBox& a, const VoxelBox& b) noexcept {
   if (a.low.x > a.high.x) return b;
   if (b.low.x > b.high.x) return a;
   return {glm::min(a.low, b.low), glm::max(a.high, b.high)};
@@ -50,7 +50,7 @@ void add(RemovalReport& sum, const RemovalReport& report) noexcept {
   sum.intensity_sum += report.intensity_sum;
   sum.intensity_square_sum += report.intensity_square_sum;
 
-  sum.box = united(sum.box, report.box);
+  sum.box = union_of(sum.box, report.box);
 }
 
 RemovalEditor::RemovalEditor(std::shared_ptr<const Version> start, std::vector<Field> solids,

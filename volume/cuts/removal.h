@@ -45,7 +45,7 @@ struct RemovalReport {
 /// Adds `report` to `sum`.
 void add(RemovalReport& sum, const RemovalReport& report) noexcept;
 /// Returns the smallest box that contains both; empty boxes (low > high) are ignored.
-VoxelBox united(const VoxelBox& a, const VoxelBox& b) noexcept;
+VoxelBox union_of(const VoxelBox& a, const VoxelBox& b) noexcept;
 
 /// Shape to remove other than a swept body: computes the distances of samples brick by brick.
 class RemovalField {

@@ -65,7 +65,7 @@ RemovalReport RemovalEditor::remove(RemovalField& field, const VoxelBox& samples
     for (int y = low.y / k_brick; y <= high.y / k_brick; ++y)
       for (int x = low.x / k_brick; x <= high.x / k_brick; ++x)
         remove_in_brick(field, k_brick * glm::ivec3(x, y, z), ledger, report);
-  if (ledger == Ledger::freed) next_->ledger_.freed_units += report.removed_units;
+  if (ledger == Ledger::freed) next_->ledger_.detached_units += report.removed_units;
   return report;
 }
 

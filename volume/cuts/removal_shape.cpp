@@ -8,9 +8,10 @@ namespace {
 /// h^2/(8r) along a cylindrical hole, by twice that at its spherical end. The samples are reduced by the mean
 /// of both.
 constexpr double k_spline_share = 3.0 / 16;
-/// Largest allowance as a share of the radius, for balls of only one or two steps.
+/// Largest allowance as a share of the radius; limits balls with a radius of only one or two lattice steps.
 constexpr double k_max_allowance = 0.02;
-/// Share of a ball's allowance for a body: its side is curved in one direction, and its ends hardly.
+/// Allowance of a tool body, as a share of that of a ball: its side is curved in one direction, and its ends
+/// hardly.
 constexpr double k_side_share = 1.0 / 3;
 /// Points along a cell's edge: a body's surface crosses more cells than a ball's and is flatter in them.
 constexpr int k_points_of_a_body = 4;
@@ -21,8 +22,8 @@ double allowance(double radius_mm, const Frame& lattice) {
   return radius_mm > 0 ? std::min(k_spline_share * square / radius_mm, k_max_allowance * radius_mm) : 0;
 }
 
-/// Counting points along a cell's edge: 4 for a ball of many cells, 8 for a small one. The error of the
-/// volume is then typically within 0.05 %, and 0.2 % at worst.
+/// Number of points along a cell's edge at which removed volume is counted: 4 for a ball of many cells, 8 for
+/// a small one. The error of the volume is then typically within 0.05 %, and 0.2 % at worst.
 int points_per_edge(double radius_mm, const Frame& lattice) {
   const glm::dvec3& h = lattice.spacing();
   return radius_mm < 8 * std::max({h.x, h.y, h.z}) ? 8 : 4;
@@ -59,7 +60,8 @@ SweptShape::SweptShape(const ToolSweep& s, int first, int last, int count, const
 void SweptShape::sweep_brick(const RemovalKernels& kernels, const glm::vec3& corner, const glm::vec3& middle,
                              const float* old, BrickSweep& out) const {
   if (stamp_count_ == 0) {
-    // All points of the brick's cells, not only its samples, must be past the end.
+    // Past its end, the sweep is only its last ball. All points of the brick's cells, not only its samples,
+    // must be past the end.
     const bool is_ball = projection(middle) - brick_extent_along() - cell_reach >= length;
     return kernels.sweep_brick(*this, &corner.x, is_ball, old, out);
   }

@@ -86,7 +86,7 @@ class Search {
         size_((lattice_.size() + (k_brick - 1)) / k_brick),
         max_bricks_(limits.max_bricks),
         min_samples_(limits.min_samples),
-        cost_(lattice_.is_of_voxels() ? 1 : 3) {}
+        cost_(lattice_.has_voxel_resolution() ? 1 : 3) {}
 
   Separation run() {
     const bool is_within_limit = flood_near_cut();
@@ -139,7 +139,7 @@ class Search {
 
   void load(Node& n) const {
     const glm::ivec3 low = k_brick * n.position;
-    if (lattice_.is_of_voxels())
+    if (lattice_.has_voxel_resolution())
       load_voxels(n, low);
     else
       load_samples(n, low);
@@ -239,27 +239,28 @@ class Search {
     bool is_over_limit = false;
     const glm::ivec3& per = lattice_.per_voxel();
     const int longest = std::min(k_brick, std::max({per.x, per.y, per.z}));
-    after_.for_bricks_in(
-        glm::ivec3(0), lattice_.size() - 1, [&](const glm::ivec3& first, const Brick& brick) {
-          const Brick* old = before_.brick_at(first);
-          if (is_over_limit || old == &brick) return;
-          Words changed;
-          for (std::size_t z = 0; z < k_brick; ++z)
-            changed[z] = (old ? old->kept[z] : ~std::uint64_t{0}) & ~brick.kept[z];
-          const glm::ivec3 position = first / k_brick;
-          const bool is_refined = old == nullptr && !lattice_.is_of_voxels() && node(position).is_mixed;
-          if (is_refined) changed.fill(~std::uint64_t{0});
-          if (!has_bits(changed)) return;
-          add_seeds(node(position), dilated(changed));
-          for_neighbours([&](const glm::ivec3& d) {
-            Words neighbours = neighbours_in(changed, d);
-            if (!has_bits(neighbours) || !is_inside(position + d)) return;
-            // Extends to all of a voxel that has newly evaluated samples.
-            for (int i = 1; is_refined && i < longest; ++i) neighbours = dilated(neighbours);
-            add_seeds(node(position + d), neighbours);
-          });
-          is_over_limit = count_ > max_bricks_;
-        });
+    after_.for_bricks_in(glm::ivec3(0), lattice_.size() - 1,
+                         [&](const glm::ivec3& first, const Brick& brick) {
+                           const Brick* old = before_.brick_at(first);
+                           if (is_over_limit || old == &brick) return;
+                           Words changed;
+                           for (std::size_t z = 0; z < k_brick; ++z)
+                             changed[z] = (old ? old->kept[z] : ~std::uint64_t{0}) & ~brick.kept[z];
+                           const glm::ivec3 position = first / k_brick;
+                           const bool is_refined =
+                               old == nullptr && !lattice_.has_voxel_resolution() && node(position).is_mixed;
+                           if (is_refined) changed.fill(~std::uint64_t{0});
+                           if (!has_bits(changed)) return;
+                           add_seeds(node(position), dilated(changed));
+                           for_neighbours([&](const glm::ivec3& d) {
+                             Words neighbours = neighbours_in(changed, d);
+                             if (!has_bits(neighbours) || !is_inside(position + d)) return;
+                             // Extends to all of a voxel that has newly evaluated samples.
+                             for (int i = 1; is_refined && i < longest; ++i) neighbours = dilated(neighbours);
+                             add_seeds(node(position + d), neighbours);
+                           });
+                           is_over_limit = count_ > max_bricks_;
+                         });
     if (is_over_limit) return false;
     std::vector<Key> near;
     for (const auto& [key, n] : nodes_)
@@ -372,8 +373,9 @@ class Search {
         }
         if (parts_[static_cast<std::size_t>(p)].samples < min_samples_) continue;
         if (const Separation::Kind kind = classify(p); kind != Separation::Kind::connected)
-          return kind == Separation::Kind::detached && !lattice_.is_of_voxels() ? Separation::Kind::pending
-                                                                                : kind;
+          return kind == Separation::Kind::detached && !lattice_.has_voxel_resolution()
+                     ? Separation::Kind::pending
+                     : kind;
       }
       open = std::move(growing);
       if (open.size() <= 1) return Separation::Kind::connected;

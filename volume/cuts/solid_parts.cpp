@@ -55,7 +55,7 @@ SolidParts::SolidParts(const Field& field, const Occupancy& bits, const Version&
       words_(static_cast<std::size_t>(bits.words_per_row())) {
   find_fine_voxels();
   find_parts(field, bits);
-  if (!lattice_.is_of_voxels() && refine_surfaces(bits)) find_parts(field, bits);
+  if (!lattice_.has_voxel_resolution() && refine_surfaces(bits)) find_parts(field, bits);
   version_ = nullptr;
 }
 

@@ -98,7 +98,7 @@ ToolPose between(const ToolPose& a, const ToolPose& b, double share) noexcept {
     if (glm::dot(sum, sum) > 1e-12) {
       mid = glm::normalize(sum);
     } else {
-      const glm::dvec3 other = axis_aside(a.axis_world);
+      const glm::dvec3 other = non_parallel_axis(a.axis_world);
       mid = glm::normalize(glm::cross(a.axis_world, other));
     }
     const bool is_first = share < 0.5;

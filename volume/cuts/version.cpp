@@ -189,7 +189,7 @@ void Version::mask_row(int y, int z, int first_word, int count, std::uint64_t* w
   for (int w = 0; w < count; ++w) {
     if (words[w] == 0 || !has_brick(y, z, first_word + w, 1)) continue;
     glm::ivec3 s = lattice_.centre_of({64 * (first_word + w), y, z});
-    if (lattice_.is_of_voxels()) {
+    if (lattice_.has_voxel_resolution()) {
       for (int b = 0; b < 8; ++b, s.x += k_brick) {
         if (s.x >= lattice_.size().x) break;
         if (const Brick* brick = brick_at(s))

@@ -136,8 +136,8 @@ struct Region {
 struct RemovalLedger {
   static constexpr std::int64_t k_units_per_cell = 512;
   std::vector<std::int64_t> units_by_label;  ///< at least one entry; index is the label, 0 without labels
-  std::int64_t freed_units = 0;              ///< matter of detached bodies, not included in units_by_label
-  std::int64_t total() const noexcept;       ///< sum over labels, without freed_units
+  std::int64_t detached_units = 0;           ///< matter of detached bodies, not included in units_by_label
+  std::int64_t total() const noexcept;       ///< sum over labels, without detached_units
 };
 
 /// One state of the operated volume. Immutable when published (masks: see is_frozen()); readers need no lock.
@@ -152,7 +152,7 @@ class Version {
   const std::shared_ptr<const Volume>& shared_base() const noexcept { return base_; }
   const CutLattice& lattice() const noexcept { return lattice_; }
   std::uint64_t serial() const noexcept { return serial_; }
-  bool is_untouched() const noexcept { return brick_count_ == 0; }
+  bool is_uncut() const noexcept { return brick_count_ == 0; }
   int brick_count() const noexcept { return brick_count_; }
   const RemovalLedger& ledger() const noexcept { return ledger_; }
   /// Volume of ledger units, mm^3.

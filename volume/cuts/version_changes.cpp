@@ -176,13 +176,13 @@ bool complete(Brick& brick, double band_mm) {
 
 }  // namespace
 
-std::string VersionChanges::between(const Version& before, const Version& after) {
+std::string VersionChanges::encode(const Version& before, const Version& after) {
   std::string out, encoded;
   std::int64_t last = -1;
   put(out, after.serial_);
   put(out, static_cast<std::uint32_t>(after.ledger_.units_by_label.size()));
   for (const std::int64_t units : after.ledger_.units_by_label) put(out, units);
-  put(out, after.ledger_.freed_units);
+  put(out, after.ledger_.detached_units);
   for (std::size_t r = 0; r < after.regions_.size(); ++r) {
     const Region *old_region = before.regions_[r].get(), *region = after.regions_[r].get();
     if (old_region == region) continue;
@@ -224,8 +224,8 @@ Ref<Brick>& VersionChanges::slot(Version& version, std::size_t index) {
   return page->bricks[index % k_children];
 }
 
-Result<std::shared_ptr<const Version>> VersionChanges::applied(
-    const Version& before, std::span<const std::string_view> oldest_first) {
+Result<std::shared_ptr<const Version>> VersionChanges::apply(const Version& before,
+                                                             std::span<const std::string_view> oldest_first) {
   auto after = std::make_shared<Version>(before);
   after->stroke_ = 0;
   const auto brick_limit = static_cast<std::int64_t>(after->regions_.size() * k_children * k_children);
@@ -238,7 +238,7 @@ Result<std::shared_ptr<const Version>> VersionChanges::applied(
       return broken("a ledger of another volume");
     for (std::int64_t& units : after->ledger_.units_by_label)
       if (!get(in, units)) return broken("truncated data");
-    if (!get(in, after->ledger_.freed_units)) return broken("truncated data");
+    if (!get(in, after->ledger_.detached_units)) return broken("truncated data");
     for (std::int64_t at = -1; !in.empty();) {
       std::int64_t step = 0;
       std::string_view encoded;

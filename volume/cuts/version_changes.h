@@ -14,15 +14,15 @@ class VersionChanges {
   /// Encodes the changes from `before` to `after`, both frozen and of one volume and lattice. Skips tables
   /// that both share and stores each changed brick as a difference. Distances and masks are exact to the bit;
   /// derived data are omitted.
-  static std::string between(const Version& before, const Version& after);
+  static std::string encode(const Version& before, const Version& after);
   /// Applies the changes to `before` and returns a version equal to `after`, its serial included. Error if
   /// the bytes are invalid.
-  static Result<std::shared_ptr<const Version>> applied(const Version& before, std::string_view bytes) {
-    return applied(before, std::span(&bytes, 1));
+  static Result<std::shared_ptr<const Version>> apply(const Version& before, std::string_view bytes) {
+    return apply(before, std::span(&bytes, 1));
   }
   /// Applies all changes in sequence.
-  static Result<std::shared_ptr<const Version>> applied(const Version& before,
-                                                        std::span<const std::string_view> oldest_first);
+  static Result<std::shared_ptr<const Version>> apply(const Version& before,
+                                                      std::span<const std::string_view> oldest_first);
 
  private:
   static Ref<Brick>& slot(Version& version, std::size_t index);

@@ -202,10 +202,10 @@ class OffsetField::Builder {
   };
   /// Bits of the voxels of `any` that cuts on a finer lattice may cross. Word w of row (y, z).
   std::uint64_t cut_word(int w, int y, int z, std::uint64_t any) const {
-    if (version_ == nullptr || version_->is_untouched()) return 0;
+    if (version_ == nullptr || version_->is_uncut()) return 0;
     const CutLattice& lattice = version_->lattice();
     const glm::ivec3 first(64 * w, y, z);
-    if (lattice.is_of_voxels() ||
+    if (lattice.has_voxel_resolution() ||
         !version_->has_brick(lattice.low_of(first), lattice.high_of(first + glm::ivec3(63, 0, 0))))
       return 0;
     std::uint64_t cut = 0;

@@ -33,7 +33,7 @@ void OffsetChanges::for_changed(const OffsetField& before, const OffsetField& af
   }
 }
 
-std::string OffsetChanges::between(const OffsetField& before, const OffsetField& after) {
+std::string OffsetChanges::encode(const OffsetField& before, const OffsetField& after) {
   std::string out, encoded;
   std::int64_t last = -1;
   for_changed(before, after, [&](std::size_t index, const SampleSlot& slot) {
@@ -53,7 +53,7 @@ std::size_t OffsetChanges::count(const OffsetField& before, const OffsetField& a
   return sum;
 }
 
-Result<std::shared_ptr<const OffsetField>> OffsetChanges::applied(
+Result<std::shared_ptr<const OffsetField>> OffsetChanges::apply(
     const OffsetField& before, std::span<const std::string_view> oldest_first) {
   std::shared_ptr<OffsetField> after(new OffsetField(before));
   constexpr std::size_t k_page_slots = std::tuple_size_v<decltype(OffsetField::Page::entries)>;

@@ -32,7 +32,7 @@ class SmoothSurface {
   SmoothSurface(const Field& field, const Version* version, const SoftField* soft)
       : field_(field),
         soft_(soft),
-        version_(version != nullptr && !version->is_untouched() ? version : nullptr),
+        version_(version != nullptr && !version->is_uncut() ? version : nullptr),
         frame_(field.volume().frame),
         finest_(std::min({frame_.spacing().x, frame_.spacing().y, frame_.spacing().z})) {}
 
@@ -152,7 +152,7 @@ class SmoothSurface {
       const glm::dvec3 n = gradient / steepness, to_x = x_world - y;
       const double height = -j.value / steepness;
       // Two tangents, and the second derivatives along them.
-      const glm::dvec3 u = glm::normalize(glm::cross(n, axis_aside(n)));
+      const glm::dvec3 u = glm::normalize(glm::cross(n, non_parallel_axis(n)));
       const glm::dvec3 w = glm::cross(n, u);
       const glm::dvec3 u_voxel = frame_.vector_volume_from_world(u),
                        w_voxel = frame_.vector_volume_from_world(w);

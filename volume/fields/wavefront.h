@@ -49,11 +49,11 @@ class Wavefront {
         low_(glm::ivec3(target.low) - halo),
         size_(glm::ivec3(target.high) + halo - low_ + 1),
         points_(points) {
-    const std::size_t cells = static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y) *
+    const std::size_t count = static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y) *
                               static_cast<std::size_t>(size_.z);
-    nearest_.assign(cells, k_none);
-    square_.assign(cells, 1e30f);
-    propagated_square_.assign(cells, -1);
+    nearest_.assign(count, k_none);
+    square_.assign(count, 1e30f);
+    propagated_square_.assign(count, -1);
   }
 
   /// Propagates to distances of `reach` (mm) outside matter, and of `inner` (mm) inside. `step`: of the
@@ -88,11 +88,11 @@ class Wavefront {
         if (propagated_square_[i] == square_[i]) continue;  // already propagated this point
         propagated_square_[i] = square_[i];
         const glm::ivec3 c = position(i);
-        // Skips cells too far away to affect the target.
+        // Skips lattice points too far away to affect the target.
         if (std::sqrt(static_cast<double>(square_[i])) + target_.distance(glm::dvec3(low_ + c)) > reach)
           continue;
         // Propagates outward, since the path to the nearest point never leads through the solid; inward only
-        // as deep as a small radius needs samples.
+        // to the depth `inner`, at which tools of a small radius need distances.
         if (!(square_[i] < deepest) && is_matter(low_ + c)) continue;
         const std::uint32_t p = nearest_[i];
         const glm::vec3 at = world_of(c);
@@ -133,14 +133,15 @@ class Wavefront {
   glm::vec3 world_of(const glm::ivec3& c) const {
     return glm::vec3(lattice_.world_from_volume(glm::dvec3(low_ + c)));
   }
-  /// Sets `point` as the nearest of cell i (inside the box, at `at_world`) if it is nearer.
+  /// Sets `point` as the nearest of lattice point i (inside the box, at `at_world`) if it is nearer.
   void update(std::size_t i, const glm::vec3& at_world, std::uint32_t point) {
     const glm::vec3 d = at_world - points_[point].at_world;
     const float s = glm::dot(d, d);
     if (s >= square_[i] || s > max_square_) return;
     square_[i] = s;
     nearest_[i] = point;
-    // Avoids processed buckets: a point may be nearer to a neighbour than to the cell that propagates it.
+    // Avoids processed buckets: a surface point may be nearer to a neighbour than to the lattice point that
+    // propagates it.
     const std::size_t bucket = std::max(bucket_, static_cast<std::size_t>(std::sqrt(s) / half_step_));
     buckets_[std::min(bucket, buckets_.size() - 1)].push_back(static_cast<std::uint32_t>(i));
   }
@@ -151,8 +152,8 @@ class Wavefront {
   const std::vector<SurfacePoint>& points_;
   std::vector<std::uint32_t> nearest_;
   std::vector<float> square_;             ///< squared distance, mm^2
-  std::vector<float> propagated_square_;  ///< squared distance at the last propagation from the cell
-  std::vector<std::vector<std::uint32_t>> buckets_;  ///< cells by distance, in steps of half_step_
+  std::vector<float> propagated_square_;  ///< squared distance at the last propagation from the lattice point
+  std::vector<std::vector<std::uint32_t>> buckets_;  ///< lattice points by distance, in steps of half_step_
   std::size_t bucket_ = 0;                           ///< current bucket
   float half_step_ = 0, max_square_ = 0;             ///< mm, mm^2
 };

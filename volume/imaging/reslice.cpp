@@ -388,7 +388,7 @@ void reslice(const Volume& volume, const ImagePlane& plane, const Slab& slab, st
 
 void reslice_cuts(const Version& version, const ImagePlane& plane, std::int16_t air, int threads,
                   std::span<std::int16_t> pixels) {
-  if (version.is_untouched()) return;
+  if (version.is_uncut()) return;
   const Frame& frame = version.base().frame;
   const double edge_mm = std::min(
       {0.5 * std::max({frame.spacing().x, frame.spacing().y, frame.spacing().z}), 0.9 * version.band_mm()});

@@ -63,7 +63,7 @@ BoneLabels::BoneLabels(const Volume& volume) : volume_(&volume) {
 
 bool BoneLabels::contains(const glm::dvec3& p) const noexcept { return contains_voxel(voxel_of(p)); }
 
-bool BoneClassifier::by_labels(const glm::dvec3& p_world) const noexcept {
+bool BoneClassifier::has_bone_label(const glm::dvec3& p_world) const noexcept {
   if (!labels_.has_any()) return false;
   const glm::ivec3 v = voxel_of(field_.volume().frame.volume_from_world(p_world));
   return labels_.contains_voxel(v) && (version_ == nullptr || version_->is_kept(v));
@@ -71,7 +71,8 @@ bool BoneClassifier::by_labels(const glm::dvec3& p_world) const noexcept {
 
 bool BoneClassifier::operator()(const glm::dvec3& p_world) const noexcept {
   const glm::dvec3 p = field_.volume().frame.volume_from_world(p_world);
-  return by_labels(p_world) || (field_.value(p) >= 0 && (version_ == nullptr || version_->distance(p) > 0));
+  return has_bone_label(p_world) ||
+         (field_.value(p) >= 0 && (version_ == nullptr || version_->distance(p) > 0));
 }
 
 }  // namespace trephine::volume

@@ -17,8 +17,9 @@ bool is_bone_name(std::string_view label);
 /// scan of a spine that is operated on from the back.
 bool is_spine(const Volume& scan);
 
-/// Returns true in a voxel whose label denotes soft tissue: not bone, a tooth, an implant or metal. The
-/// blurred edge of bone may extend into such a voxel, where a threshold finds bone by mistake.
+/// Returns true in a voxel of soft tissue: its label is not the background, and denotes no bone, tooth,
+/// implant or metal. The blurred edge of bone may extend into such a voxel, where a threshold finds bone by
+/// mistake.
 bool has_soft_label(const Volume& volume, const glm::dvec3& p_world);
 
 /// Set of the voxels whose label denotes a bone. Borrows the volume.
@@ -47,8 +48,8 @@ class BoneClassifier {
       : field_(volume, shape), labels_(volume), version_(version) {}
   /// Returns true if any label denotes a bone.
   bool has_labels() const noexcept { return labels_.has_any(); }
-  /// Tests the labels alone, not the shape.
-  bool by_labels(const glm::dvec3& p_world) const noexcept;
+  /// Returns true in a voxel of a bone label that is not removed. Does not test the shape.
+  bool has_bone_label(const glm::dvec3& p_world) const noexcept;
   bool operator()(const glm::dvec3& p_world) const noexcept;
 
  private:

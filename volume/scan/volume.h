@@ -17,8 +17,8 @@ struct Volume {
   glm::ivec3 size{0};
   Frame frame;
   Buffer<std::int16_t> voxels;  ///< size.x * size.y * size.z intensities, as scanned
-  /// Empty, or intensities that window shapes read instead of `voxels`: with unwanted parts removed and thin
-  /// walls closed. Slices, X-rays and measurements read `voxels`.
+  /// Empty, or intensities that window shapes read instead of `voxels`: with unwanted parts removed and gaps
+  /// in thin walls filled. Slices, X-rays and measurements read `voxels`.
   Buffer<std::int16_t> shape_voxels;
   bool is_hounsfield = false;              ///< intensities are Hounsfield units (CT)
   Buffer<std::uint8_t> labels;             ///< empty, or one label per voxel
@@ -40,7 +40,7 @@ struct Volume {
   /// Returns the value of the label named `name`, or -1.
   int label_value(const std::string& name) const noexcept;
   std::size_t bytes() const noexcept { return voxels.bytes() + shape_voxels.bytes() + labels.bytes(); }
-  /// Copies the interpretation of the values: intensity unit, label names and label colours.
+  /// Copies from `other` the interpretation of the values: intensity unit, label names and label colours.
   void copy_interpretation(const Volume& other);
 };
 
@@ -50,7 +50,7 @@ Result<Volume> make_volume(const glm::ivec3& size, const Frame& frame, bool has_
 
 Result<Volume> copy_of(const Volume& volume);
 
-/// Hash of the grid, all intensities, their unit and the labels of a scan, without the names and colours of
+/// Hash of the grid, `voxels`, `shape_voxels`, their unit and the labels, without the names and colours of
 /// labels. Equal scans have equal hashes. Speed: several GB/s.
 std::uint64_t content_hash(const Volume& volume) noexcept;
 

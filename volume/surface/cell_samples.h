@@ -34,7 +34,7 @@ class VoxelSamples {
     };
     const float inside = value(solid), outside = value(air);
     float t = outside < 0 ? inside / (inside - outside) : 1;
-    if (source_.version == nullptr || source_.version->is_untouched()) return t;
+    if (source_.version == nullptr || source_.version->is_uncut()) return t;
     return std::min(t, cut_crossing(*source_.version, solid, air));
   }
 

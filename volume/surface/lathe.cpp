@@ -113,7 +113,7 @@ class Lathe {
     add(top, high, high + end);
   }
 
-  TurnedSolid closed(double low, double high) && {
+  TurnedSolid close(double low, double high) && {
     const std::uint32_t bottom = count(), top = bottom + 1;
     out_.vertices.emplace_back(0, 0, low);
     out_.vertices.emplace_back(0, 0, high);
@@ -156,7 +156,7 @@ TurnedSolid turned_solid(double low, std::span<const TurnedRing> rings, double h
     }
   }
   TREPHINE_ASSERT(!is_thread_pending);
-  return std::move(lathe).closed(low, high);
+  return std::move(lathe).close(low, high);
 }
 
 double radius_of(const TurnedThread& thread, double along, double turn) noexcept {

@@ -50,8 +50,8 @@ SurfaceFacts facts_of(std::span<const glm::dvec3> vertices, std::span<const std:
       forward_count += edges[end].is_forward;
     const std::size_t triangle_count = end - i;
     facts.open_edges += triangle_count == 1;
-    facts.crowded_edges += triangle_count > 2;
-    facts.turned_edges += triangle_count == 2 && forward_count != 1;
+    facts.non_manifold_edges += triangle_count > 2;
+    facts.misoriented_edges += triangle_count == 2 && forward_count != 1;
   }
   return facts;
 }

@@ -89,7 +89,7 @@ class NetVertices {
   explicit NetVertices(const SurfaceSource& source)
       : source_(source),
         volume_(source.field->volume()),
-        is_cut_(source.version != nullptr && !source.version->is_untouched()),
+        is_cut_(source.version != nullptr && !source.version->is_uncut()),
         low_(static_cast<float>(source.field->shape().low)),
         is_plain_window_(!source.field->shape().is_label() && std::isinf(source.field->shape().high)) {}
 
@@ -122,18 +122,18 @@ class NetVertices {
             source_.field->at(cell.x + (i & 1), cell.y + (i >> 1 & 1), cell.z + (i >> 2 & 1)));
     }
     if (is_cut_) is_cut = cut_distances(cell, d);
-    const bool is_fine = is_cut && !source_.version->lattice().is_of_voxels();
+    const bool is_fine = is_cut && !source_.version->lattice().has_voxel_resolution();
     if (is_fine) return place_by_edges(cell, g, net, out);
     // A single patch without a rim: computes all twelve edges at once.
     const auto is_air = [](float value) { return value < 0; };
-    const bool may_be_rim = is_cut && !source_.is_of_voxels && std::any_of(g, g + 8, is_air);
+    const bool may_be_rim = is_cut && !source_.uses_voxel_centres_only && std::any_of(g, g + 8, is_air);
     if (net.patch_count == 1 && !may_be_rim) {
       *out = glm::vec3(cell) + (is_cut ? mean_crossing<true>(g, d, net) : mean_crossing<false>(g, d, net));
       return;
     }
     int solid = 0;
     for (int i = 0; i < 8; ++i) solid |= static_cast<int>(g[i] >= 0 && (!is_cut || d[i] > 0)) << i;
-    place_patches(g, d, is_cut, solid, net, !source_.is_of_voxels, out);
+    place_patches(g, d, is_cut, solid, net, !source_.uses_voxel_centres_only, out);
     for (std::size_t k = 0; k < net.patch_count; ++k) out[k] += glm::vec3(cell);
   }
 

@@ -49,9 +49,10 @@ class NetBuilder {
         words_((voxels_.x + 63) / 64),
         bits_(static_cast<std::size_t>(words_) * static_cast<std::size_t>(voxels_.y) *
               static_cast<std::size_t>(voxels_.z)),
-        is_cut_(source.version != nullptr && !source.version->is_untouched()),
+        is_cut_(source.version != nullptr && !source.version->is_uncut()),
         vertices_(source) {
-    if (!is_cut_ || source.is_of_voxels || source.version->lattice().is_of_voxels()) return;
+    if (!is_cut_ || source.uses_voxel_centres_only || source.version->lattice().has_voxel_resolution())
+      return;
     fine_.emplace(source, VoxelBox{first_cell, first_cell + cells - 1});
     if (fine_->is_empty()) {
       fine_.reset();

@@ -30,7 +30,7 @@ struct SurfaceSource {
   /// True: uses voxel centres only, with each vertex at the mean of its crossings: the net that a proxy
   /// touches (volume/surface/local_net.h). False: cuts have the resolution of their lattice, and sharp
   /// rims.
-  bool is_of_voxels = false;
+  bool uses_voxel_centres_only = false;
 };
 
 /// Returns the whole surface, with one vertex per surface patch of a cell (the cube between eight voxel

@@ -10,7 +10,7 @@ namespace trephine::volume {
 Buffer<glm::vec3> vertex_normals(const SurfaceSource& source, const Mesh& mesh, int threads) {
   Buffer<glm::vec3> normals(mesh.vertices.size());
   const Frame& frame = source.field->volume().frame;
-  const bool is_cut = source.version != nullptr && !source.version->is_untouched();
+  const bool is_cut = source.version != nullptr && !source.version->is_uncut();
   // A vertex within `rim` (mm) of both surfaces is on their common edge; k_rim: share of a lattice step.
   constexpr double k_rim = 0.25;
   double rim = 0;

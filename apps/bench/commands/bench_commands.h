@@ -1,4 +1,4 @@
-// Commands of trephine-bench, and benchmarks with their own files.
+// Commands of trephine-bench, and the functions of benchmarks that have a source file each.
 #pragma once
 
 #include "apps/bench/measure.h"
@@ -9,7 +9,7 @@ namespace trephine::bench {
 using namespace cli;
 
 struct BenchArguments {
-  std::string source, case_source, output, only, export_folder, score, hand;
+  std::string source, case_source, output, only, export_folder, results, hand;
   int size = 512;
   std::int64_t steps = 1'000'000;
   double minutes = 10;  ///< of a recorded operation

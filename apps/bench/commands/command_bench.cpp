@@ -479,7 +479,7 @@ Run build_feel(Options& options) {
       .type("FILE");
   options.add("--export", a->export_folder, "Write each scene for other programs: volume, hand, exact result")
       .type("DIR");
-  options.add("--score", a->score, "Add another program's results to the chart").type("STEPS.csv");
+  options.add("--results", a->results, "Add another program's results to the chart").type("STEPS.csv");
   return run_of(a, "bench-feel", bench_feel);
 }
 

@@ -15,8 +15,8 @@ using namespace cli;
 
 namespace {
 
-bench::DrawOn draw_on(int pixels) {
-  bench::DrawOn on;
+bench::DrawTarget make_draw_target(int pixels) {
+  bench::DrawTarget on;
   auto surface = view::make_offscreen(pixels, pixels);
   if (!surface) return on;
   on.window = surface.value()->window();
@@ -30,7 +30,7 @@ Json json_or_null(double value) { return value < 0 ? Json(nullptr) : Json(value)
 void report_images(bool is_quick, Outcome& outcome) {
   Json& json = outcome.json;
   json["images"] = Json::array();
-  for (const bench::ImagesRow& row : bench::run_depth_images(is_quick, draw_on))
+  for (const bench::ImagesRow& row : bench::run_depth_images(is_quick, make_draw_target))
     json["images"].push_back(
         {{"triangles", row.triangles},
          {"pixels", row.pixels},
@@ -68,7 +68,7 @@ void report_images(bool is_quick, Outcome& outcome) {
                       "Embree's tree of this net, ms = {embree_tree_ms:.2f} | ratio = {ratio:.0f}");
   table = Json::array();
   json["frames"] = Json::array();
-  for (const bench::FrameRow& row : bench::run_frame_times(is_quick, draw_on)) {
+  for (const bench::FrameRow& row : bench::run_frame_times(is_quick, make_draw_target)) {
     json["frames"].push_back({{"triangles", row.triangles},
                               {"slices", row.slices},
                               {"draw_ms", json_or_null(row.draw_ms)},
@@ -99,7 +99,7 @@ void report_falls(bool is_quick, Outcome& outcome) {
         const std::string method = "methods/" + std::to_string(methods.size());
         columns += " | " + m.name + " = {" + method + "/passed} ({" + method + "/steps_in_contact})";
       }
-      methods.push_back({{"name", m.name}, {"passed", m.passed}, {"steps_in_contact", m.touched}});
+      methods.push_back({{"name", m.name}, {"passed", m.passed}, {"steps_in_contact", m.contact_steps}});
     }
     rows.push_back(
         {{"object", row.object}, {"wall_mm", row.wall}, {"steps", row.steps}, {"methods", methods}});

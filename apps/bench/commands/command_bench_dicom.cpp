@@ -21,7 +21,7 @@ namespace {
 constexpr int k_images = 25;  // per series, on a disk of many series
 
 /// A slice with as many attributes as one of a GE CT (197, and 34 in private sequences).
-scenes::DicomFile usual_slice(const scenes::SliceOf& slice) {
+scenes::DicomFile usual_slice(const scenes::SliceSpec& slice) {
   scenes::DicomFile file = slice_file(slice);
   file.set(0x00080005, "CS", "ISO_IR 100").set(0x00080008, "CS", "ORIGINAL\\PRIMARY\\AXIAL");
   for (std::uint32_t i = 0; i < 85; ++i) file.set(0x00189000 + i, "LO", "some setting of the scanner");
@@ -35,7 +35,7 @@ scenes::DicomFile usual_slice(const scenes::SliceOf& slice) {
 void write_disk(const fs::path& folder, int count, int slices) {
   for (int n = 0; n < count; ++n)
     for (int k = 0; k < slices; ++k) {
-      scenes::SliceOf slice;
+      scenes::SliceSpec slice;
       slice.size = {256, 256};
       slice.number = k + 1;
       slice.position = {0, 0, 1.0 * k};
@@ -51,7 +51,7 @@ void write_disk(const fs::path& folder, int count, int slices) {
 void write_series(const fs::path& folder, int slices) {
   fs::create_directories(folder);
   for (int k = 0; k < slices; ++k) {
-    scenes::SliceOf slice;
+    scenes::SliceSpec slice;
     slice.size = {512, 512};
     slice.number = k + 1;
     slice.position = {0, 0, 0.6 * k};

@@ -25,16 +25,16 @@ namespace {
 /// Writes one scene as plain files: volume.mha as touched (for example drilled), scene.json, hip.csv and, if
 /// the exact answer is known, ideal.csv.
 Status export_scene(const std::string& folder, const bench::FeelScene& scene) {
-  const std::filesystem::path place = std::filesystem::path(folder) / bench::feel_id(scene);
-  if (Status error = data_tools::make_folder(place.string())) return error;
+  const std::filesystem::path scene_folder = std::filesystem::path(folder) / bench::feel_id(scene);
+  if (Status error = data_tools::make_folder(scene_folder.string())) return error;
   std::optional<volume::Volume> drilled;
   if (scene.drilled) {
     auto operated = volume::operated_volume(*scene.drilled->version);
     if (!operated) return operated.error();
     drilled = std::move(operated).value();
   }
-  if (Status error =
-          data_tools::write_volume((place / "volume.mha").string(), drilled ? *drilled : *scene.scene.base))
+  if (Status error = data_tools::write_volume((scene_folder / "volume.mha").string(),
+                                              drilled ? *drilled : *scene.scene.base))
     return error;
   const volume::Shape& shape = scene.scene.items[0].field.shape();
   const Json description{{"id", bench::feel_id(scene)},
@@ -42,20 +42,21 @@ Status export_scene(const std::string& folder, const bench::FeelScene& scene) {
                          {"solid_from", shape.low},
                          {"stiffness_n_mm", scene.scene.items[0].material.stiffness},
                          {"rate_hz", 1000}};
-  if (Status error = data_tools::write_file_atomically((place / "scene.json").string(),
+  if (Status error = data_tools::write_file_atomically((scene_folder / "scene.json").string(),
                                                        text_of_json(description) + "\n"))
     return error;
   std::ostringstream hip, ideal;
   scene.path.write_csv(hip);
-  if (Status error = data_tools::write_file_atomically((place / "hip.csv").string(), hip.str())) return error;
+  if (Status error = data_tools::write_file_atomically((scene_folder / "hip.csv").string(), hip.str()))
+    return error;
   if (!scene.distance) return std::nullopt;
-  const bench::Ideal exact(scene);
+  const bench::IdealProxies exact(scene);
   ideal << "t,proxy_x,proxy_y,proxy_z\n";
   for (std::size_t i = 0; i < exact.on_shape().proxies.size(); ++i) {
     const glm::dvec3& p = exact.on_shape().proxies[i];
     ideal << format_text("%.17g,%.17g,%.17g,%.17g\n", scene.path.samples()[i].t, p.x, p.y, p.z);
   }
-  return data_tools::write_file_atomically((place / "ideal.csv").string(), ideal.str());
+  return data_tools::write_file_atomically((scene_folder / "ideal.csv").string(), ideal.str());
 }
 
 /// Reads scene,proxy_x,proxy_y,proxy_z[,us]: a row per step, in the order of hip.csv.
@@ -177,8 +178,8 @@ Result<bench::FeelScene> recorded_hand(const std::string& file, const std::strin
 
 }  // namespace
 
-/// Plays the built-in scenes, a given scan or recorded hand, and the scans of TREPHINE_DATA, with every
-/// method.
+/// Plays these with every method: the built-in scenes; a given scan or recorded hand; and, without --only, a
+/// spine and a skull of TREPHINE_DATA.
 Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   if (arguments.output.empty())
     return Error{.what = "the folder for the charts is missing",
@@ -189,12 +190,12 @@ Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   bench::FeelOptions options;
   options.is_quick = arguments.is_quick;
   options.only = arguments.only;
-  bool is_any = false;  // a built-in scene was played
+  bool has_built_in_scene = false;  // at least one was played
   options.inspect = [&](const bench::FeelScene& scene) -> Status {
-    is_any = is_any || scene.group != "real";
+    has_built_in_scene = has_built_in_scene || scene.group != "real";
     return arguments.export_folder.empty() ? std::nullopt : export_scene(arguments.export_folder, scene);
   };
-  // Collects the proxies of the default method, too, in the format that --score reads.
+  // Collects the proxies of the default method, too, in the format that --results reads.
   std::ostringstream ours;
   ours << "scene,proxy_x,proxy_y,proxy_z\n";
   if (!arguments.export_folder.empty())
@@ -204,8 +205,8 @@ Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
       for (const glm::dvec3& p : proxies)
         ours << format_text("%s,%.17g,%.17g,%.17g\n", bench::feel_id(scene).c_str(), p.x, p.y, p.z);
     };
-  if (!arguments.score.empty()) {
-    auto results = read_results(arguments.score);
+  if (!arguments.results.empty()) {
+    auto results = read_results(arguments.results);
     if (!results) return results.error();
     options.results = std::move(results).value();
   }
@@ -248,7 +249,7 @@ Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
     for (const auto& [id, proxies] : options.results->proxies_world)
       if (std::find(known.begin(), known.end(), id) == known.end())
         return Error{.what = "the results name an unknown scene",
-                     .where = data_tools::file_name(arguments.score),
+                     .where = data_tools::file_name(arguments.results),
                      .found = id,
                      .expected = "one of the folders that --export writes",
                      .remedy = "use the same --quick and --only as for the results"};
@@ -262,7 +263,7 @@ Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
     if (Status error = data_tools::write_file_atomically(
             (std::filesystem::path(arguments.export_folder) / "our-results.csv").string(), ours.str()))
       return error;
-  if (!is_any)
+  if (!has_built_in_scene)
     return Error{.what = "unknown scene",
                  .where = "--only",
                  .found = arguments.only,

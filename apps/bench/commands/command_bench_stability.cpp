@@ -178,7 +178,7 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
                                       {"balance_with_controller", row.balance_with_controller},
                                       {"one_step", row.one_step},
                                       {"share_cut", row.share_cut},
-                                      {"softness", row.softness}});
+                                      {"softness", row.force_scale}});
     table.push_back(outcome.json["energy"].back());
     table.back()["one_step_without_controller"] = row.one_step_without_controller;
   }

@@ -42,8 +42,8 @@ struct Box {
   }
 };
 
-/// Returns the marker around the origin: a disk of ours, a square of a published method, a triangle of a
-/// library.
+/// Returns the marker around the origin: a disk for trephine, a square for a published method, a triangle for
+/// another program.
 std::string marker(ComparedMethod::Kind kind, bool is_hollow) {
   static constexpr const char* k_shapes[] = {"<circle r=\"6.5\"", "<path d=\"M-5.5 -5.5h11v11h-11z\"",
                                              "<path d=\"M0 -7l7 12h-14z\""};
@@ -55,7 +55,7 @@ std::string marker(ComparedMethod::Kind kind, bool is_hollow) {
 /// Approximate width of a text in the font of the chart.
 double text_width(const std::string& text) { return 8.0 * static_cast<double>(text.size()) + 3; }
 
-/// Returns the nearest free box around a point, for its name.
+/// Returns the box for the name of the method at (x, y): the nearest free one, or else one with few overlaps.
 Box label_box(double x, double y, double width, const std::vector<Box>& occupied, const Box& plot) {
   Box best{};
   double least = 1e300;
@@ -167,7 +167,7 @@ std::string svg_of(const ComparisonChart& all) {
            format_text(": %.3g \xc2\xb5s, error %.3g, fell %ld times</title>", m.time_us, m.median, m.falls) +
            marker(m.kind, m.falls > 0) + "</g>\n";
   }
-  // The last points lie on top, and choose their place first.
+  // The last points are drawn on top, so their labels are placed first.
   for (auto m = chart.methods.rbegin(); m != chart.methods.rend(); ++m) {
     const double at_x = x.at(m->time_us), at_y = y.at(m->median);
     const Box box = label_box(at_x, at_y, text_width(m->name), occupied, plot);

@@ -14,12 +14,14 @@ using namespace cli;
 Status write_feel_report(const bench::FeelReport& report, const std::string& folder, bool is_quick,
                          const Json& machine);
 
-/// Peers that were played, with their versions; and the parts of an explicit step's time.
+/// Peers that were played, with their versions; and the duration of a step of method `explicit` by its parts.
 Json feel_peers(const bench::FeelReport& report);
+/// Returns the parts of the time of a step of method `explicit`.
 Json feel_split(const bench::FeelReport& report);
 /// The rows as JSON, as in feel.json.
 Json feel_rows(const bench::FeelReport& report);
-/// Adds a table as text: a line per method, over the smooth scenes.
+/// Adds a table as text: a line per method, with medians over the scenes of the group "smooth" (of
+/// all scenes without such a group), and the numbers of falls and stuck steps in all scenes.
 void print_feel_summary(const bench::FeelReport& report, Rows& rows);
 
 }  // namespace trephine::bench

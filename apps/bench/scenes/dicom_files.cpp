@@ -147,7 +147,7 @@ void DicomFile::write(const std::string& path, Syntax syntax, bool has_preamble)
   std::ofstream(path, std::ios::binary).write(all.data(), static_cast<std::streamsize>(all.size()));
 }
 
-DicomFile slice_file(const SliceOf& s) {
+DicomFile slice_file(const SliceSpec& s) {
   DicomFile file;
   file.set(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.2");
   file.set(0x00080018, "UI", s.series + "." + std::to_string(s.number));

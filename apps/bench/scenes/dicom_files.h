@@ -43,7 +43,7 @@ class DicomFile {
 };
 
 /// One slice of a CT series, as scanners write it: 16 bits, signed or not, HU = slope * value + intercept.
-struct SliceOf {
+struct SliceSpec {
   glm::ivec2 size{8, 8};
   glm::dvec3 position{0.0};
   glm::dvec3 row_axis{1, 0, 0}, column_axis{0, 1, 0};
@@ -54,6 +54,6 @@ struct SliceOf {
   double slope = 1, intercept = 0;
   std::vector<int> values;  ///< stored; empty: 100 * number + x + 10 y
 };
-DicomFile slice_file(const SliceOf& slice);
+DicomFile slice_file(const SliceSpec& slice);
 
 }  // namespace trephine::scenes

@@ -103,7 +103,7 @@ class TouchableSolids {
     const bool has_moved = is_other_scene || servo_hand_->placement_count != servo_hand->placement_count ||
                            servo_hand_->placements != servo_hand->placements;
     const bool is_switched = is_other_scene || !(servo_hand_->untouchable == servo_hand->untouchable) ||
-                             !(servo_hand_->let_through == servo_hand->let_through);
+                             !(servo_hand_->passable_items == servo_hand->passable_items);
     servo_hand_ = servo_hand;
     const haptics::TouchScene& scene = *servo_hand->scene;
     if (is_other_scene) update_scene(scene);
@@ -123,7 +123,7 @@ class TouchableSolids {
     const haptics::TouchScene& scene = *servo_hand_->scene;
     const auto blocks = [&](std::size_t item) {
       return haptics::blocks(scene.items[item].sides, haptics::Side::front) &&
-             !(servo_hand_->untouchable | servo_hand_->let_through).contains(static_cast<int>(item)) &&
+             !(servo_hand_->untouchable | servo_hand_->passable_items).contains(static_cast<int>(item)) &&
              popped != static_cast<int>(item);
     };
     for (std::size_t s = 0; s < cut_.size(); ++s)
@@ -233,7 +233,7 @@ struct AuditedHand {
 
   /// Updates pop-through: a surface that is pressed harder than its pop force lets the proxy pass, until the
   /// hand is `rearm` (mm) away from the location.
-  void pop(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
+  void update_pop_through(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
     const glm::dvec3& at = r.pose.position_world;
     if (popped_shape >= 0) {
       if (glm::length(at - popped_at) < rearm) return;

@@ -34,27 +34,28 @@ verify::EffectLaw law_of(const std::string& words) {
   else if (const auto* e = std::get_if<haptics::Spring>(&effect.kind))
     law.kind = Kind::spring, law.position = e->anchor_world, law.strength = e->stiffness;
   else if (const auto* e = std::get_if<haptics::LineTrack>(&effect.kind))
-    law.kind = Kind::line, law.position = e->start_world, law.direction = e->ahead_world,
-    law.strength = e->stiffness, law.second = e->resistance;
+    law.kind = Kind::line, law.position = e->start_world, law.direction = e->direction_world,
+    law.strength = e->stiffness, law.second_parameter = e->resistance;
   else if (const auto* e = std::get_if<haptics::Insertion>(&effect.kind))
-    law.kind = Kind::insertion, law.position = e->start_world, law.direction = e->ahead_world,
-    law.strength = e->lateral, law.second = e->along;
+    law.kind = Kind::insertion, law.position = e->start_world, law.direction = e->direction_world,
+    law.strength = e->lateral, law.second_parameter = e->along;
   else if (const auto* e = std::get_if<haptics::PlaneStop>(&effect.kind))
     law.kind = Kind::plane, law.position = e->point_world, law.direction = e->normal_world,
     law.strength = e->stiffness;
   else if (const auto* e = std::get_if<haptics::Vibration>(&effect.kind))
     law.kind = Kind::vibration, law.direction = e->direction_world, law.strength = e->amplitude,
-    law.second = e->frequency_hz;
+    law.second_parameter = e->frequency_hz;
   else if (const auto* e = std::get_if<haptics::GravityCompensation>(&effect.kind))
     law.kind = Kind::gravity, law.direction = e->up_world, law.strength = e->mass;
   else if (const auto* e = std::get_if<haptics::Texture>(&effect.kind))
     law.kind = Kind::texture, law.direction = e->direction_world, law.strength = e->height,
-    law.second = e->wavelength;
+    law.second_parameter = e->wavelength;
   else if (const auto* e = std::get_if<haptics::Spin>(&effect.kind))
-    law.kind = Kind::spin, law.strength = e->drag, law.second = e->frequency_hz, law.third = e->chatter;
+    law.kind = Kind::spin, law.strength = e->drag, law.second_parameter = e->frequency_hz,
+    law.third_parameter = e->chatter;
   else if (const auto* e = std::get_if<haptics::Align>(&effect.kind))
     law.kind = Kind::align, law.direction = e->direction_world, law.strength = e->stiffness,
-    law.second = e->damping;
+    law.second_parameter = e->damping;
   if (law.direction != glm::dvec3(0)) law.direction = glm::normalize(law.direction);
   return law;
 }
@@ -66,7 +67,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   if (!opened) return opened.error();
   workbench::OpenedSession& session = *opened.value();
   sim::Replay& replay = *session.replay;
-  if (Status why = replay.why_not_verifiable()) {
+  if (Status why = replay.reason_not_verifiable()) {
     why->where = data_tools::file_name(arguments.session);
     return *why;
   }
@@ -182,7 +183,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     tick.is_not_finite = is_lost, tick.is_fading = (r.faults & haptics::k_latched_faults) != 0;
     tick.contact_energy = r.energy.contact, tick.growth_energy = r.energy.growth;
     tick.friction_energy = r.energy.friction, tick.active_energy = r.energy.active;
-    tick.carried = step.carried_world;
+    tick.carried = step.object_motion_world;
     tick.torque = r.torque_world, tick.turning_energy = r.energy.turning;
     const glm::dmat3 axes = glm::mat3_cast(glm::normalize(r.pose.orientation));
     for (int a = 0; a < 3; ++a) tick.axes[a] = axes[a];
@@ -243,7 +244,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     if (!r.is_escaping && !is_lost && r.tick % DepthImageJudge::k_every == 0 &&
         !replay.servo_hand()->state.depths.empty())
       hand.depth_images.judge(*replay.servo_hand(), depth_position, r.t, hand.popped_shape);
-    if (!is_lost) hand.pop(scene, r);
+    if (!is_lost) hand.update_pop_through(scene, r);
   }
   if (to_plant)
     return Error{.what = "no tick of the session is suitable for the fault",

@@ -42,7 +42,7 @@ class DepthImageJudge {
       if (!item.depth) continue;
       const haptics::depth::DepthSet* set = haptics::depth::set_in(servo_hand.state, static_cast<int>(d));
       History& history = histories_[d++];
-      if ((servo_hand.untouchable | servo_hand.let_through).contains(static_cast<int>(i)) ||
+      if ((servo_hand.untouchable | servo_hand.passable_items).contains(static_cast<int>(i)) ||
           popped == static_cast<int>(i)) {
         history = {};
         continue;
@@ -55,8 +55,8 @@ class DepthImageJudge {
       const bool is_known = set &&
                             (!set->has_successor || time <= set->view.time + set->view.interval +
                                                                 haptics::depth::k_extrapolation_time) &&
-                            set->knows(set->displacement_at(time).local_from_world(proxy_local),
-                                       servo_hand.scene->tool->radius());
+                            set->is_known_around(set->displacement_at(time).local_from_world(proxy_local),
+                                                 servo_hand.scene->tool->radius());
       // Skip the triangles of distant objects.
       glm::dvec3 low, high;
       item.depth->bounds(low, high);

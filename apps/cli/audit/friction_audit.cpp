@@ -46,7 +46,7 @@ void FrictionAudit::set_solid(const std::shared_ptr<const haptics::ServoHand>& h
   if (shapes + models_.size() != scene.items.size() || scene.tool->is_six_dof()) return;
   const auto blocks = [&](std::size_t i) {
     return haptics::blocks(scene.items[i].sides, haptics::Side::front) &&
-           !(hand->untouchable | hand->let_through).contains(static_cast<int>(i));
+           !(hand->untouchable | hand->passable_items).contains(static_cast<int>(i));
   };
   for (std::size_t i = 0; i < models_.size(); ++i) {
     const haptics::TouchItem& item = scene.items[shapes + i];
@@ -124,11 +124,11 @@ void FrictionAudit::judge(const haptics::ServoRecord& r, const haptics::Material
   if (walls.empty() || depth(r.proxy_world - k_on_surface * voxel * walls[0]) < 0) return;
   ++found_.judged;
   const double allowed = k_share * glm::length(pull) + k_slack_mm;
-  double excess = verify::beyond_cone(pull, walls, material.static_friction);
+  double excess = verify::distance_from_cone(pull, walls, material.static_friction);
   if (excess > allowed) {
     walls = verify::walls_at(depth, r.proxy_world, step, 2 * sample);
     add_facets(r.proxy_world, walls);
-    excess = verify::beyond_cone(pull, walls, material.static_friction);
+    excess = verify::distance_from_cone(pull, walls, material.static_friction);
   }
   found_.worst = std::max(found_.worst, excess / glm::length(pull));
   found_.outside += excess > allowed;

@@ -127,7 +127,7 @@ bool is_imaged(const workbench::TouchTick& tick, std::size_t index, const glm::d
   int depth = 0;
   for (std::size_t i = 0; i < index; ++i) depth += tick.servo_hand.scene->items[i].depth != nullptr;
   const haptics::depth::DepthSet* set = haptics::depth::set_in(tick.servo_hand.state, depth);
-  return set != nullptr && set->knows(proxy_local, tick.servo_hand.scene->tool->radius());
+  return set != nullptr && set->is_known_around(proxy_local, tick.servo_hand.scene->tool->radius());
 }
 }  // namespace
 
@@ -141,9 +141,9 @@ void TouchJudge::judge_passages(const workbench::TouchTick& tick) {
                                              ? tick.servo_hand.placements[mover]
                                              : item.placement;
     const glm::dvec3 proxy_local = placement.local_from_world(record.proxy_world);
-    const bool is_let_through =
-        (tick.servo_hand.untouchable | tick.servo_hand.let_through).contains(static_cast<int>(model.item)) ||
-        popped_ == static_cast<int>(model.item);
+    const bool is_let_through = (tick.servo_hand.untouchable | tick.servo_hand.passable_items)
+                                    .contains(static_cast<int>(model.item)) ||
+                                popped_ == static_cast<int>(model.item);
     // A hand that is faster than the updates of the images leaves them; the method guarantees nothing there.
     const bool is_covered = !item.depth || is_imaged(tick, model.item, proxy_local);
     if (is_let_through || !is_covered || record.is_reset || record.is_restarted ||

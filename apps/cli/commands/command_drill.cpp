@@ -151,7 +151,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
   const Status not_recorded = recorder.value() ? recorder.value()->finish(run.engine()) : std::nullopt;
   notify_resampled(*source.volume, arguments.output);
   outputs.write(arguments.output, [&] { return data_tools::write_operated(arguments.output, version); });
-  outputs.recorded(not_recorded);
+  outputs.add_recording_status(not_recorded);
 
   Outcome outcome("drill");
   Json& json = outcome.json;

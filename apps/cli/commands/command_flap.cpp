@@ -360,7 +360,7 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   }
   outputs.write(arguments.screenshot,
                 [&] { return draw(run, operation, middle, normal, arguments.lift, arguments.screenshot); });
-  outputs.recorded(not_recorded);
+  outputs.add_recording_status(not_recorded);
   return finished(outputs, std::move(outcome));
 }
 

@@ -281,7 +281,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
       return *error;
     (is_surface ? other : sums) = xray.sums();
     std::vector<double>& padded = is_surface ? other_beyond : sums_beyond;
-    padded = xray.beyond(fine);
+    padded = xray.sums_outside(fine);
     for (const Border border : xray.borders(view)) {
       hidden.push_back(border == Border::end);
       hidden_count += border == Border::end, tissue_count += border != Border::none;

@@ -147,15 +147,15 @@ void add_walls(imaging::Panel& panel, const CanalSection& section) {
     double length = 0;
     const auto finish = [&] {
       if (length >= k_min) panel.lines.push_back(line);
-      line.places.clear(), length = 0;
+      line.points.clear(), length = 0;
     };
     for (int ray = first; ray < first + volume::k_canal_rays; ++ray) {
       if (!is_ring && !is_joined(ray)) finish();
       const double r = wall[ray_at(ray)];
       if (r < 0) continue;
       const dvec2 p = r * volume::canal_ray_direction(ray), point(-p.x, p.y - 15);
-      if (!line.places.empty()) length += glm::distance(line.places.back(), point);
-      line.places.push_back(point);
+      if (!line.points.empty()) length += glm::distance(line.points.back(), point);
+      line.points.push_back(point);
     }
     finish();
   }

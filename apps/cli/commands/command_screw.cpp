@@ -87,7 +87,7 @@ void add_panels(const Finding& finding, const volume::Volume& scan, const dvec3&
   imaging::Panel::Line outline{{}, k_screw, true, "screw"};
   const double length = screw.length(), tip = length - pedicle::k_tip * screw.diameter;
   const auto corner = [&](double s, double r) {
-    outline.places.push_back(along.place(screw.entry_world + s * ahead + r * along.right));
+    outline.points.push_back(along.place(screw.entry_world + s * ahead + r * along.right));
   };
   corner(0, -0.5 * screw.diameter), corner(tip, -0.5 * screw.diameter), corner(length, 0);
   corner(tip, 0.5 * screw.diameter), corner(0, 0.5 * screw.diameter);
@@ -107,7 +107,7 @@ void add_panels(const Finding& finding, const volume::Volume& scan, const dvec3&
   imaging::Panel::Line circle{{}, k_screw, true, "screw"};
   for (int i = 0; i < k_corners; ++i) {
     const double angle = 2 * 3.14159265358979323846 * i / k_corners;
-    circle.places.push_back(0.5 * screw.diameter * dvec2(std::cos(angle), std::sin(angle)));
+    circle.points.push_back(0.5 * screw.diameter * dvec2(std::cos(angle), std::sin(angle)));
   }
   panel.lines.push_back(circle);
   if (judged.breach > 0)

@@ -26,6 +26,7 @@ struct ReplayArguments {
   std::string session, output, mesh, steps, screenshot;
   std::optional<double> until;
   bool is_verifying = false, wants_window = false;
+  std::string companion;
 };
 struct ResumeArguments {
   workbench::SourceChoice case_source;
@@ -55,6 +56,11 @@ volume::Mesh surface_of(const sim::Engine& engine) {
 }
 
 Result<Outcome> run_replay(const ReplayArguments& arguments) {
+  if (!arguments.companion.empty() && !arguments.wants_window)
+    return Error{.what = "two sessions are played in windows only",
+                 .where = "--with",
+                 .expected = "--show --with SESSION",
+                 .remedy = "add --show"};
   if (arguments.wants_window &&
       (arguments.is_verifying || arguments.until || !arguments.output.empty() || !arguments.mesh.empty() ||
        !arguments.steps.empty() || !arguments.screenshot.empty()))
@@ -81,14 +87,26 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   sim::Replay& replay = *session.replay;
   const double rate = session.reader->header().rate_hz;
   if (arguments.is_verifying)
-    if (Status error = replay.why_not_verifiable()) {
+    if (Status error = replay.reason_not_verifiable()) {
       error->where = data_tools::file_name(arguments.session);
       return *error;
     }
   if (arguments.is_verifying) replay.verify_checkpoints();
 
   if (arguments.wants_window) {
-    if (Status error = play_in_window(session, arguments.session, session.source.written_name()))
+    std::unique_ptr<workbench::OpenedSession> companion;
+    Playback second;
+    if (!arguments.companion.empty()) {
+      const auto scan = scan_for(arguments.companion, arguments.case_source.path);
+      if (!scan) return scan.error();
+      auto other = workbench::open_session(arguments.companion, scan.value(), terminal_listener());
+      if (!other) return other.error();
+      companion = std::move(other).value();
+      second = {arguments.companion, scan.value(), companion->source.written_name()};
+    }
+    if (Status error =
+            play_in_window(session, {arguments.session, arguments.case_source, session.source.written_name()},
+                           companion.get(), second))
       return *error;
     return Outcome("replay", is_interrupted() ? exit_interrupted : exit_done);
   }
@@ -306,6 +324,8 @@ Run build_replay(Options& options) {
   auto a = std::make_shared<ReplayArguments>();
   add_session(options, a->session, a->case_source);
   options.add("--show", a->wants_window, "Play it in the window: pause, seek, speed, forces");
+  options.add("--with", a->companion, "With --show: play another session next to it, on the same clock")
+      .type("SESSION");
   options.add("--verify", a->is_verifying, "Compare every force, volume and voxel with the recording");
   options.add("--until", a->until, "Stop at this time, s").type("S");
   options.add("-o,--output", a->output,

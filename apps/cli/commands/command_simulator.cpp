@@ -70,7 +70,7 @@ Status run_choice(const view::StartChoice& choice, const workbench::DeviceChoice
   }
   auto session = workbench::open_session(choice.path, {}, terminal_listener());
   if (!session) return session.error();
-  return play_in_window(*session.value(), choice.path, session.value()->source.written_name());
+  return play_in_window(*session.value(), {choice.path, {}, session.value()->source.written_name()});
 }
 
 Result<Outcome> run_simulator(const SimulatorArguments& arguments) {

@@ -90,8 +90,7 @@ Result<Outcome> run_slice(const SliceArguments& a) {
       "{window/level:.0f}",
       {{"at", json_of(position)}});
   if (a.has_labels && scan.label_names.size() < 2) outcome.print("the scan has no labels");
-  if ((a.is_side_by_side || a.is_blended) && moment.version->is_untouched())
-    outcome.print("nothing was removed");
+  if ((a.is_side_by_side || a.is_blended) && moment.version->is_uncut()) outcome.print("nothing was removed");
   if (!a.probe.empty()) {
     const auto at = parse_point(a.probe, "--probe");
     if (!at) return at.error();

@@ -1,4 +1,4 @@
-// timeline: lists the strokes, commands and events of a session.
+// timeline: lists the strokes, commands, events and notes of a session.
 #include "apps/cli/commands.h"
 #include "apps/workbench/timeline.h"
 #include "modules/catalogue.h"
@@ -25,9 +25,12 @@ Result<Outcome> run_timeline(const TimelineArguments& arguments) {
   if (!opened) return opened.error();
   sim::SessionReader& session = opened.value();
   const sim::SessionHeader& header = session.header();
-  const auto read = workbench::read_timeline(session);
+  auto read = workbench::read_timeline(session);
   if (!read) return read.error();
-  const workbench::Timeline& timeline = read.value();
+  workbench::Timeline& timeline = read.value();
+  const auto notes = data_tools::read_notes(arguments.session);
+  if (!notes) return notes.error();
+  workbench::add_notes(timeline, notes.value(), header.rate_hz);
   const std::optional<double> mm3 = timeline.unit_mm3;
   Outcome outcome("timeline");
   Json rows = Json::array();
@@ -77,8 +80,8 @@ Run build_timeline(Options& options) {
 
 }  // namespace
 
-const Command k_timeline{"timeline", "List the strokes, commands and events of a session, with their times",
-                         "  trephine timeline drill.session\n  trephine timeline drill.session --json",
-                         build_timeline};
+const Command k_timeline{
+    "timeline", "List the strokes, commands, events and notes of a session, with their times",
+    "  trephine timeline drill.session\n  trephine timeline drill.session --json", build_timeline};
 
 }  // namespace trephine::cli

@@ -155,7 +155,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   const Status not_recorded = recorder.value() ? recorder.value()->finish(engine) : std::nullopt;
   if (is_interrupted()) return interrupted("the touch", recorder.value() && !not_recorded);
   outputs.write(arguments.output, [&] { return data_tools::write_file_atomically(arguments.output, csv); });
-  outputs.recorded(not_recorded);
+  outputs.add_recording_status(not_recorded);
 
   Outcome outcome(
       "touch", (judge.fall_throughs() > 0 && judge.is_guaranteed()) || judge.ticks_inside_depth_object() > 0

@@ -96,16 +96,6 @@ class ScriptPictures {
   double seconds_ = 0;
 };
 
-Result<std::string> temporary_session() {
-  std::string path = workbench::autosave_path();
-  if (!path.empty()) return path;
-  return Error{.what = "the session cannot be created",
-               .found = "no writable folder in HOME or XDG_STATE_HOME",
-               .expected = "a folder for recorded sessions",
-               .remedy = "pass --record FILE, or set XDG_STATE_HOME to a writable folder",
-               .kind = ErrorKind::missing_here};
-}
-
 }  // namespace
 
 TemporaryFile::~TemporaryFile() {
@@ -146,7 +136,7 @@ Result<PlayedScript> play_script(const ScriptRequest& request) {
 
   workbench::RecordChoice record = request.record;
   if ((request.is_live || request.wants_session) && record.file.empty()) {
-    Result<std::string> path = temporary_session();
+    Result<std::string> path = workbench::new_autosave();
     if (!path) return path.error();
     played.temporary.path = record.file = path.value();
   }

@@ -1,9 +1,13 @@
 #include "apps/cli/commands/session_window.h"
 
+#include <cmath>
+#include <filesystem>
+
 #include "apps/cli/commands/own_program.h"
 #include "apps/cli/report.h"
 #include "apps/workbench/session_score.h"
 #include "modules/catalogue.h"
+#include "sim/session/session_fork.h"
 
 namespace trephine::cli {
 
@@ -40,6 +44,40 @@ Status replay(const std::string& session, const std::string& open_scan, const wo
   return run_with_scan({"replay", session, "--show"}, session, open_scan, listener.progress("replay"));
 }
 
+/// Continues a copy of the first part of a session in a window. The copy is kept with the autosaved sessions.
+Status operate_from(const std::string& session, const workbench::SourceChoice& scan, double seconds,
+                    double rate_hz) {
+  const auto copy = workbench::new_autosave();
+  if (!copy) return copy.error();
+  const auto ticks =
+      sim::fork_session(session, static_cast<std::uint64_t>(std::llround(seconds * rate_hz)), copy.value());
+  if (!ticks) return ticks.error();
+  auto continued = workbench::continue_session(copy.value(), scan, true, terminal_listener());
+  if (!continued) {
+    std::error_code ignored;
+    std::filesystem::remove(copy.value(), ignored);
+    return continued.error();
+  }
+  const auto shown =
+      continue_in_window(std::move(continued).value(), scan.path, {copy.value(), session, scan.path}, {});
+  return shown ? std::nullopt : Status(shown.error());
+}
+
+Result<view::WindowOptions> replay_options(workbench::OpenedSession& session, const Playback& playback) {
+  auto summary = workbench::summarize_session(playback.file);
+  if (!summary) return summary.error();
+  view::WindowOptions options;
+  options.should_close = is_interrupted;
+  options.title = playback.title;
+  options.rate_hz = session.reader->header().rate_hz;
+  options.replay = session.replay.get();
+  options.plan = std::make_shared<const volume::SurgicalPlan>(session.reader->header().plan);
+  options.summary = std::move(summary).value();
+  options.replay_seconds = static_cast<double>(session.reader->tick_count()) / options.rate_hz;
+  if (!playback.is_temporary) options.replayed_file = playback.file;
+  return options;
+}
+
 }  // namespace
 
 Result<workbench::SourceChoice> scan_for(const std::string& session, const std::string& open_scan) {
@@ -54,19 +92,22 @@ void add_recordings(view::WindowHost& host) {
   host.score = score, host.report = report, host.replay = replay;
 }
 
-Status play_in_window(workbench::OpenedSession& session, const std::string& file, const std::string& title) {
-  auto summary = workbench::summarize_session(file);
-  if (!summary) return summary.error();
-  view::WindowOptions options;
-  options.should_close = is_interrupted;
-  options.title = title;
-  options.rate_hz = session.reader->header().rate_hz;
-  options.replay = session.replay.get();
-  options.plan = std::make_shared<const volume::SurgicalPlan>(session.reader->header().plan);
-  options.summary = std::move(summary).value();
-  options.replay_seconds = static_cast<double>(session.reader->tick_count()) / options.rate_hz;
+Status play_in_window(workbench::OpenedSession& session, const Playback& playback,
+                      workbench::OpenedSession* companion, const Playback& companion_playback) {
+  auto opened = replay_options(session, playback);
+  if (!opened) return opened.error();
+  view::WindowOptions& options = opened.value();
+  options.may_take_over = true;
+  if (companion) {
+    auto second = replay_options(*companion, companion_playback);
+    if (!second) return second.error();
+    options.companion = std::make_shared<const view::WindowOptions::Companion>(
+        view::WindowOptions::Companion{view::borrowed(companion->scene()), std::move(second).value()});
+  }
   const auto shown = view::run_window(view::borrowed(session.scene()), options);
-  return shown ? std::nullopt : Status(shown.error());
+  if (!shown) return shown.error();
+  if (!shown.value().taken_over_at) return std::nullopt;
+  return operate_from(playback.file, playback.scan, *shown.value().taken_over_at, options.rate_hz);
 }
 
 Result<view::WindowReport> continue_in_window(workbench::ContinuedSession continued, const std::string& scan,
@@ -86,6 +127,9 @@ Result<view::WindowReport> continue_in_window(workbench::ContinuedSession contin
   options.plan = std::make_shared<const volume::SurgicalPlan>(header.plan);
   options.start = view::WindowStart{std::move(continued.engine), continued.first_tick};
   options.scan = scan;
+  // The view is from the side of the work so far.
+  if (auto summary = workbench::summarize_session(in_use.front()))
+    options.summary = std::move(summary).value();
   options.device = devices.device;
   options.pedal = devices.pedal;
   add_recordings(options.host);

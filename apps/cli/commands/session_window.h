@@ -9,8 +9,19 @@
 
 namespace trephine::cli {
 
-/// Plays a session that was opened from `file` until the window is closed.
-Status play_in_window(workbench::OpenedSession& session, const std::string& file, const std::string& title);
+/// A session that is played in a window.
+struct Playback {
+  std::string file;
+  workbench::SourceChoice scan;  ///< with which it was opened
+  std::string title;
+  bool is_temporary = false;  ///< the file is deleted afterwards, and has no notes
+};
+
+/// Plays an open session until the window is closed. If the user chooses to operate from a moment of it,
+/// continues a copy of its first part in a further window. `companion`: plays next to it, on the same
+/// clock; null: no second session.
+Status play_in_window(workbench::OpenedSession& session, const Playback& playback,
+                      workbench::OpenedSession* companion = nullptr, const Playback& companion_playback = {});
 
 /// Continues a session in a window until it is closed. `in_use`: the file of the session, then other files
 /// that saving must not overwrite.

@@ -141,7 +141,7 @@ Option Options::add(const char* names, std::uint8_t& value, std::span<const std:
   return keep(names, option);
 }
 
-Error Options::in_words_of_options(Error error) const {
+Error Options::with_option_names(Error error) const {
   const Name* best = nullptr;
   for (const auto& name : names_)
     if (!name->option.empty() && (error.where == name->means || error.where.starts_with(name->means + " ")) &&
@@ -176,7 +176,7 @@ namespace {
 /// True for options whose value is a file or folder, existing or not.
 bool is_file_option(const std::string& name) {
   for (const char* option : {"SRC", "SESSION", "SCRIPT", "--output", "--scan", "--case", "--path", "--record",
-                             "--labels", "--write-labels", "--mesh", "--depth", "--screenshot", "--score",
+                             "--labels", "--write-labels", "--mesh", "--depth", "--screenshot", "--results",
                              "--export", "--hand", "--pictures", "--module"})
     if (name == option) return true;
   return false;

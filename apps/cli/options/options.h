@@ -76,7 +76,7 @@ class Options {
   std::string command_name() const;
 
   /// Returns the error with the name that a library uses for a value replaced by the option's name.
-  Error in_words_of_options(Error error) const;
+  Error with_option_names(Error error) const;
   /// Returns the error with the names of files and folders on the command line, and of files in those
   /// folders, replaced by the name of the option.
   Error without_names(Error error) const;

@@ -105,7 +105,8 @@ void add_bone(const DrawMesh& mesh, const std::string& name, std::vector<ScenePa
 /// Returns the surface of an overlay at its pose.
 DrawMesh surface_of(const sim::Overlay& overlay) {
   std::vector<dvec3> vertices;
-  for (const dvec3& v : overlay.surface->vertices()) vertices.push_back(overlay.place.world_from_local(v));
+  for (const dvec3& v : overlay.surface->vertices())
+    vertices.push_back(overlay.placement.world_from_local(v));
   DrawMesh mesh;
   mesh.triangles = overlay.surface->triangles();
   for (const dvec3& normal : fluoroscopy::vertex_normals({vertices, mesh.triangles}))
@@ -145,7 +146,7 @@ std::size_t add_overlays(const sim::Overlays& overlays, std::size_t limit, std::
     for (const auto& line : overlay.lines)
       for (const dvec3& p : line) {
         lines.indices.push_back(static_cast<std::uint32_t>(lines.vertices.size()));
-        lines.vertices.emplace_back(overlay.place.world_from_local(p));
+        lines.vertices.emplace_back(overlay.placement.world_from_local(p));
       }
     parts.push_back(std::move(lines));
   }

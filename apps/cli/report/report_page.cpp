@@ -66,7 +66,7 @@ std::string score_html(const ReportData& data) {
 
 /// Returns the position of the hands in the axes and units of glTF.
 std::string position_text(const ReportData& data) {
-  const glm::dvec3& p = data.hands_at;
+  const glm::dvec3& p = data.mean_hand_position;
   return format_text("%.4f,%.4f,%.4f", 1e-3 * p.x, 1e-3 * p.z, -1e-3 * p.y);
 }
 
@@ -159,6 +159,20 @@ std::string paths_html(const ReportData& data, const std::string& who) {
   return html + "</div>\n<p class=\"note\">" +
          escaped(who + "thin: in contact; thick: with the button pressed, or in a track." + colours) +
          "</p>\n";
+}
+
+/// Returns the section of the instructor's notes; empty without notes.
+std::string notes_html(const ReportData& data) {
+  HtmlTable table({{"time", true}, {"note"}});
+  bool is_any = false;
+  for (const TimelineRow& row : data.timeline.rows) {
+    if (row.kind != TimelineRow::Kind::note) continue;
+    is_any = true;
+    table.begin_row();
+    table.cell(time_text(static_cast<double>(row.tick) / data.header().rate_hz));
+    table.cell(row.text);
+  }
+  return is_any ? section("notes", "Notes", "<div class=\"wide\">" + table.finish() + "</div>") : "";
 }
 
 std::string injuries_html(const ReportData& data) {
@@ -288,6 +302,7 @@ std::string page_html(const ReportPage& page, bool has_models) {
                                           data.removed_mm3)) +
           "</p></header>\n";
   html += section("score", "Score", score_html(data));
+  html += notes_html(data);
   html += section("anatomy", "Before and after", models_html(page, has_models));
   html += section("moments", "Decisive moments", moments_html(page.pictures));
   html += section("charts", "Force and distance", charts_html(data, nullptr, ""));

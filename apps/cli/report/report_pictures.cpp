@@ -38,7 +38,7 @@ void add_ring(Panel& panel) {
   Panel::Line ring{{}, k_danger, true, "position", true};
   for (int i = 0; i < k_corners; ++i) {
     const double angle = 2 * 3.14159265358979323846 * i / k_corners;
-    ring.places.push_back(k_radius * dvec2(std::cos(angle), std::sin(angle)));
+    ring.points.push_back(k_radius * dvec2(std::cos(angle), std::sin(angle)));
   }
   panel.lines.push_back(std::move(ring));
 }

@@ -86,6 +86,19 @@ class Surface:
     @property
     def triangles(self) -> NDArray[np.uint32]: ...
 
+class Judgement:
+    def __init__(
+        self,
+        name: str,
+        value: Optional[float],
+        *,
+        unit: str = ...,
+        reason: str = ...,
+        full_at: Optional[float] = ...,
+        zero_at: Optional[float] = ...,
+        weight: float = ...,
+    ) -> None: ...
+
 class Snapshot:
     @property
     def tick(self) -> int: ...
@@ -137,6 +150,9 @@ class Operation:
         columns: int = ...,
         rows: int = ...,
     ) -> NDArray[np.int16]: ...
+    def render(
+        self, side: str = ..., function: str = ..., columns: int = ..., rows: int = ...
+    ) -> NDArray[np.uint8]: ...
     def xray(
         self,
         isocentre: Point,
@@ -146,7 +162,7 @@ class Operation:
         columns: int = ...,
         rows: int = ...,
     ) -> NDArray[np.uint8]: ...
-    def score(self) -> dict[str, Any]: ...
+    def score(self, judgements: Sequence[Judgement] = ...) -> dict[str, Any]: ...
     @property
     def measures(self) -> dict[str, float]: ...
     @property
@@ -165,5 +181,7 @@ class Operation:
     def is_whole(self) -> bool: ...
     @property
     def hash(self) -> int: ...
+    @property
+    def spacing(self) -> tuple[float, float, float]: ...
     @property
     def array(self) -> NDArray[np.int16]: ...

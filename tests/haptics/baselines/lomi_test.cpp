@@ -35,9 +35,9 @@ TEST(Lomi, QueriesNoVoxelTwiceAndStoresNone) {
     };
     LomiRest rest;
     const dvec3 hip = dvec3(4 * number(4 * n + 2) - 2, 4 * number(4 * n + 3) - 2, -2);
-    const dvec3 place = walk_abstract_lomi(middle, hip, options, inside, rest);
+    const dvec3 position = walk_abstract_lomi(middle, hip, options, inside, rest);
     EXPECT_EQ(rest.stored, 0);
-    walks += place != middle, longest = std::max(longest, static_cast<long>(rest.queries));
+    walks += position != middle, longest = std::max(longest, static_cast<long>(rest.queries));
     EXPECT_LT(rest.queries, 500);
   }
   EXPECT_GT(walks, 200);
@@ -57,9 +57,9 @@ TEST(Lomi, RestsOnABallToTheAccuracyOfItsVoxels) {
         const LomiOptions options{resolution, lomi_voxels(2, resolution), 4, is_physical};
         const LomiRest rest = find_rest(20.5 * out, 19.6 * out, options, inside, inside);
         ASSERT_TRUE(rest.is_blocked());
-        worst = std::max(worst, glm::length(rest.place) - 20);
-        ASSERT_GE(glm::length(rest.place), 20 - 1e-9);
-        aside = std::max(aside, glm::length(rest.place - glm::dot(rest.place, out) * out));
+        worst = std::max(worst, glm::length(rest.position) - 20);
+        ASSERT_GE(glm::length(rest.position), 20 - 1e-9);
+        aside = std::max(aside, glm::length(rest.position - glm::dot(rest.position, out) * out));
         queried = std::max(queried, rest.queries);
         EXPECT_EQ(rest.stored, is_physical ? options.voxels * options.voxels * options.voxels : 0);
       }
@@ -78,14 +78,14 @@ TEST(Lomi, HoldsInsideReleasesOutsideAndHoldsBeyondThinMatter) {
   const dvec3 from(0, 0, 0.6);
   const LomiRest in = find_rest(from, dvec3(0.3, 0, -0.2), options, inside, inside);
   EXPECT_EQ(in.hip_case, HipCase::stays_inside);
-  EXPECT_NEAR(in.place.z, 0.5, 0.2);
-  EXPECT_NEAR(in.place.x, 0.3, 0.1);
+  EXPECT_NEAR(in.position.z, 0.5, 0.2);
+  EXPECT_NEAR(in.position.x, 0.3, 0.1);
   const LomiRest out = find_rest(from, dvec3(0.3, 0, 0.7), options, inside, inside);
   EXPECT_EQ(out.hip_case, HipCase::moves_out);
-  EXPECT_EQ(out.place, dvec3(0.3, 0, 0.7));
+  EXPECT_EQ(out.position, dvec3(0.3, 0, 0.7));
   const LomiRest through = find_rest(from, dvec3(0.3, 0, -1.2), options, inside, inside);
   EXPECT_EQ(through.hip_case, HipCase::passes_thin_part);
-  EXPECT_GT(through.place.z, 0.4);  // the first collision counts
+  EXPECT_GT(through.position.z, 0.4);  // the first collision counts
 }
 
 TEST(Lomi, RunsAsAMethodOnAScan) {

@@ -22,17 +22,17 @@ constexpr double k_radius = 30, k_far = 500, k_pixel = 0.4;  // mm
 DepthPicture picture_of_ball(double degrees, const dvec3& touch) {
   DepthPicture picture;
   const glm::dquat turn = glm::angleAxis(degrees * 3.14159265358979 / 180, dvec3(0, 1, 0));
-  picture.place = {turn * dvec3(0, 0, -k_far), turn};
+  picture.placement = {turn * dvec3(0, 0, -k_far), turn};
   constexpr int k_side = 120;
   const double f = k_far / k_pixel;
-  const dvec3 at = picture.place.local_from_world(touch);
+  const dvec3 at = picture.placement.local_from_world(touch);
   picture.camera = {
       k_side, k_side, f, f, 0.5 * (k_side - 1) - f * at.x / at.z, 0.5 * (k_side - 1) - f * at.y / at.z};
   std::vector<double> depths;
-  const dvec3 middle = picture.place.local_from_world(dvec3(0));
+  const dvec3 middle = picture.placement.local_from_world(dvec3(0));
   for (int j = 0; j < k_side; ++j)
     for (int i = 0; i < k_side; ++i) {
-      const dvec3 way = picture.camera.place(i, j, 1);
+      const dvec3 way = picture.camera.unproject(i, j, 1);
       const double a = glm::dot(way, way), b = glm::dot(way, middle),
                    c = glm::dot(middle, middle) - k_radius * k_radius, root = b * b - a * c;
       // Depth as stored in a 24-bit depth buffer.
@@ -44,7 +44,7 @@ DepthPicture picture_of_ball(double degrees, const dvec3& touch) {
       const double buffer = std::round((far - far * near / depth) / (far - near) * 0x1p24) * 0x1p-24;
       depths.push_back(perspective_distance(near, far, buffer));
     }
-  picture.keep(depths);
+  picture.set_depths(depths);
   return picture;
 }
 
@@ -82,7 +82,7 @@ struct ScreenHand {
     }
     DepthView view;
     view.middle = view.touch = proxy;
-    view.edge = std::min(24.0, picture.known_around(proxy));
+    view.edge = std::min(24.0, picture.known_cube_edge(proxy));
     view.pixel = k_pixel;
     view.time = 0.001 * tick;
     auto set = std::make_shared<DepthSet>(set_of(view, picture));
@@ -162,12 +162,12 @@ TEST(DepthPicture, KeepsDepthsAndRefusesInvalidPictures) {
   EXPECT_NEAR(*picture.behind({0, 0, -k_radius + 2}), 2, 0.01);
   EXPECT_FALSE(picture.behind({0, 0, -k_far - 10}));
   EXPECT_FALSE(picture.behind({300, 0, 0}));
-  EXPECT_GT(picture.known_around({0, 0, -k_radius}), 20);
-  EXPECT_EQ(picture.known_around({0, 0, -k_far - 10}), 0);
-  EXPECT_EQ(picture.known_around({40, 0, -k_radius}), 0);
+  EXPECT_GT(picture.known_cube_edge({0, 0, -k_radius}), 20);
+  EXPECT_EQ(picture.known_cube_edge({0, 0, -k_far - 10}), 0);
+  EXPECT_EQ(picture.known_cube_edge({40, 0, -k_radius}), 0);
   // An empty picture: nothing is known, nothing is touched, and nothing fails.
   DepthPicture dark = picture;
-  dark.keep(std::vector<double>(120 * 120, 0));
+  dark.set_depths(std::vector<double>(120 * 120, 0));
   EXPECT_FALSE(check(dark));
   EXPECT_FALSE(dark.behind({0, 0, -k_radius}));
   EXPECT_EQ(set_of(DepthView(), dark).crossings, 0u);

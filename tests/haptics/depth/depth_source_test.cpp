@@ -192,7 +192,7 @@ DepthPictures pictures_of_ball(int side, const std::vector<dvec3>& middles, doub
     all.times.push_back(beat * static_cast<double>(k));
     for (int j = 0; j < side; ++j)
       for (int i = 0; i < side; ++i) {
-        const dvec3 way = all.camera.place(i, j, 1);
+        const dvec3 way = all.camera.unproject(i, j, 1);
         const double a = glm::dot(way, way), b = glm::dot(way, middles[k]),
                      c = glm::dot(middles[k], middles[k]) - radius * radius;
         const double root = b * b - a * c, depth = root > 0 ? (b - std::sqrt(root)) / a : 0;

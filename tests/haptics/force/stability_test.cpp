@@ -174,7 +174,7 @@ TEST(Stability, EnergyIsBoundedInsideTheBoundAndHeldByTheControllerBeyond) {
     }
     // The surface is still there.
     EXPECT_GT(row.contact_share_with_controller, 0.9);
-    EXPECT_GT(row.softness, row.delay_ticks > 0 ? 0.025 : 0.999);
+    EXPECT_GT(row.force_scale, row.delay_ticks > 0 ? 0.025 : 0.999);
   }
 }
 
@@ -192,7 +192,7 @@ TEST(Passivity, ASpringThatReturnsMoreThanItTookIsLimited) {
   }
   EXPECT_NEAR(given, controller.energy(), 1e-9);
   EXPECT_LT(given, 0.05);
-  EXPECT_GT(controller.cuts(), 0);
+  EXPECT_GT(controller.limited_ticks(), 0);
   // A sampled spring generates the energy K x dx; with this allowance it is left unchanged.
   PassivityController quiet(0.021);
   for (int i = 0; i <= 400; ++i) {
@@ -218,7 +218,7 @@ TEST(Passivity, ATorqueThatReturnsMoreThanItTookIsLimited) {
   }
   EXPECT_NEAR(given, controller.energy(), 1e-3);
   EXPECT_LT(given, 0.5);  // without a controller 8 N mm
-  EXPECT_GT(controller.cuts(), 0);
+  EXPECT_GT(controller.limited_ticks(), 0);
 }
 
 /// In and out of a spring whose force is one tick late: each round generates energy, and the spring is
@@ -241,8 +241,8 @@ TEST(Passivity, ALateActiveSpringIsSoftened) {
       const double z = i < 3000 && i % 50 < 49 ? -0.02 * (i % 50) : 0.5, k = 2;
       const dvec3 x(0, 0, z), proxy(0, 0, std::max(0.0, z)), wanted = k * (proxy - x);
       dvec3 force = controller.step(wanted, x, proxy).force_world;
-      softest = std::min(softest, controller.softness());
-      if (is_wrong && controller.softness() > 0) force /= controller.softness();
+      softest = std::min(softest, controller.force_scale());
+      if (is_wrong && controller.force_scale() > 0) force /= controller.force_scale();
       energy += i > 0 ? glm::dot(last_force, x - last_x) : 0;
       verify::ForceTick tick;
       tick.position = x, tick.proxy = proxy, tick.normal = {0, 0, 1}, tick.force = force;
@@ -252,7 +252,7 @@ TEST(Passivity, ALateActiveSpringIsSoftened) {
       last_x = x, last_force = force;
     }
     EXPECT_LT(softest, 0.9);
-    EXPECT_GT(controller.softness(), 0.99);
+    EXPECT_GT(controller.force_scale(), 0.99);
     EXPECT_EQ(judge.wrong_forces() > 0, is_wrong) << judge.worst_force_n();
   }
 }
@@ -268,7 +268,7 @@ TEST(Passivity, ALatePassiveSpringStaysFirm) {
         const dvec3 x(0, 0, std::sin(2 * 3.14159265 * hz * 1e-3 * i)), proxy(0, 0, std::max(0.0, x.z));
         wanted = 0.3 * 0.1 * (proxy - x) + 0.7 * wanted;
         controller.step(wanted, x, proxy);
-        softest = std::min(softest, controller.softness());
+        softest = std::min(softest, controller.force_scale());
       }
       EXPECT_GT(softest, 0.99) << delay << " " << hz;
     }

@@ -53,9 +53,10 @@ TEST(MeshTree, FindsTheFirstTriangleOfABruteForceSearch) {
     const bool is_front = n % 3 != 1, is_back = n % 3 != 2;
     double nearest = 2;
     for (std::size_t i = 0; i < triangles.size(); i += 3) {
-      double t = 0, facing = 0;
-      if (TriangleCrossing(a, b - a).crosses(vertices[i], vertices[i + 1], vertices[i + 2], t, facing) &&
-          (facing < 0 ? is_front : is_back))
+      double t = 0, direction_dot_normal = 0;
+      if (TriangleCrossing(a, b - a).crosses(vertices[i], vertices[i + 1], vertices[i + 2], t,
+                                             direction_dot_normal) &&
+          (direction_dot_normal < 0 ? is_front : is_back))
         nearest = std::min(nearest, t);
     }
     FacetHit hit;

@@ -1,4 +1,4 @@
-// Lines along surfaces against closed forms and a search over many points of every edge.
+// Lines along surfaces, compared with closed forms and with a search over many points of every edge.
 #include "haptics/mesh/surface_line.h"
 
 #include <algorithm>

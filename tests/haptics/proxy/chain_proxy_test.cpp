@@ -225,7 +225,7 @@ TEST(ChainProxy, GivesNoEnergyOnClosedPaths) {
   TouchScene scene = scene_with(torus, hook());
   ChainProxy method;
   ASSERT_FALSE(method.prepare(scene));
-  const auto seen = seen_by(scene, method);
+  const auto seen = servo_scene_of(scene, method);
   ServoCore core({}, 1e-3);
   double max_torque = 0;
   long contacts = 0;

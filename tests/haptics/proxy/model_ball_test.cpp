@@ -83,7 +83,8 @@ Judged play(const Model& model, double radius, double friction, const Shift& shi
     if (!step.has_contact || glm::length(pull) < 0.3 || i < 300) continue;
     ++judged.contacts;
     const double share =
-        verify::beyond_cone(pull, wall.pushes_near(proxy, 0.01, radius + 1), friction) / glm::length(pull);
+        verify::distance_from_cone(pull, wall.pushes_near(proxy, 0.01, radius + 1), friction) /
+        glm::length(pull);
     judged.worst = std::max(judged.worst, share);
     judged.outside += share > 0.05;
   }

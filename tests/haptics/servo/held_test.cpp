@@ -50,7 +50,7 @@ struct Held {
 TEST(Held, AnObjectMovesWithItsHandByTheTickBefore) {
   const Held bench;
   Pose second{{30, 0, 100}};
-  const Placement grip = place_of(second).inverse() * bench.rest;
+  const Placement grip = placement_of(second).inverse() * bench.rest;
   const ServoScene lies = bench.scene_of(1, nullptr), held = bench.scene_of(2, &grip);
   std::vector<ServoCore> cores{ServoCore({}, 1e-3, 0), ServoCore({}, 1e-3, 1)};
   Placement before = bench.rest;
@@ -67,12 +67,12 @@ TEST(Held, AnObjectMovesWithItsHandByTheTickBefore) {
     const double half = 0.1 * std::sin(2.5 * t),
                  length = 1 + 0.3 * std::sin(t);  // a device may report non-unit quaternions
     next.orientation = {length * std::cos(half), 0, length * std::sin(half), 0};
-    const HandPlacements places =
+    const HandPlacements hand_placements =
         current.has_held ? placements_before(cores, cores[0].next_tick()) : HandPlacements{};
-    EXPECT_EQ(places[1].has_value(), i > 200);
-    if (places[1]) before = *places[1] * grip;
-    const ServoRecord rests = cores[0].step(current, {.pose = first, .places = &places});
-    const ServoRecord holds = cores[1].step(current, {.pose = next, .places = &places});
+    EXPECT_EQ(hand_placements[1].has_value(), i > 200);
+    if (hand_placements[1]) before = *hand_placements[1] * grip;
+    const ServoRecord rests = cores[0].step(current, {.pose = first, .hand_placements = &hand_placements});
+    const ServoRecord holds = cores[1].step(current, {.pose = next, .hand_placements = &hand_placements});
     EXPECT_FALSE(holds.has_contact);
     EXPECT_NEAR(glm::length(before.rotation), 1, 1e-12);
     // The proxy rests on the surface in its pose of the previous tick, and never penetrates it.
@@ -86,14 +86,14 @@ TEST(Held, AnObjectMovesWithItsHandByTheTickBefore) {
   EXPECT_GT(pressed, 1900);
   // No object is held: poses are not recorded.
   const HandPlacements none;
-  for (ServoCore& core : cores) core.step(lies, {.pose = second, .places = &none});
+  for (ServoCore& core : cores) core.step(lies, {.pose = second, .hand_placements = &none});
   EXPECT_FALSE(cores[0].pose_before(1 << 20) || cores[1].pose_before(1 << 20));
 }
 
 TEST(Held, AFaultOfTheHolderLeavesTheObjectInPlace) {
   const Held bench;
   const Pose second{{30, 0, 100}};
-  const Placement grip = place_of(second).inverse() * bench.rest;
+  const Placement grip = placement_of(second).inverse() * bench.rest;
   const ServoScene held = bench.scene_of(1, &grip);
   ServoCore core({}, 1e-3, 1);
   for (int i = 0; i < 5; ++i) core.step(held, {.pose = second});
@@ -125,7 +125,7 @@ TEST(Held, ANewModelOverTheProxyIsTouchedFromItsFront) {
     ASSERT_TRUE(r.has_contact);
     // The cube's top is slightly above the sphere's.
     const double top = r.proxy_world.z + over * spacing;
-    bench.scene.items.back().since = hand.layout + 1;
+    bench.scene.items.back().first_layout = hand.layout + 1;
     hand.set_scene(borrowed(bench.scene), borrowed(bench.method));
     hand.set_placement(2, {{0, 0, top - 10}, {1, 0, 0, 0}});
     const ServoScene second{2, {hand}};
@@ -153,12 +153,12 @@ TEST(Held, AProxyIsNotMovedThroughExistingWalls) {
       ServoRecord r;
       for (int i = 0; i < 50; ++i) r = core.step(first, {.pose = {{0.3, 0.2, 100 - 0.3 * spacing}}});
       const double before = r.proxy_world.z;
-      bench.scene.items.back().since = is_new ? hand.layout + 1 : 0;
+      bench.scene.items.back().first_layout = is_new ? hand.layout + 1 : 0;
       hand.set_scene(borrowed(bench.scene), borrowed(bench.method));
       const ServoScene second{2, {hand}};
       for (int i = 0; i < 50; ++i) r = core.step(second, {.pose = {{0.3, 0.2, 100 - 0.3 * spacing}}});
       EXPECT_NEAR(r.proxy_world.z, before, 1e-9) << is_new << is_two_sided;
-      bench.scene.items.back().since = 0;
+      bench.scene.items.back().first_layout = 0;
     }
   // A cube whose lower face is just below the surface of bone: the path from the proxy to this face crosses
   // the surface.
@@ -173,7 +173,7 @@ TEST(Held, AProxyIsNotMovedThroughExistingWalls) {
   for (int i = 0; i < 900; ++i) r = core.step(first, {.pose = {{0.3, 0.2, std::max(40.0, 120 - 0.1 * i)}}});
   ASSERT_TRUE(r.has_contact);
   const double surface = r.proxy_world.z;
-  sunk.scene.items.back().since = hand.layout + 1;
+  sunk.scene.items.back().first_layout = hand.layout + 1;
   hand.set_scene(borrowed(sunk.scene), borrowed(sunk.method));
   // The cube is upside down: its local top faces down, slightly below the surface.
   hand.set_placement(2, {{0, 0, surface - 0.3 * spacing + 10}, {0, 1, 0, 0}});

@@ -16,7 +16,7 @@ TEST(ServoCore, ForceIsFiniteAndLatchedOnBadPoses) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
-  const auto owner = seen_by(scene, method);
+  const auto owner = servo_scene_of(scene, method);
   const ServoScene& seen = *owner;
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), 1e300}) {
     ServoCore core({}, 1e-3);
@@ -34,7 +34,7 @@ TEST(ServoCore, ANonFiniteOrientationOrAxisIsAFaultAndGoesNoFarther) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
-  const auto seen = seen_by(scene, method);
+  const auto seen = servo_scene_of(scene, method);
   const double bad = std::nan("");
   Pose turned{{0, 0, 60}, {1, bad, 0, 0}}, squeezed{{0, 0, 60}};
   squeezed.axes[2] = std::numeric_limits<float>::infinity();
@@ -53,7 +53,7 @@ TEST(ServoCore, NothingIsCutDuringAFault) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
-  const auto owner = seen_by(scene, method);
+  const auto owner = servo_scene_of(scene, method);
   const ServoScene& seen = *owner;
   ServoCore core({}, 1e-3);
   EXPECT_TRUE(core.step(seen, {{{0, 0, 50}}}).pose.is_pressed());

@@ -25,7 +25,7 @@ inline glm::dquat rotation_of(const glm::dvec3& about) {
   return {std::cos(0.5 * angle), v.x, v.y, v.z};
 }
 
-inline std::shared_ptr<const ServoScene> seen_by(const TouchScene& scene, const ProxyMethod& method) {
+inline std::shared_ptr<const ServoScene> servo_scene_of(const TouchScene& scene, const ProxyMethod& method) {
   return std::make_shared<ServoScene>(
       scene_for_one(scene, method, std::make_shared<volume::Version>(scene.base)));
 }

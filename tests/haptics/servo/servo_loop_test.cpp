@@ -64,7 +64,7 @@ TEST(Histogram, PercentilesAreWithinABucket) {
 TEST(ServoLoop, RunsTicksInOrderAndTouchesTheSurface) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(64));
   ImplicitProxy method;
-  ServoChannel channel(seen_by(scene, method));
+  ServoChannel channel(servo_scene_of(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
   const PosePath request =
       PosePath::from_samples({{0, {{0, 0, 50}}}, {0.1, {{0, 0, 43}}}, {1, {{0, 0, 43}}}}, "test").value();
@@ -93,7 +93,7 @@ TEST(ServoLoop, RunsTicksInOrderAndTouchesTheSurface) {
 TEST(ServoLoop, LostDeviceAndFullRingFadeTheForce) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   ImplicitProxy method;
-  ServoChannel channel(seen_by(scene, method));
+  ServoChannel channel(servo_scene_of(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
   const PosePath request = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
   {
@@ -129,7 +129,7 @@ TEST(ServoLoop, LostDeviceAndFullRingFadeTheForce) {
 TEST(ServoLoop, LateEditsFadeTheForceBeforeTheRingIsFullAtEveryRate) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   ImplicitProxy method;
-  ServoChannel channel(seen_by(scene, method));
+  ServoChannel channel(servo_scene_of(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
   const PosePath request = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
   for (const double rate : {1000.0, 10000.0}) {
@@ -160,7 +160,7 @@ TEST(ServoLoop, RefusesMoreDevicesThanTheSceneHasHands) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
-  ServoChannel channel(seen_by(scene, method));
+  ServoChannel channel(servo_scene_of(scene, method));
   VirtualDevice left(scenes::sphere_slide(45, 1, 100, 1), {}), right(scenes::sphere_slide(45, 1, 100, 1), {});
   Device* devices[] = {&left, &right};
   ServoLoop loop(devices, channel, {});
@@ -172,7 +172,7 @@ TEST(ServoLoop, RefusesMoreDevicesThanTheSceneHasHands) {
 TEST(ServoLoop, AFaultIsClearedOnRequest) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   ImplicitProxy method;
-  ServoChannel channel(seen_by(scene, method));
+  ServoChannel channel(servo_scene_of(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
   const PosePath request = PosePath::from_samples({{0, {{0, 0, 50}}}, {0.05, {{0, 0, 42}}}}, "test").value();
   VirtualDevice device(request, {});
@@ -209,7 +209,7 @@ class LiftedDevice final : public Device {
     pose.position_world = {0, 0, is_behind ? -k_height : k_height};
     return true;
   }
-  std::optional<glm::dvec3> take_jump() noexcept override { return std::exchange(jump_, std::nullopt); }
+  std::optional<glm::dvec3> fetch_jump() noexcept override { return std::exchange(jump_, std::nullopt); }
   void write(const Wrench&) noexcept override {}
 
  private:
@@ -222,7 +222,7 @@ TEST(ServoLoop, ALiftedToolStartsAgainInTheTickOfItsJump) {
   SubvoxelProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
   for (const bool is_lifted : {true, false}) {
-    ServoChannel channel(seen_by(scene, method));
+    ServoChannel channel(servo_scene_of(scene, method));
     LiftedDevice lifted(is_lifted);
     glm::dvec3 last(0, 0, LiftedDevice::k_height);
     Recorder device(lifted, 10);  // passes the jump on
@@ -262,7 +262,7 @@ class HoldingDevice final : public Device {
 TEST(ServoLoop, ALateWakeFadesTheForceAndLatches) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   ImplicitProxy method;
-  ServoChannel channel(seen_by(scene, method));
+  ServoChannel channel(servo_scene_of(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
   HoldingDevice device;
   ServoLoop loop(device, channel, {});
@@ -292,7 +292,7 @@ TEST(ServoLoop, RefusesMoreForceThanADeviceRenders) {
   };
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   SubvoxelProxy method;
-  ServoChannel channel(seen_by(scene, method));
+  ServoChannel channel(servo_scene_of(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
   WeakDevice device;
   ServoOptions options;
@@ -309,7 +309,7 @@ TEST(ServoLoop, RefusesMoreForceThanADeviceRenders) {
 TEST(ServoLoop, RefusesImpossibleRates) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(16));
   ImplicitProxy method;
-  ServoChannel channel(seen_by(scene, method));
+  ServoChannel channel(servo_scene_of(scene, method));
   VirtualDevice device(PosePath::from_samples({{0, {{0, 0, 50}}}}, "test").value(), {});
   for (const double rate : {0.0, 249.0, 10001.0, std::nan("")}) {
     ServoOptions options;

@@ -81,7 +81,7 @@ TEST_P(ServoMemories, ContinueFromAnyTickWithIdenticalBits) {
     options.is_passive = is_passive;
     options.delay_ticks = is_passive ? 2 : 0;
     ServoCore core(options, 1e-3);
-    std::shared_ptr<const ServoScene> seen = seen_by(scene, *method);
+    std::shared_ptr<const ServoScene> seen = servo_scene_of(scene, *method);
     auto with_laws = std::make_shared<ServoScene>(*seen);
     with_laws->hands[0].laws = laws;
     seen = with_laws;
@@ -126,7 +126,7 @@ TEST_P(ServoMemories, BrokenBytesAreRefusedOrHarmless) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   const auto method = make_method(GetParam()).value();
   ASSERT_FALSE(method->prepare(scene));
-  const auto seen = seen_by(scene, *method);
+  const auto seen = servo_scene_of(scene, *method);
   ServoCore core({}, 1e-3);
   Path path{std::mt19937(5)};
   for (int i = 0; i < 500; ++i) core.step(*seen, {path.next(i)});
@@ -163,7 +163,7 @@ TEST(ServoMemory, OfAToolWithPointsLeftOutIsLoaded) {
   ASSERT_FALSE(set_tool(scene, tool.value()));
   const auto method = make_method("shell").value();
   ASSERT_FALSE(method->prepare(scene));
-  const auto seen = seen_by(scene, *method);
+  const auto seen = servo_scene_of(scene, *method);
   ServoCore core({}, 1e-3);
   ServoRecord record;
   for (int i = 0; i < 120; ++i) record = core.step(*seen, {Pose{{0, 0, 10 - 0.1 * i}, {1, 0, 0, 0}}});
