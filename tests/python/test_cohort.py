@@ -33,7 +33,9 @@ else:
     skill, seed = open(words[1]).read().split()
     points = {"novice": 4, "trained": 6, "expert": 9}[skill] + 0.1 * int(seed)
     print(json.dumps({"points": points, "possible": 10, "not_judged": 0, "seconds": 12.0,
-                      "findings": [{"name": "dura: torn", "value": 0}, {"name": "depth", "value": points}]}))
+                      "findings": [{"name": "dura: torn", "value": 0, "verdict": "good"},
+                                   {"name": "depth", "value": points,
+                                    "verdict": "good" if points > 9 else "fair" if points > 6 else "bad"}]}))
 """
 
 
@@ -60,7 +62,8 @@ def plan(seeds, *words):
 
 
 def table_of(results):
-    merged = cohort("merge", "plan.csv", results, "-o", f"{results}.csv", "--picture", f"{results}.svg")
+    merged = cohort("merge", "plan.csv", results, "-o", f"{results}.csv", "--picture", f"{results}.svg",
+                    "--heat-map", f"{results}-verdicts.svg")
     assert merged.returncode == 0, merged.stderr
     return merged.stdout.splitlines()[-1]
 
@@ -75,6 +78,10 @@ def test_parts_and_cores_give_the_same_table(place):
     assert [row["skill"] for row in rows] == ["novice"] * 2 + ["trained"] * 2 + ["expert"] * 2
     assert rows[4]["points"] == "9.1" and rows[4]["depth"] == "9.1" and rows[0]["dura: torn"] == "0"
     assert Path("one.svg").read_text().count("<circle") == 6
+    # A cell per finding and case, and four in the legend; each colour as often as its verdict.
+    cells = Path("one-verdicts.svg").read_text()
+    assert cells.count("<rect x=") == 2 * 6 + 4
+    assert [cells.count(f'fill="{color}"/>') - 1 for color in ("#d5e5d8", "#f0c75e", "#c0392b")] == [8, 2, 2]
     assert not [name for name in os.listdir("one") if name.startswith("work") or name.endswith("part")]
     assert not Path("one/sessions").exists()
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trephine as tr
-from trephine.env import BurrHole, Pocket, SurgeryEnv
+from trephine.env import BurrHole, Pocket, SurgeryEnv, VectorEnv
 
 
 def drill(env, seed, steps, speed=4.0, radius=1.5):
@@ -136,3 +136,35 @@ def test_resets_lose_no_memory():
     for _ in range(80):
         drill(env, 5, 30, speed=15.0)
     assert resident_mb() - before < 20
+
+
+def test_a_vector_gives_the_bits_of_its_environments():
+    scan = tr.Scan.phantom("sphere", spacing=(1, 1, 1), radius=30)
+    vector = VectorEnv([SurgeryEnv(Pocket(scan), ticks_per_step=20, max_steps=12) for _ in range(3)], threads=2)
+    single = [SurgeryEnv(Pocket(scan), ticks_per_step=20, max_steps=12) for _ in range(3)]
+    observations, facts = vector.reset(seed=5)
+    expected = [env.reset(seed=5 + i) for i, env in enumerate(single)]
+    assert observations.shape == (3, 8) and len(facts) == 3
+    assert np.array_equal(observations, np.stack([one[0] for one in expected]))
+    random = np.random.default_rng(1)
+    for step in range(13):
+        actions = np.column_stack([random.uniform(-5, 5, (3, 2)), np.full(3, -20.0), np.ones(3)])
+        observations, rewards, terminated, truncated, _ = vector.step(actions)
+        if step < 12:
+            results = [env.step(action) for env, action in zip(single, actions)]
+            assert np.array_equal(observations, np.stack([one[0] for one in results]))
+            assert np.array_equal(rewards, [one[1] for one in results])
+            assert not terminated.any() and truncated.all() == (step == 11)
+        else:  # all ended: this step resets them
+            results = [env.reset() for env in single]
+            assert np.array_equal(observations, np.stack([one[0] for one in results]))
+            assert not rewards.any() and not truncated.any()
+    with pytest.raises(ValueError, match="shape"):
+        vector.step(np.zeros((2, 4)))
+    with pytest.raises(ValueError, match="twice"):
+        VectorEnv([single[0], single[0]])
+    with pytest.raises(ValueError, match="at least one"):
+        VectorEnv([])
+    vector.close()
+    with pytest.raises(tr.Error):
+        vector.environments[0].reset()

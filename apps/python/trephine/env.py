@@ -12,7 +12,9 @@ from __future__ import annotations
 import copy
 import importlib
 import importlib.util
-from typing import Any, Optional, Protocol, Union
+import os
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Optional, Protocol, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -271,3 +273,55 @@ class SurgeryEnv(_Base):  # type: ignore[misc]
     def close(self) -> None:
         """Ends the operation."""
         self.operation.end()
+
+
+class VectorEnv:
+    """Several environments that step at the same time, a thread each. Equal seeds and actions give equal bits.
+
+    Environments of tasks with one scan share its voxels. An environment that ends is reset by its next step, whose
+    action it ignores, as Gymnasium's vector environments do (autoreset mode "next step").
+    """
+
+    def __init__(self, environments: Sequence[SurgeryEnv], threads: Optional[int] = None) -> None:
+        if not environments:
+            raise ValueError("A vector needs at least one environment.")
+        if len({id(one.operation) for one in environments}) != len(environments):
+            raise ValueError("An environment occurs twice. Make one per place.")
+        self.environments = list(environments)
+        self.num_envs = len(self.environments)
+        self.single_action_space = self.environments[0].action_space
+        self.single_observation_space = self.environments[0].observation_space
+        self._pool = ThreadPoolExecutor(threads or min(self.num_envs, os.cpu_count() or 1))
+        self._has_ended = [False] * self.num_envs
+
+    def reset(self, *, seed: Optional[int] = None) -> tuple[NDArray[np.float32], list[dict[str, Any]]]:
+        """Resets all environments; environment i has the seed `seed` + i."""
+        seeds = [None if seed is None else seed + i for i in range(self.num_envs)]
+        results = list(self._pool.map(lambda pair: pair[0].reset(seed=pair[1]), zip(self.environments, seeds)))
+        self._has_ended = [False] * self.num_envs
+        return np.stack([one[0] for one in results]), [one[1] for one in results]
+
+    def step(self, actions: Any) -> tuple[NDArray[np.float32], Array, NDArray[np.bool_], NDArray[np.bool_],
+                                          list[dict[str, Any]]]:
+        """Steps all environments: observations (N, 8), rewards, terminated and truncated (N,), and facts."""
+        array = np.asarray(actions, float)
+        if array.shape != (self.num_envs, 4):
+            raise ValueError(f"Actions must have the shape ({self.num_envs}, 4).")
+
+        def step_one(i: int) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+            if self._has_ended[i]:
+                observation, facts = self.environments[i].reset()
+                return observation, 0.0, False, False, facts
+            return self.environments[i].step(array[i])
+
+        results = list(self._pool.map(step_one, range(self.num_envs)))
+        self._has_ended = [one[2] or one[3] for one in results]
+        return (np.stack([one[0] for one in results]), np.array([one[1] for one in results], float),
+                np.array([one[2] for one in results], bool), np.array([one[3] for one in results], bool),
+                [one[4] for one in results])
+
+    def close(self) -> None:
+        """Ends all operations."""
+        self._pool.shutdown()
+        for one in self.environments:
+            one.close()

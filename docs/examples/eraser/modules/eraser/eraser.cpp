@@ -119,7 +119,7 @@ sim::Overlays EraserModule::overlays(const sim::OperationState& now) const {
   const auto& total = *now.undoable_of<EraserTotal>();
   if (total.amount == 0) return {};
   sim::Overlay flag;
-  flag.place.position_world = total.at;
+  flag.placement.position_world = total.at;
   flag.lines = {{glm::dvec3(0, 0, 0), glm::dvec3(0, 0, 12)}};
   flag.labels = {{{0, 0, 12}, std::to_string(static_cast<int>(total.amount)) + " mm3 erased"}};
   return {flag};
