@@ -2,7 +2,8 @@
 # Runs the main jobs on the built-in phantoms: installs packages, builds trephine, touches and drills a skull,
 # performs a guided craniotomy from its first step to its score, and opens the simulator if there is a display.
 # Writes to out/: pictures, report.json, the session of the craniotomy and its report.html.
-# With arguments, runs only `trephine demo` with these, for example: ./demo.sh path/to/a/DICOM/folder
+# With arguments, installs and builds, then runs only `trephine demo` with these arguments, for example:
+# ./demo.sh path/to/a/DICOM/folder
 set -euo pipefail
 cd "$(dirname "$0")"
 . cmake/setup.sh

@@ -2,7 +2,7 @@
 # ./test.sh              builds the release preset and runs the quick suites
 # ./test.sh NAME         only tests whose name matches NAME
 # ./test.sh --all [P]    runs all cases of long tests in the presets core, debug, asan, tsan, clang and release,
-#                        and the parts fuzz, package and soak; or only the preset or part P
+#                        and the parts fuzz, package, cohort (on Slurm) and soak; or only the preset or part P
 #                        (TREPHINE_FUZZ_SECONDS per fuzzer, TREPHINE_SOAK_SECONDS, TREPHINE_ATTACK_STEPS, TREPHINE_KILLS)
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -31,7 +31,7 @@ if [ "${1:-}" = --all ]; then
   install_packages $packages_core $packages_files $packages_app $packages_test $packages_all
   install_viewer_packages
   export TREPHINE_KILLS=${TREPHINE_KILLS:-200} TREPHINE_WHOLE=1
-  for preset in ${2:-core debug asan tsan clang fuzz release package soak}; do
+  for preset in ${2:-core debug asan tsan clang fuzz release package cohort soak}; do
     case $preset in
       fuzz)
         echo "== fuzz"
@@ -43,6 +43,13 @@ if [ "${1:-}" = --all ]; then
         echo "== package"
         build_preset release all -DTREPHINE_WITH_TESTS=ON -DTREPHINE_WITH_PYTHON=ON
         tests/package/deb_test.sh build/release
+        continue
+        ;;
+      cohort)
+        echo "== cohort"
+        install_packages slurm-wlm munge snakemake
+        build_preset release "trephine_program"
+        tests/python/cohort_on_slurm.sh build/release/bin/trephine
         continue
         ;;
       soak)

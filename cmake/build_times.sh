@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# cmake/build_times.sh [BUILD]: prints the time of the last build of each output, in s, summed by folder,
-# and the ten longest steps. BUILD is build/release by default. A file that ccache finds takes almost no time.
+# cmake/build_times.sh [BUILD]: prints build times in s: the sum for each folder, and the ten longest steps. The last
+# build of each output counts. BUILD is build/release by default. An output in the cache of ccache takes almost no
+# time.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 log=${1:-build/release}/.ninja_log

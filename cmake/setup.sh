@@ -27,8 +27,8 @@ install_packages() {
     { echo "error: packages could not be installed. For the reason, run: ${sudo:+sudo }apt-get install ${missing[*]}" >&2; return 3; }
 }
 
-# install_viewer_packages: npm packages of the 3-D viewer of reports, into build/report-viewer, by the lock file. Without
-# npm or a network the reports have pictures only.
+# install_viewer_packages: installs the npm packages of the reports' 3-D viewer into build/report-viewer, in the
+# versions of the lock file. Without npm or a network, reports contain pictures but no 3-D viewer.
 install_viewer_packages() {
   local folder="$PWD/build/report-viewer" source="$PWD/apps/cli/report"
   cmp -s "$source/package-lock.json" "$folder/installed-lock.json" && return 0

@@ -20,8 +20,8 @@ sim::Catalogue catalogue_of(ModuleList<Modules...>) {
       all);
 }
 
-/// Returns the program's only list of modules, which is complete before its first use: sessions, scripts and
-/// panels find the types of commands in it.
+/// Returns the program's only list of modules, in which sessions, scripts and panels find the types of
+/// commands. add_module() may extend it only before other threads use it.
 sim::Catalogue& all_modules() {
   static sim::Catalogue all = catalogue_of(AllModules());
   return all;

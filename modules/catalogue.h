@@ -1,4 +1,4 @@
-// Catalogue of the modules of a program: those of this build, and those that it loads.
+// Catalogue of the modules of a program: the modules of this build, and those that the program adds or loads.
 #pragma once
 
 #include <string>
@@ -10,9 +10,9 @@ namespace trephine::modules {
 /// Returns all modules of modules/CMakeLists.txt in its order, then those that were added.
 const sim::Catalogue& catalogue();
 
-/// Adds a module, which must outlive all uses of the catalogue. Operations that already run keep their
-/// modules. Error if its name, or that of one of its types, is in use. Call before other threads use the
-/// catalogue.
+/// Adds a module. The module must outlive all uses of the catalogue. Operations that already run keep their
+/// modules. Error if the name of the module, or of one of its types, is in use. Call before other threads use
+/// the catalogue.
 Status add_module(const sim::Module& module);
 
 /// Loads a shared library with a module (sim/api/module_export.h) and adds the module. The library stays

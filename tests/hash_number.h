@@ -1,4 +1,4 @@
-// number: reproducible numbers without a generator.
+// number(): reproducible pseudo-random numbers without the state of a generator.
 #pragma once
 
 #include <cstdint>

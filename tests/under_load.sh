@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# under_load.sh [BUILD] [RUNS] [LOOPS]: runs all tests RUNS times while LOOPS busy loops run; stops at the first run
-# with a failed test.
+# under_load.sh [BUILD] [RUNS] [LOOPS]: runs all tests RUNS times (3) while LOOPS busy loops (4) occupy the CPUs.
+# Stops after the first run with a failed test.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 build=${1:-build/release} runs=${2:-3} loops=${3:-4}

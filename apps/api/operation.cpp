@@ -31,7 +31,7 @@ Touch touch_of(const haptics::ServoRecord& record) noexcept {
           record.shape,        record.faults};
 }
 
-/// Returns the image of a panel, whose rows begin at the lower left.
+/// Returns the image of a panel. The first row of a panel is the lowest; that of an image is the uppermost.
 Image<Colour> image_of(const imaging::Panel& panel) {
   Image<Colour> image{panel.columns, panel.rows, {}};
   image.pixels.reserve(panel.pixels.size());
@@ -52,7 +52,7 @@ struct Operation::Data {
   sim::SceneDescription scene;
   std::unique_ptr<sim::SessionWriter> recorder;
   std::optional<sim::Lockstep> run;
-  std::shared_ptr<const char> identity = std::make_shared<const char>();  ///< of its snapshots
+  std::shared_ptr<const char> identity = std::make_shared<const char>();  ///< shared with its snapshots
   std::unique_ptr<workbench::OpenedSession> session;
   bool has_ended = false;
   double air = -1000;
@@ -139,7 +139,7 @@ Operation::Operation(Operation&&) noexcept = default;
 Operation& Operation::operator=(Operation&&) noexcept = default;
 Operation::~Operation() = default;
 
-/// Opens an operation on the scan that `read` returns, which is called after all other checks.
+/// Opens an operation on the scan that `read` returns. Calls `read` after the options were checked.
 template <class Read>
 Result<Operation> Operation::Data::open(const OperationOptions& options, Read&& read) {
   if (Status error = check(options)) return *error;
@@ -398,7 +398,7 @@ Result<Score> Operation::score(const std::vector<Judgement>& judgements) {
   for (std::size_t i = 0; i < judged.findings.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       if (judged.findings[i].name == judged.findings[j].name)
-        return Error{.what = "two findings have one name",
+        return Error{.what = "two findings have the same name",
                      .where = "score",
                      .found = judged.findings[i].name,
                      .expected = "names that differ",

@@ -31,9 +31,12 @@ using volume::ImagePlane, volume::Volume;
 struct Hand {
   std::string instrument = {};  ///< "burr", "craniotome", ...; empty: the hand only touches
   std::string parameters = {};  ///< in words: "diameter=4 removal_rate=30"
-  double tool_radius = 0;   ///< mm, of the ball that it touches with; 0: that of the instrument, or a point
+  /// mm, radius of the ball with which the hand touches; 0: a point. An instrument with a contact geometry of
+  /// its own, such as the craniotome or a round burr, replaces this ball.
+  double tool_radius = 0;
   std::string method = {};  ///< contact method; empty: "subvoxel"
-  std::vector<std::string> effects = {};  ///< further forces, in words: "viscous damping=0.004"
+  /// Forces in addition to those of surfaces, in words: "viscous damping=0.004".
+  std::vector<std::string> effects = {};
 };
 
 /// Recording of an operation to a new file.
@@ -50,9 +53,10 @@ struct OperationOptions {
   std::optional<double> iso = std::nullopt;  ///< this value and above
   std::string window = {};                   ///< values "LO:HI"
   std::string label = {};                    ///< name of a label
-  bool uses_plan = false;  ///< of a phantom: also its structures, screws and planned trajectories
-  double rate_hz = 1000;   ///< ticks per second, 10 to 100000
-  /// mm, diameter of the smallest burr that will cut; empty: that of the hands.
+  /// For a built-in phantom: also uses its structures, screws and planned trajectories.
+  bool uses_plan = false;
+  double rate_hz = 1000;  ///< ticks per second, 10 to 100000
+  /// mm, diameter of the smallest burr that will cut; empty: the smallest that the hands' instruments need.
   std::optional<double> smallest_burr = std::nullopt;
   Recording recording = {};
   /// Receives sentences about assumptions, such as a missing slice that was interpolated.
@@ -68,7 +72,9 @@ struct Touch {
   bool has_contact = false;
   bool is_from_inside = false;  ///< touches the back of a surface, from within the solid
   int item = -1;                ///< index of the touched structure; -1 without contact
-  std::uint32_t faults = 0;     ///< latched until reset(); the force is 0 meanwhile
+  /// Bits of haptics::FaultBit: faults that are latched until reset(), and limits that were applied to the
+  /// force in this tick. A latched fault brings the force to 0, by default within 50 ms.
+  std::uint32_t faults = 0;
 };
 
 /// Triangles in the world frame, mm, counter-clockwise as viewed from outside.
@@ -82,9 +88,11 @@ struct Body {
   std::uint32_t id = 0;  ///< number in commands: "hold-body" with "body=3"
   int holder = -1;       ///< the hand that holds it; -1: not held
   double mm3 = 0;
-  glm::dvec3 position_world{0.0};  ///< mm, current pose of the frame of `surface`
-  glm::dquat rotation{1, 0, 0, 0};
-  std::shared_ptr<const Surface> surface;  ///< in the frame at its detachment; of an implant, in its own
+  glm::dvec3 position_world{0.0};   ///< mm, current origin of the frame of `surface`
+  glm::dquat rotation{1, 0, 0, 0};  ///< current rotation of the frame of `surface`
+  /// In the frame of the body, which was the world frame at its detachment; for an implant, in the frame of
+  /// the implant.
+  std::shared_ptr<const Surface> surface;
 };
 
 /// A row of a score: a measured value, its verdict and its points.
@@ -94,7 +102,7 @@ struct Finding {
   std::string unit;                    ///< "mm"; empty: dimensionless
   std::string verdict;                 ///< "good", "fair", "bad", "not judged"; "reported": it has no limits
   std::string reason;                  ///< one sentence; may be empty
-  double points = 0, weight = 0;       ///< `weight`: the most points that it can have
+  double points = 0, weight = 0;       ///< `weight`: the most points that the finding can have
   std::optional<std::uint64_t> tick;   ///< when it happened
   std::optional<glm::dvec3> position;  ///< world, mm, where it happened
 };
@@ -112,7 +120,8 @@ struct Judgement {
   std::optional<double> value;  ///< empty: it could not be measured
   std::string unit = {};        ///< "mm"; empty: dimensionless
   std::string reason = {};      ///< one sentence; may be empty
-  /// Values with all points and with none, linear between them; equal: the value is only reported.
+  /// Value that gives all points, and value that gives 0 points; linear between them. If both are equal, the
+  /// value is only reported.
   double full_at = 0, zero_at = 0;
   double weight = 0;  ///< points at `full_at`
 };
@@ -124,14 +133,16 @@ struct Image {
   std::vector<Pixel> pixels;
 };
 
-/// Matter at a position. Values are those of the first structure that is solid there, or else of the
-/// structure with the largest value.
+/// Matter at a position. The sample describes the first structure that was solid there before any cut, or
+/// otherwise the structure with the largest value.
 struct Sample {
   int item = -1;            ///< index of the structure; -1: outside the scan
   bool is_solid = false;    ///< in the structure, and not removed
   bool is_removed = false;  ///< a tool removed the matter there
-  double value = 0;         ///< of its field: intensity above its threshold, or +-0.5 of a label; uncut
-  glm::dvec3 gradient_world{0.0};  ///< of this value, per mm
+  /// Field of the structure without cuts: intensity minus the threshold (for a window, distance from the
+  /// nearer limit), or +-0.5 for a label; interpolated. Not negative: solid.
+  double value = 0;
+  glm::dvec3 gradient_world{0.0};  ///< of `value`, per mm
   double cut_distance = 0;         ///< mm to removed matter, negative in it; limited to some voxels
   int label = 0;                   ///< of the nearest voxel; 0 without labels
 };
@@ -176,26 +187,25 @@ class Snapshot {
   std::shared_ptr<const Data> data_;
 };
 
-/// Loads a module of a shared library (docs/how-to/add-a-module.md), for operations that are opened
+/// Loads a module from a shared library (docs/how-to/add-a-module.md), for operations that are opened
 /// afterwards. Call before other threads open operations.
 Status load_module(const std::string& path);
 
 /// Owns all that it needs. For one thread at a time; operations share no changing data. Equal input gives
-/// equal bits on every machine. A moved-from operation can only be destroyed or assigned to. A query by index
-/// requires an index below the count.
+/// equal bits on every machine. A moved-from operation can only be destroyed or assigned to.
 class Operation {
  public:
   /// Opens a scan (DICOM folder or any supported file), a case, or a phantom: "head", "spine".
   static Result<Operation> open(const std::string& path, const OperationOptions& options = {});
-  /// Opens a scan in memory, which stays unchanged.
+  /// Opens a scan in memory. The scan stays unchanged.
   static Result<Operation> open(std::shared_ptr<const Volume> scan, const OperationOptions& options = {});
   /// Opens a scene in text (docs/file-formats.md, "A scene in text"), with its volumes and models. The first
   /// volume is the anatomy.
   static Result<Operation> open_scene(std::string_view scene,
                                       std::vector<std::shared_ptr<const Volume>> volumes,
                                       std::vector<Surface> models = {}, const Recording& recording = {});
-  /// Opens a recorded operation at its beginning, read-only. `scan`: its path; empty if the file contains the
-  /// scan, or it is a phantom.
+  /// Opens a recorded operation at its beginning, read-only. `scan`: path of the scan; empty if the file
+  /// contains the scan, or if the scan is a built-in phantom.
   static Result<Operation> reopen(const std::string& session, const std::string& scan = {});
   /// Opens a recorded operation with the volumes that the file does not contain, the anatomy first.
   static Result<Operation> reopen(const std::string& session,
@@ -205,16 +215,17 @@ class Operation {
   /// Finishes the recording; call end() for its errors.
   ~Operation();
 
-  // ---- operations of open() ----
-  /// Executes one tick with one pose per hand. The results stay valid until the next call. A tick takes some
-  /// microseconds, longer while it cuts. A pose that is not finite gives no force and latches a fault.
+  // ---- only for operations from open() and open_scene() ----
+  /// Executes one tick with one pose per hand. The results stay valid until the next step(), run() or
+  /// restore(). A tick takes some microseconds, longer while an instrument cuts. A pose that is not finite
+  /// gives no force and latches a fault.
   Result<std::span<const Touch>> step(std::span<const Pose> poses);
   /// Executes one tick of an operation with one hand.
   Result<Touch> step(const Pose& pose);
   /// Executes one tick per pose of one hand; one result per tick.
   Result<std::vector<Touch>> run(std::span<const Pose> poses);
-  /// Executes a command, and finishes the job that it starts. Error, of kind `refused`, if the state does not
-  /// allow it or its job fails; such a command adds nothing to the undo history. By struct:
+  /// Executes a command, and finishes the job that the command starts. Error, of kind `refused`, if the state
+  /// does not allow the command or its job fails; such a command adds nothing to the undo history. By struct:
   /// `command(sim::Note{"text"})`; by words: `command("burr", "diameter=3")`.
   Status command(const Command& command);
   Status command(std::string_view name, std::string_view words = {}, int hand = 0);
@@ -223,7 +234,7 @@ class Operation {
   Status redo();
   /// Clears faults, contact and force with the next tick.
   Status reset();
-  /// Returns the current state, also in the middle of a stroke. Changes no bits.
+  /// Returns the current state, also in the middle of a stroke. Does not change the results of later calls.
   Result<Snapshot> snapshot();
   /// Returns to the state of a snapshot of this operation: equal ticks and commands then give equal bits.
   /// References to events become invalid. Error: a snapshot of another operation, or an operation that is
@@ -232,31 +243,33 @@ class Operation {
   /// Ends the operation and its recording. Returns the first error of the recording. Only queries remain.
   Status end();
 
-  // ---- operations of reopen() ----
+  // ---- only for operations from reopen() ----
   /// Goes to the state after `tick` ticks, forward or back; tick_count() and beyond: the end.
   Status go_to(std::uint64_t tick);
-  /// Replays the whole session. Returns the first difference from the recording.
+  /// Replays the whole session. Error, of kind `different`, at the first difference from the recording; other
+  /// errors if the session is damaged or cannot be verified.
   Status verify();
-  /// Returns false if the end of the file was lost; the part before is available.
+  /// Returns false if the end of the file was lost; the part before the loss is available.
   bool is_whole() const noexcept;
 
   // ---- state ----
   bool is_recorded() const noexcept;          ///< opened with reopen()
   bool is_read_only() const noexcept;         ///< recorded, or ended
   std::uint64_t tick() const noexcept;        ///< number of executed ticks
-  std::uint64_t tick_count() const noexcept;  ///< number of recorded ticks; of open(): tick()
+  std::uint64_t tick_count() const noexcept;  ///< recorded ticks; tick() if not is_recorded()
   std::size_t hand_count() const noexcept;
   const Volume& scan() const noexcept;  ///< uncut
   std::string scene() const;            ///< in the format of open_scene()
   double removed_mm3() const;
   std::vector<Measure> measures() const;  ///< "removed", "nearest to dura", ...
-  /// Judges the current state by the findings of the modules and the limits of the plan. Without measures of
-  /// the hands' motion, which `trephine score` adds for a session. Takes up to seconds.
+  /// Judges the current state by the findings of the modules and the limits of the plan. The score has no
+  /// measures of the hands' motion, which `trephine score` adds for a session. Takes up to seconds.
   Score score();
-  /// As score(), with values of the caller. Error: a name that occurs twice, or a number that is not finite.
+  /// As score(), with values of the caller. Error if a name is empty or occurs twice, a number is not finite,
+  /// or a weight is negative.
   Result<Score> score(const std::vector<Judgement>& judgements);
-  std::size_t event_count() const noexcept;  ///< undo removes no events
-  const Event& event(std::size_t index) const noexcept;
+  std::size_t event_count() const noexcept;              ///< undo removes no events
+  const Event& event(std::size_t index) const noexcept;  ///< requires index < event_count()
   std::vector<Body> bodies() const;
   /// Hash of the whole state: equal states have equal hashes. The cost grows with removed matter.
   std::uint64_t hash();
@@ -264,14 +277,15 @@ class Operation {
   // ---- voxels, surfaces, images; without detached bodies unless stated ----
   /// Returns the voxels that may have changed since the last call; nullopt if none did.
   std::optional<VoxelRange> take_changed();
-  /// Returns the current intensities, x fastest. A voxel approaches air in proportion to its removed share.
+  /// Returns the current intensities, x fastest. The intensity of a voxel approaches that of air in
+  /// proportion to the removed share of the voxel.
   Result<std::vector<std::int16_t>> read(const VoxelRange& range) const;
   /// Surface of a structure with its cuts. Takes a second per 100 million voxels.
   Result<Surface> surface(std::size_t item = 0) const;
-  /// Returns the matter at positions (world, mm). Touches nothing and changes no bits. Cost: about 1 us each.
+  /// Returns the matter at positions (world, mm). Does not change the state. Cost: about 1 us each.
   std::vector<Sample> query(std::span<const glm::dvec3> positions_world) const;
-  /// Returns the parts whose sum is the force of a recorded tick, of an operation opened with reopen(), which
-  /// is after the tick then. Error if the session has no such tick.
+  /// Returns the parts whose sum is the force of a hand in a recorded tick. Requires an operation from
+  /// reopen(), and moves it to the state after this tick. Error if the session has no such tick.
   Result<std::vector<ForcePart>> explain_force(std::uint64_t tick, int hand = 0);
   /// Intensities in a plane, with the cuts; -32768 outside the scan.
   Result<Image<std::int16_t>> slice(const ImagePlane& plane) const;

@@ -30,8 +30,8 @@ double uniform(std::uint64_t seed, std::uint64_t i) {
   return static_cast<double>(hash_bits(hash_bits(seed) ^ i) >> 11) * 0x1p-53;
 }
 
-/// True if the tool must stay inside matter. Such scenes stay uncut: the judge of the inside knows one field
-/// only.
+/// True if the tool must stay inside matter. Such scenes are not cut, because the judge for these scenes
+/// knows only the uncut field.
 bool is_held_from_within(const haptics::TouchScene& scene) {
   return scene.items[0].sides == haptics::Side::back;
 }
@@ -44,20 +44,21 @@ std::vector<dvec3> places_of(const haptics::ToolShape& tool) {
   return places;
 }
 
-/// The judge of one method on one scene, rebuilt when the version changes.
+/// The judge of one method on one scene. set_touch_state() updates it after each cut and undo.
 class Judge {
  public:
   Judge(const haptics::TouchScene& scene, const MethodInfo& method)
       : scene_(scene),
         method_(method),
         judge([this](const dvec3& a, const dvec3& b) { return meets(a, b); }) {
-    // Vertices in the volume frame; the judged scenes use values that floats represent exactly.
+    // Models that the method knows by images are judged in the world frame, others in the volume frame. In
+    // the volume frame, the vertices of these scenes are exact in single precision.
     for (const haptics::TouchItem& mesh : scene.items) {
       if (!mesh.is_mesh()) continue;
       if (method_.solid == MethodInfo::Solid::images) {
         std::vector<dvec3> vertices;
         for (const dvec3& p : mesh.tree->vertices()) vertices.push_back(mesh.placement.world_from_local(p));
-        // The method may be off by a pixel, but must not come out on the other side.
+        // The proxy may be off by a pixel, but must not leave on the other side of a wall.
         drawn_.emplace_back(verify::MeshWall(vertices, mesh.tree->triangles(), 1.0),
                             haptics::DepthProxy::k_pixel);
         continue;
@@ -73,7 +74,7 @@ class Judge {
       meshes_.push_back(std::make_unique<verify::MeshWall>(vertices, triangles));
     }
   }
-  /// Begins at another position.
+  /// Forgets the position of the tool, which starts elsewhere.
   void restart() {
     judge.restart();
     free_balls_.clear();
@@ -87,8 +88,9 @@ class Judge {
         passages_ += model.passes(frame.world_from_volume(step.path_volume[i - 1]),
                                   frame.world_from_volume(step.path_volume[i]));
   }
-  /// Judges the balls of a set at the end of a step; they move straight within rounds of the method only. No
-  /// ball may enter matter, unless matter grew over it. Returns true if no ball is in matter.
+  /// Judges a tool with six degrees of freedom by the positions of its balls or points at the end of a step;
+  /// their paths during the step are not straight. None of them may enter matter, unless restored matter
+  /// enclosed it (`is_buried`). Returns true if none of them is in matter.
   bool judge_balls(const haptics::Placement& tool, bool is_buried) {
     free_balls_.resize(places_.size(), false);
     for (std::size_t i = 0; i < places_.size(); ++i) {
@@ -100,7 +102,7 @@ class Judge {
     buried_balls_ += is_buried;
     return std::find(free_balls_.begin(), free_balls_.end(), false) == free_balls_.end();
   }
-  /// True if no ball of a set at this pose is in matter.
+  /// True if no ball or point of the tool at this pose is in matter.
   bool is_free(const haptics::Placement& tool) const {
     return std::ranges::all_of(places_, [&](const dvec3& place) {
       const dvec3 p = scene_.base->frame.volume_from_world(tool.world_from_local(place));
@@ -132,7 +134,7 @@ class Judge {
   std::vector<std::unique_ptr<scenes::GuaranteedSolid>> solids_;  ///< one per shape
   std::optional<verify::SmoothSolid> outside_;                    ///< for a tool that must stay inside
   std::vector<std::unique_ptr<verify::MeshWall>> meshes_;
-  std::vector<verify::PassageJudge> drawn_;
+  std::vector<verify::PassageJudge> drawn_;              ///< models that the method knows by images only
   std::vector<dvec3> places_ = places_of(*scene_.tool);  ///< of a tool with six degrees of freedom
   std::vector<bool> free_balls_;                         ///< at the end of the last step
   long passages_ = 0, buried_balls_ = 0;
@@ -161,7 +163,7 @@ Target with_rod(Target target, double radius) {
   return target;
 }
 
-/// The target, touched by the surface of a rod. The judge tests the points of this shell.
+/// The target, touched by the surface of a rod. The judge tests the points of this surface.
 Target with_shell(Target target, double radius) {
   auto rod = std::make_shared<const haptics::ToolShape>(
       haptics::ToolProfile{{{-radius, radius}, {5 * radius, radius}}, radius});
@@ -169,7 +171,7 @@ Target with_shell(Target target, double radius) {
   return target;
 }
 
-/// The target with a lattice fine enough for the smallest balls of the attack.
+/// The target with a cut lattice fine enough for the smallest cuts of the attack (radius of a voxel).
 Target with_fine_lattice(Target target) {
   const dvec3& spacing = target.scene.base->frame.spacing();
   if (haptics::set_smallest_burr(target.scene, 2 * std::min({spacing.x, spacing.y, spacing.z})))
@@ -183,14 +185,15 @@ class CutShape {
   CutShape(const Target& target) : target_(target), places_(places_of(*target.scene.tool)) {}
   void cut(const dvec3& a, const dvec3& b, double radius) { sweeps_.push_back({a, b, radius}); }
   void undo_all() { sweeps_.clear(); }
-  /// True if a ball of the tool is deeper than `slack` (mm) in the remaining matter.
+  /// True if a part of the tool at this pose is deeper than `slack` (mm) in the remaining matter.
   bool holds(const haptics::Placement& tool, double slack) const {
     const haptics::ToolShape& shape = *target_.scene.tool;
     if (!shape.is_six_dof()) return holds(tool.position_world, slack);
     return std::ranges::any_of(
         places_, [&](const dvec3& place) { return holds(tool.world_from_local(place), slack); });
   }
-  /// True if p, or any point of the ball at p, is deeper than `slack` (mm) in the remaining matter.
+  /// True if p, or one of 26 points on the surface of the ball at p, is deeper than `slack` (mm) in the
+  /// remaining matter.
   bool holds(const dvec3& p, double slack) const {
     if (is_in(p, slack)) return true;
     const double r = target_.scene.tool->radius();
@@ -229,8 +232,9 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
   AttackRow row;
   row.method = info.name, row.scene = target.name;
   const auto method = haptics::make_method(info.name).value();
-  if (method->prepare(scene)) return row;  // not a scene for this method
-  if (is_held_from_within(scene) && info.solid != MethodInfo::Solid::smooth) return row;  // nor for its judge
+  if (method->prepare(scene)) return row;  // the method does not support the scene
+  // The judge of tools inside matter knows only the smooth solid.
+  if (is_held_from_within(scene) && info.solid != MethodInfo::Solid::smooth) return row;
   const volume::Frame& frame = scene.base->frame;
   const dvec3 size(scene.base->size);
   Judge judge(scene, info);
@@ -240,7 +244,7 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
   for (const haptics::TouchItem& shape : base_shapes(scene)) solids.push_back(shape.field);
   volume::RemovalEditor editor(untouched, solids);
   CutShape shape(target);
-  // A round tool touches a cut once its fields are updated, here immediately.
+  // A round tool touches a cut once its offset fields are updated, which happens here immediately.
   const auto publish = [&](const volume::VoxelBox* changed) {
     const auto version = editor.publish();
     haptics::TouchState::OffsetFields offsets;
@@ -263,13 +267,13 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
     const double x = random(), y = random(), z = random();
     return dvec3(x, y, z);
   };
-  // Methods on triangles are judged by a mesh of the whole surface, which each cut rebuilds, so cuts are
+  // Methods on triangles are judged by a mesh of the whole surface. Each cut rebuilds this mesh, so cuts are
   // rare.
   const bool is_of_triangles = info.solid == MethodInfo::Solid::net ||
                                info.solid == MethodInfo::Solid::images ||
                                info.solid == MethodInfo::Solid::marching_cubes;
   const bool is_cut = info.takes_cuts && !is_held_from_within(scene);
-  // Short runs are cut and undone too.
+  // Short runs, too, contain cuts and undos.
   const long cut_every =
       std::clamp(steps / 2, 200L, is_of_triangles || scene.tool->radius() > 0 ? 1000L : 400L);
   double speed = 1;
@@ -277,7 +281,7 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
   for (long i = 0; i < steps; ++i) {
     if (i % 2000 == 0) {  // a new start anywhere, with a cleared state
       hip = frame.world_from_volume(random_point() * (size + 8.0) - 4.0);
-      constexpr int k_max_starts = 50;  // a set of balls starts in free space, if that is found
+      constexpr int k_max_starts = 50;  // tries to find a free start for a tool with six degrees of freedom
       for (int start = 0; info.is_six_dof() && start < k_max_starts && !judge.is_free({hip, turn}); ++start)
         hip = frame.world_from_volume(random_point() * (size + 8.0) - 4.0);
       state = {};
@@ -322,8 +326,8 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
         method->step(scene, *touch_state, state, {.hip_world = hip, .orientation = turn});
     if (options.spoil) options.spoil(step, frame.volume_from_world(hip), hip);
     const haptics::Placement tool{step.proxy_world, state.has_turn ? state.tool_turn : turn};
-    // A start may be in matter, or have matter in the ball, and an undo may bury the tool, which then may
-    // come into contact with another shape: contact is judged once the tool was free.
+    // The tool may start in matter, and an undo may bury it. From there it may come into contact with another
+    // shape, so the depth of contacts is judged only after the tool was free.
     const bool is_free = !info.is_six_dof() || judge.judge_balls(tool, step.is_buried && has_grown);
     if (step.is_buried) was_free = false;
     was_free = is_free && (was_free || (target.distance && !shape.holds(tool, 0)));
@@ -415,7 +419,7 @@ std::vector<AttackRow> run_attack(const AttackOptions& options) {
   std::size_t runs = 0;
   for (const Target& target : targets)
     for (const MethodInfo* info : methods) runs += is_fit(target, *info) && !info->takes_shells;
-  // Whole tools come in addition, with as many steps each.
+  // Whole tools run in addition to these steps, with the same number of steps per run.
   const long steps = std::max(250L, options.steps / static_cast<long>(std::max<std::size_t>(1, runs)));
   for (const Target& target : targets)
     for (const MethodInfo* info : methods) {

@@ -46,7 +46,7 @@ haptics::TouchScene two_shapes_scene() {
   return scene;
 }
 
-/// A ball in sheared voxels, divided among three labels by the angle about z.
+/// A ball in sheared voxels, divided into three labels by two planes.
 haptics::TouchScene three_labels_scene() {
   data_tools::PhantomOptions o;
   o.size = glm::ivec3(64);
@@ -60,9 +60,9 @@ haptics::TouchScene three_labels_scene() {
       for (int x = 0; x < result.size.x; ++x) {
         const std::size_t i = result.index(x, y, z);
         const dvec3 p = result.frame.world_from_volume({x, y, z});
-        const bool is_ahead = p.y > 0.3 * p.x, is_left = p.x > 0.2 * p.y + 0.1 * p.z;
+        const bool is_behind = p.y > 0.3 * p.x, is_left = p.x > 0.2 * p.y + 0.1 * p.z;
         result.labels[i] = static_cast<std::uint8_t>(result.voxels[i] < 300 ? 0
-                                                     : is_ahead             ? 1
+                                                     : is_behind            ? 1
                                                      : is_left              ? 2
                                                                             : 3);
       }

@@ -29,7 +29,8 @@ data_tools::PhantomOptions grid(int size, double psf) {
   return o;
 }
 
-/// Plays a path several times; returns per-step minima over contact steps.
+/// Plays a path several times. Returns percentiles, over the steps in contact, of the shortest time of each
+/// step. Sets the mean numbers of voxels and cells per step.
 StepTimes time_steps(const haptics::TouchScene& scene, const haptics::PosePath& path, double& voxels,
                      double& cells) {
   haptics::ImplicitProxy method;
@@ -135,7 +136,7 @@ SurfaceResult run_surface_benchmark(int size) {
     }
   }
 
-  // A burr moves through the shell's bone; after each tick its chunk is remeshed.
+  // A burr moves through the shell's bone. After each tick, the chunk at its centre is remeshed.
   const haptics::TouchScene scene = scenes::phantom_scene("shell", grid(size, 0));
   const double spacing = scene.base->frame.spacing().x;
   volume::NetScratch scratch;
@@ -160,7 +161,7 @@ SurfaceResult run_surface_benchmark(int size) {
   }
   result.drilled_chunk = minima.result();
 
-  // Chunks with surface, all over the shell.
+  // Meshing of every chunk of the shell that contains surface.
   MinimumOfRuns everywhere;
   const volume::SurfaceSource whole{&scene.items[0].field, nullptr, scene.items[0].bits.get()};
   const glm::ivec3 chunks = volume::chunk_grid(scene.base->size);
@@ -181,8 +182,9 @@ SurfaceResult run_surface_benchmark(int size) {
 
 namespace {
 
-/// A ball of 24 voxels in diameter driven into solid bone at 50 mm/s, with a version published each tick; in
-/// fresh bone, or in bone covered with scratches of a ball of 2 voxels in diameter.
+/// Times the ticks of a ball of 24 voxels in diameter that cuts solid bone at 50 mm/s, with a version
+/// published each tick. The bone is uncut, or contains scratches: 16 narrow cuts along each stroke, made by a
+/// ball of 2 voxels in diameter.
 StepTimes time_removal(const haptics::TouchScene& bone, bool has_scratches) {
   MinimumOfRuns minima;
   const dvec3 direction = glm::normalize(dvec3(1, 0.3, -0.2));
@@ -211,8 +213,8 @@ StepTimes time_removal(const haptics::TouchScene& bone, bool has_scratches) {
   return minima.result();
 }
 
-/// Ticks of a burr as in a live session, on a simulated clock: cuts made during a field's update are in the
-/// next update.
+/// Plays ticks of a burr as in a live session, on a simulated clock. An update of the offset field contains
+/// the cuts made before it began; later cuts wait for the next update.
 void time_hover(StepResult& result) {
   data_tools::PhantomOptions o = grid(128, 1.5);
   o.spacing_mm = dvec3(0.5);
@@ -260,7 +262,7 @@ StepResult run_step_benchmark(int size) {
     const haptics::TouchScene scene = scenes::phantom_scene("sphere", grid(size, 1.5));
     result.implicit = time_steps(scene, scenes::sphere_slide(45, 1, 100, 3), result.voxels_per_step, cells);
   }
-  // A small sphere in ever larger volumes of equal voxels.
+  // A small sphere in volumes of increasing size, with voxels of equal size.
   for (const int n : {50, 100, 200, 400, 800}) {
     if (n > 400 && n > size) continue;
     if (static_cast<std::size_t>(n) * static_cast<std::size_t>(n) * static_cast<std::size_t>(n) * 8 >

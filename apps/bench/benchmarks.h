@@ -1,4 +1,4 @@
-// Benchmarks of `trephine-bench`; every figure in docs/performance.md comes from here.
+// Benchmarks of surfaces, steps and cuts: rows of `trephine-bench surface` and `trephine-bench step`.
 #pragma once
 
 #include <string>
@@ -21,8 +21,8 @@ struct SurfaceResult {
   StepTimes
       drilled_chunk;  ///< us, the chunk under a burr, remeshed each tick: two sheets of bone and the cut
 };
-/// Whole surfaces of size^3 int16, bits included, compared with FlyingEdges3D in one run (least of three),
-/// and changed chunks.
+/// Times the extraction of whole surfaces of size^3 int16, including the thresholding of the voxels, compared
+/// with FlyingEdges3D in one run (least of three); and of single chunks.
 SurfaceResult run_surface_benchmark(int size);
 
 struct ScalingRow {

@@ -9,8 +9,8 @@
 
 namespace trephine::bench {
 
-/// A search for the resting position: with the local map in memory (physical), and with one that is never
-/// stored (abstract).
+/// A search for the resting position: with the local map in memory (physical), and with a map whose values
+/// are computed when needed and never stored (abstract).
 struct LomiRow {
   double resolution = 0;  ///< mm
   int voxels = 0;         ///< along the map's edge, by the rule of Kim et al. 2009
@@ -45,7 +45,7 @@ struct ModelRow {
   };
   std::vector<Method> methods;
 };
-/// `is_quick`: only the smallest of the balls, and fewer runs. `real`: closed models, in mm.
+/// `is_quick`: only the smallest of the balls, fewer runs, and no FCL. `real`: closed models, in mm.
 std::vector<ModelRow> run_depth_models(bool is_quick, const std::vector<BenchModel>& real);
 
 /// Random steps in and around an object with thin walls, and the number of walls passed by each method.
@@ -62,8 +62,8 @@ struct FallRow {
 };
 std::vector<FallRow> run_depth_falls(bool is_quick);
 
-/// A ball that moves back and forth and swells, with 100 sets of images per second around a hand that presses
-/// on it: nothing is prepared in advance.
+/// A ball that moves back and forth and swells. Around a hand that presses on it, 100 sets of images are
+/// drawn per second; no image is drawn in advance.
 struct DeformRow {
   int triangles = 0;
   double set_p50_ms = 0, set_p99_ms = 0;  ///< from a new shape to the force: drawing, adoption, one step

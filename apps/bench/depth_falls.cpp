@@ -39,7 +39,7 @@ std::vector<Object> test_objects() {
     plate.middle = box({-6, -6, 0}, {6, 6, 0});
     all.push_back(plate);
   }
-  // A tube along z: between its ends only the walls lead in or out.
+  // A tube along z. Between its ends, a path into or out of the tube must cross a wall.
   const auto square = [](double half, double z) { return box({-half, -half, -z}, {half, half, z}); };
   for (const double wall : {0.3, 1.0}) {
     Object tube{"tube", wall, {}, {}, dvec3(0)};
@@ -100,7 +100,7 @@ std::vector<FallRow> run_depth_falls(bool is_quick) {
       ProxyState state;
       dvec3 hip(0);
       for (long i = 0; i < row.steps; ++i) {
-        if (i % 200 == 0) {  // restart, inside and outside in turn
+        if (i % 200 == 0) {  // restarts, at the start of the object and at a random free position in turn
           state = {};
           do hip = i % 400 == 0 ? object.start : 9.0 * (2.0 * random_point() - 1.0);
           while (std::abs(depth::winding(object.model, hip)) > 0.5);

@@ -15,8 +15,9 @@ struct BenchModel {
   std::vector<glm::dvec3> vertices;
   std::vector<std::uint32_t> triangles;
 };
-/// Returns a ball with exactly `triangles` triangles. Some are split in three to reach the number. If it is
-/// odd, as for published models, one triangle of zero area is added: a closed surface has an even number.
+/// Returns a ball with exactly `triangles` triangles. Some triangles are split into three to reach this
+/// number. If the number is odd, as in published models, one triangle of zero area is added, because a closed
+/// surface has an even number of triangles.
 BenchModel ball_of(int triangles);
 /// Fills each loop of open edges with a fan around its centre, and makes the model face outward; returns the
 /// number of loops.

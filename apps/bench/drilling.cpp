@@ -81,15 +81,15 @@ double surface_error(const IsRemoved& is_removed, const volume::ToolBody& body, 
   return worst;
 }
 
-/// Exact volume: the body's own, plus the area of its outline times the path length (Cavalieri; it moves
-/// across its shaft).
+/// Exact volume of the hole: the volume of the body, plus the area of its outline times the path length
+/// (Cavalieri). The burr moves at right angles to its shaft, and the outline is that seen along the motion.
 double exact_volume(const volume::ToolBody& body, const Stroke& stroke) {
   constexpr int k_slices = 4000;
   const double low = body.low(), high = body.high();
   double solid = 0, area = 0;
   for (int i = 0; i < k_slices; ++i) {
     const double along = low + (i + 0.5) / k_slices * (high - low);
-    double inner = 0, outer = body.radius;  // zero of the distance to the surface
+    double inner = 0, outer = body.radius;  // bounds of the radius of the body at this height
     for (int k = 0; k < 50; ++k) {
       const double at = 0.5 * (inner + outer);
       (body.distance(along, at) <= 0 ? inner : outer) = at;
@@ -167,17 +167,18 @@ std::vector<DrillingRow> run_drilling_benchmark(bool is_quick) {
       const volume::ToolBody ball = volume::ToolBody::ball(2);
       // A voxel in the ball is air after 50 ms.
       IntensityDrill intensity(block(grid.spacing), 2, (k_bone + 1000) / 0.05);
-      const StepTimes slow = run_stroke(
+      const StepTimes intensity_times = run_stroke(
           usual, rate,
           [&](const dvec3&, const dvec3& to, double seconds, bool) { intensity.stay(to, seconds); });
       const IsRemoved lowered = removed_in(intensity.remaining());
       add("intensity lowered near the tip", "ball", grid.name, rate, usual, ball, volume_of(lowered), lowered,
-          slow);
+          intensity_times);
       FixedCountDrill voxels(block(grid.spacing), 2, 6);
-      const StepTimes fast = run_stroke(
+      const StepTimes fixed_count_times = run_stroke(
           usual, rate, [&](const dvec3&, const dvec3& to, double, bool) { voxels.tick(to, k_threshold); });
       const IsRemoved removed = removed_in(voxels.remaining());
-      add("6 voxels per tick", "ball", grid.name, rate, usual, ball, volume_of(removed), removed, fast);
+      add("6 voxels per tick", "ball", grid.name, rate, usual, ball, volume_of(removed), removed,
+          fixed_count_times);
     }
   // Short strokes, and slow ones, in which the burr moves far less than the spacing of the lattice per tick.
   for (const auto& [name, stroke] :

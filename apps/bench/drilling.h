@@ -1,4 +1,5 @@
-// Matter that a burr removes from solid bone, against its closed form: our sweeps and other methods.
+// Error of the hole that a burr drills into solid bone, compared with the exact hole: our sweeps and other
+// methods. Rows of `trephine-bench drill`.
 #pragma once
 
 #include <string>

@@ -43,7 +43,7 @@ struct Judges {
     floor_ = std::sqrt(square / static_cast<double>(std::max(1L, count))) / ideal.voxel();
     return *floor_;
   }
-  /// The judge shared by all methods with the same guaranteed solid.
+  /// Returns a judge for a method. Methods with the same guaranteed solid share this solid.
   verify::FallThroughJudge fall_through(const FeelScene& s, const MethodInfo& method) {
     auto& solid = solids[{method.solid, method.takes_cuts}];
     if (!solid) solid = std::make_unique<scenes::GuaranteedSolid>(method, s.scene, s.drilled);
@@ -90,7 +90,7 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, 
   row.radius_mm = s.radius_mm;
   row.field_s = s.field_s, row.field_update_s = s.field_update_s;
   if (contender.needs_radius && (s.radius_mm != 2 || s.group != "smooth")) return row;
-  // Anything built before the hole was drilled does not contain it.
+  // Peers, and methods without cuts, touch the volume before the hole was drilled.
   if (s.drilled && (contender.is_peer || !info.takes_cuts)) return row;
   if (method.prepare(s.scene)) return row;
   const haptics::TouchState touch_state = s.touch_state();
@@ -195,8 +195,9 @@ FeelRow score(const FeelScene& s, const IdealProxies& ideal, const FeelResults& 
   return row;
 }
 
-/// Forces along the sphere, raw and smoothed; or pressing into it at 3 Hz with a target that is updated 60
-/// times per second, as by a scene graph (Jiang, dissertation, figure 27).
+/// Returns the forces of a slide over the sphere, raw and smoothed. With `is_pressing`, the hand presses into
+/// the sphere at 3 Hz, and the HIP is updated 60 times per second, as by a scene graph (Jiang, dissertation,
+/// figure 27).
 FeelTrace trace(const FeelScene& s, const Contender& contender, bool is_pressing) {
   FeelTrace result{contender.info.name, is_pressing, {}, {}, {}};
   const auto method = contender.make();
@@ -248,7 +249,8 @@ FeelSplit split_of_explicit(const FeelScene& s) {
     const haptics::ProxyStep step = method->step(s.scene, version, state, {hip});
     const double all = 1e6 * seconds_since(start);
     if (!step.has_contact) continue;
-    // Calls use(cell) for the cells along the path's segments and along a last segment toward the hand.
+    // Calls use(cell) for the first four cells, at most, along each segment of the path and along the segment
+    // from its end to the hand.
     const auto for_segment_cells = [&](auto&& use) {
       const dvec3 hip_volume = s.scene.base->frame.volume_from_world(hip);
       for (int i = 0; i < step.waypoint_count; ++i) {

@@ -23,7 +23,7 @@ struct FeelScene {
   haptics::TouchScene scene;
   haptics::PosePath path;
   double field_s = 0;         ///< to build the tool's offset field, before the first step
-  double field_update_s = 0;  ///< to update it after the hole, off the servo
+  double field_update_s = 0;  ///< to update this field after the hole is drilled; not part of a step
   std::shared_ptr<const haptics::TouchState> drilled = nullptr;  ///< null: untouched
   haptics::TouchState touch_state() const {
     return drilled ? *drilled : haptics::TouchState(std::make_shared<volume::Version>(scene.base));
@@ -35,8 +35,8 @@ struct FeelScene {
   bool has_outer_edge = false;  ///< the shape has a convex edge, which blurred samples blunt by up to a voxel
 };
 
-/// One method on one scene. Errors in voxels (the shortest step of the grid) or as named; absent if the scene
-/// or the method has none.
+/// Result of one method on one scene. Errors are in voxels (the shortest step of the grid) or in the unit of
+/// their name; empty if they cannot be measured for the scene or the method.
 struct FeelRow {
   std::string scene, variant, motion, group, method;
   int size = 0;
@@ -46,11 +46,12 @@ struct FeelRow {
       method_error_voxels;  ///< largest distance, over all steps, from an ideal proxy on the same solid
   std::optional<double> total_rms_voxels;   ///< distance from the analytic surface
   std::optional<double> floor_rms_voxels;   ///< that of an ideal proxy on the smooth solid of the samples
-  std::optional<double> deepest_voxels;     ///< in the analytic shape
+  std::optional<double> deepest_voxels;     ///< largest depth in the analytic shape
   std::optional<double> max_off_mm;         ///< largest distance from an ideal proxy on the analytic shape
-  std::optional<double> direction_rms_deg;  ///< of the raw force
+  std::optional<double> direction_rms_deg;  ///< angle between the raw and the exact force
+  /// Distance from the ideal proxy on the analytic shape, along its surface.
   std::optional<double> tangential_p50_mm, tangential_p99_mm;
-  std::optional<double> force_rms_n;  ///< stiffness times the distance from the ideal proxy
+  std::optional<double> force_rms_n;  ///< stiffness times the distance from this ideal proxy
   std::optional<double>
       rendered_rms_n;           ///< force with damping and smoothing, minus stiffness times exact offset
   double rough_n = 0;           ///< RMS of the raw force above 20 Hz
@@ -73,13 +74,12 @@ struct FeelRow {
 struct FeelScaling {
   std::string method;
   bool is_density_rising =
-      false;  ///< one box in ever smaller voxels; otherwise equal voxels in ever larger boxes
+      false;  ///< one box in voxels of decreasing size; otherwise equal voxels in boxes of increasing size
   int size = 0;
   StepTimes time_us;
 };
 
-/// |force| along a slide, or while the hand presses on a target that is updated less often than the servo
-/// runs.
+/// |force| along a slide, or while the hand presses and the HIP is updated less often than the servo runs.
 struct FeelTrace {
   std::string method;
   bool is_pressing = false;

@@ -76,7 +76,7 @@ std::vector<dvec3> polyline(const std::vector<dvec3>& corners, double speed) {
   return hips;
 }
 
-/// Returns the motion at five times the speed for 12 ms, then held for 48 ms, repeatedly.
+/// Returns a motion that repeats two phases: five times the speed of `hips` for 12 ms, then rest for 48 ms.
 template <class Hips>
 auto held(Hips hips) {
   return [hips](const Distance& distance, int samples) {
@@ -117,7 +117,7 @@ haptics::TouchScene make_scene(const std::string& phantom, const Parameters& par
   return scenes::scene_of(std::move(output), {0.5, 0.001, 0, 0});
 }
 
-/// A scene that is built when its turn comes.
+/// Description of a scene. The scene itself is built directly before it is played.
 struct SceneRequest {
   std::string name, variant, motion, group, phantom;
   Parameters parameters;
@@ -127,7 +127,7 @@ struct SceneRequest {
   bool has_hole = false;  ///< a burr hole is drilled first: 4 mm radius, along -z at the origin, 8 mm deep
 };
 
-std::vector<SceneRequest> plans(bool is_quick) {
+std::vector<SceneRequest> scene_requests(bool is_quick) {
   std::vector<SceneRequest> all;
   const auto slide = [](dvec3 start, dvec3 heading, double speed, double depth = 1) {
     return [=](const Distance& d, int samples) {
@@ -253,7 +253,8 @@ std::vector<SceneRequest> plans(bool is_quick) {
   const auto along = [](std::vector<dvec3> corners, double speed) {
     return [corners, speed](const Distance&, int) { return polyline(corners, speed); };
   };
-  // Groove: down into it, pressed below its bottom, circles across and along it.
+  // The HIP starts at `start` in free space. Then it circles around a point in matter, for example below the
+  // bottom of a groove, so that the proxy is pressed across and along the groove.
   const auto circles = [](dvec3 start, dvec3 middle, double radius, double speed) {
     return [=](const Distance&, int samples) {
       std::vector<dvec3> hips{start};
@@ -397,7 +398,7 @@ std::vector<SceneRequest> plans(bool is_quick) {
                  in_hole(2, true),
                  2,
                  true});
-  // Clinical slices, drilled as in sessions: on a lattice finer than the voxels.
+  // Slices as thick as in clinical scans, drilled as in sessions: on a cut lattice finer than the voxels.
   for (const double radius : {0.0, 2.0}) {
     Grid thick;
     thick.psf = 0.7, thick.slice_mm = 3;
@@ -444,7 +445,7 @@ std::vector<SceneRequest> plans(bool is_quick) {
   return all;
 }
 
-constexpr double k_hole_top = 3, k_hole_end = -4;  // of the centre of the burr, mm
+constexpr double k_hole_top = 3, k_hole_end = -4;  // z of the centre of the burr, start and end, mm
 
 /// Distance (mm) from p to the half space under z = 0 after drill_hole(): a body of revolution, bounded by
 /// the plane outside the hole, the wall and the round end.
@@ -459,7 +460,7 @@ double distance_to_drilled(const dvec3& p) {
   return is_free ? nearest : -nearest;
 }
 
-/// Drills a burr hole, and updates the tool's field.
+/// Drills a burr hole, and updates the offset field of the tool.
 void drill_hole(FeelScene& scene) {
   const haptics::TouchItem& shape = scene.scene.items[0];
   volume::RemovalEditor editor(haptics::untouched(scene.scene), {shape.field});
@@ -488,45 +489,46 @@ std::string feel_id(const std::string& name, const std::string& variant, const s
 
 std::vector<std::string> feel_scene_ids(bool is_quick) {
   std::vector<std::string> ids;
-  for (const SceneRequest& plan : plans(is_quick))
-    ids.push_back(feel_id(plan.name, plan.variant, plan.motion));
+  for (const SceneRequest& request : scene_requests(is_quick))
+    ids.push_back(feel_id(request.name, request.variant, request.motion));
   return ids;
 }
 
 void for_feel_scenes(bool is_quick, const std::string& only, const std::function<bool(FeelScene&&)>& use) {
   const int size = is_quick ? 128 : 512, samples = is_quick ? 1500 : 3100;
-  for (const SceneRequest& plan : plans(is_quick)) {
-    if (feel_id(plan.name, plan.variant, plan.motion).find(only) == std::string::npos) continue;
+  for (const SceneRequest& request : scene_requests(is_quick)) {
+    if (feel_id(request.name, request.variant, request.motion).find(only) == std::string::npos) continue;
     // Distance to the region forbidden to the tool's centre.
-    const Distance distance = [phantom = plan.phantom, parameters = plan.parameters,
-                               radius = plan.radius](const dvec3& p) {
+    const Distance distance = [phantom = request.phantom, parameters = request.parameters,
+                               radius = request.radius](const dvec3& p) {
       return data_tools::phantom_distance(phantom, parameters, p) - radius;
     };
     FeelScene scene;
-    scene.name = plan.name, scene.variant = plan.variant, scene.motion = plan.motion,
-    scene.group = plan.group;
-    scene.radius_mm = plan.radius;
-    scene.scene = make_scene(plan.phantom, plan.parameters, size, plan.grid);
-    scene.path = path_of(plan.hips(distance, samples));
+    scene.name = request.name, scene.variant = request.variant, scene.motion = request.motion,
+    scene.group = request.group;
+    scene.radius_mm = request.radius;
+    scene.scene = make_scene(request.phantom, request.parameters, size, request.grid);
+    scene.path = path_of(request.hips(distance, samples));
     const auto begin = Clock::now();
     haptics::soften(scene.scene);
-    if (plan.grid.slice_mm > 0 && haptics::set_smallest_burr(scene.scene, 2)) continue;
-    if (haptics::set_tool_radius(scene.scene, plan.radius)) continue;
-    if (plan.radius > 0) scene.field_s = seconds_since(begin);
+    if (request.grid.slice_mm > 0 && haptics::set_smallest_burr(scene.scene, 2)) continue;
+    if (haptics::set_tool_radius(scene.scene, request.radius)) continue;
+    if (request.radius > 0) scene.field_s = seconds_since(begin);
     scene.distance = distance;
-    scene.has_outer_edge = plan.phantom == "wedge";
-    if (plan.phantom == "plate") scene.plate_mm = plan.parameters.at("thickness");
-    if (plan.has_hole) {
+    scene.has_outer_edge = request.phantom == "wedge";
+    if (request.phantom == "plate") scene.plate_mm = request.parameters.at("thickness");
+    if (request.has_hole) {
       drill_hole(scene);
-      scene.distance = [radius = plan.radius](const dvec3& p) { return distance_to_drilled(p) - radius; };
+      scene.distance = [radius = request.radius](const dvec3& p) { return distance_to_drilled(p) - radius; };
     }
     if (!use(std::move(scene))) return;
   }
 }
 
 haptics::PosePath slide_over(const haptics::TouchScene& scene, double speed, double depth, int samples) {
-  // The first solid voxel under each position of a line across the middle, from above, with the HIP `depth`
-  // below it.
+  // The HIP follows a line across the middle, back and forth. Below each position, the first solid voxel from
+  // above gives the height of the bone. The height is smoothed along the line, and the HIP is `depth` below
+  // it.
   const volume::Volume& base = *scene.base;
   const volume::Frame& frame = base.frame;
   const glm::ivec3 size = base.size;

@@ -14,7 +14,8 @@ class IntensityDrill {
   static constexpr double k_air = -1000;
   /// `rate`: intensity per second, within a ball of `radius` mm.
   IntensityDrill(volume::Volume scan, double radius, double rate);
-  /// Applies `seconds` of the tip at a position. Cost: proportional to the voxels of the ball.
+  /// Lowers the intensities for a tip that stays at a position for `seconds`. Cost: proportional to the
+  /// number of voxels in the ball.
   void stay(const glm::dvec3& tip_world, double seconds) noexcept;
   const volume::Volume& remaining() const noexcept { return scan_; }
 
@@ -24,8 +25,8 @@ class IntensityDrill {
 };
 
 /// Removes a fixed number of voxels of the ball per tick, independent of time, force and bone (rule of LCSR's
-/// volumetric_drilling on AMBF, and of CHAI3D's examples). The published number is
-/// 10 voxels per tick for a diameter of 6 mm and 6 for 4 mm; here it is `max_voxels`.
+/// volumetric_drilling on AMBF, and of CHAI3D's examples). The published number is 10 voxels per tick for a
+/// diameter of 6 mm, and 6 voxels for 4 mm; here it is `max_voxels`.
 class FixedCountDrill {
  public:
   /// `radius`: mm. `max_voxels`: number of voxels per tick.

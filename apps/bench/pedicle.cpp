@@ -22,7 +22,7 @@ const sim::Catalogue& catalogue() {
   return all;
 }
 
-/// Places and judges the planned pedicle screws of L4, and times the overlays while they turn in.
+/// Places and judges the planned pedicle screws of L4, and times the overlays while the screws turn in.
 void time_screws(PedicleResult& result) {
   data_tools::PhantomOptions options;
   options.size = glm::ivec3(result.width, result.width, result.slices);
@@ -71,9 +71,9 @@ StepTimes time_probe() {
     for (int i = 0; i < k_steps; ++i) {
       haptics::ServoInput input;
       input.pose = {{0.3, 0.2, 6 - 0.01 * i}, {1, 0, 0, 0}, 0};
-      const auto now = engine.servo_scene();
+      const auto servo_scene = engine.servo_scene();
       const auto start = Clock::now();
-      const haptics::ServoRecord record = core.step(*now, input);
+      const haptics::ServoRecord record = core.step(*servo_scene, input);
       const double us = 1e6 * seconds_since(start);
       if (glm::length(record.force_world) > 1) minima.add(static_cast<std::size_t>(i), us);
       engine.apply(record);

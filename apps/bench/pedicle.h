@@ -1,4 +1,5 @@
-// Pedicle screws and the probe: times of placing, judging, drawing and of a servo step.
+// Pedicle screws and the probe: times of placing and judging screws, of their overlays, and of a servo step
+// of the probe; and the force of the probe. Rows of `trephine-bench pedicle`.
 #pragma once
 
 #include <vector>
@@ -10,8 +11,8 @@ namespace trephine::bench {
 
 struct PedicleResult {
   int width = 0, slices = 0;          ///< of the scan, voxels
-  double place_ms = 0, judge_ms = 0;  ///< least of several screws, with the adoption of the result
-  StepTimes overlays_ms;              ///< overlays of the module, while a screw turns in
+  double place_ms = 0, judge_ms = 0;  ///< least of several screws, including the adoption of the result
+  StepTimes overlays_ms;              ///< computation of all overlays, while a screw turns in
   /// Servo steps of a probe whose track grows, us: per-step minimum of identical runs.
   StepTimes probe_us;
 };
@@ -19,7 +20,7 @@ struct PedicleResult {
 /// and slices.
 PedicleResult run_pedicle_benchmark(bool is_quick);
 
-/// A probe that is pushed through a plate, a sample per tick.
+/// Force of a probe that is pushed through a plate; one sample per tick.
 struct InsertionTrace {
   std::vector<double> depth_mm;  ///< of the tip below the upper face of the plate
   std::vector<double> force_n;   ///< against the hand, along the shaft

@@ -1,4 +1,4 @@
-// GDCM and ITK as peers: series are read in their usual way.
+// ITK with its GDCM classes as a peer: finds the series of a folder, and reads one series.
 #include <chrono>
 #include <itkGDCMImageIO.h>
 #include <itkGDCMSeriesFileNames.h>

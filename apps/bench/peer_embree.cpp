@@ -1,5 +1,5 @@
-// Embree: a god-object whose path segments are cast against the whole surface by its robust traversal, in
-// single precision.
+// Embree: a god-object whose path segments are cast against the whole surface by Embree's robust traversal,
+// in single precision.
 #include <embree3/rtcore.h>
 #include <glm/geometric.hpp>
 
@@ -141,7 +141,7 @@ Peer embree_peer() {
 
 namespace {
 
-/// A scene of triangles and its build time.
+/// A scene of triangles, and the least of three build times.
 struct Built {
   RTCDevice device;
   RTCScene scene = nullptr;

@@ -1,5 +1,5 @@
-// NanoVDB's HDDA with an accessor. C++17 and free of our headers but one: its grid builder does not compile
-// as C++20.
+// NanoVDB's HDDA (hierarchical ray traversal) with an accessor. This file is C++17 and includes only one
+// header of ours, because NanoVDB's grid builder does not compile as C++20.
 #include "apps/bench/peer_nanovdb.h"
 
 #include <chrono>

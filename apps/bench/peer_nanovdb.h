@@ -4,7 +4,7 @@
 namespace trephine::bench {
 
 struct NanoGrid;
-/// `words`: bits of rows along x, `words_per_row` of 64 each.
+/// `words`: one bit per voxel, in rows along x of `words_per_row` words of 64 bits.
 NanoGrid* make_nano_grid(const unsigned long long* words, int words_per_row, const int size[3]);
 void free_nano_grid(NanoGrid* grid);
 /// Finds first hits; returns seconds. `rays`: six numbers each, start and end in voxels; `voxels`: three

@@ -21,7 +21,7 @@ class OpenVdbProxy final : public haptics::ProxyMethod {
  public:
   static constexpr haptics::MethodInfo k_info{
       .name = "OpenVDB",
-      .meaning = "ray casts at the level set of the surface net, and the planes they meet",
+      .meaning = "ray casts against the level set of the surface net, and tangent planes at their hits",
       .source = "Museth 2013",
       .solid = haptics::MethodInfo::Solid::nothing};
   const haptics::MethodInfo& info() const noexcept override { return k_info; }

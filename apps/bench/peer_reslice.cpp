@@ -38,7 +38,7 @@ std::vector<ResliceRow> run_reslice_benchmark(int size) {
 
   struct Plane {
     const char* name;
-    dvec3 normal;  ///< 0: by its name
+    dvec3 normal;  ///< 0: orientation given by the name
   };
   const std::size_t count = static_cast<std::size_t>(k_slice_pixels) * k_slice_pixels;
   std::vector<ResliceRow> rows;

@@ -1,4 +1,4 @@
-// Public libraries as peers on the chart of bench feel, if they were found at build time.
+// Public libraries with which benchmarks compare (peers), if they were found at build time.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ namespace trephine::bench {
 struct Peer {
   haptics::MethodInfo info;
   std::string version;
-  bool needs_radius = false;  ///< plays only a ball of 2 mm radius: its steps take too long in other scenes
+  bool needs_radius = false;  ///< plays only smooth scenes with a ball of 2 mm radius; others take too long
   std::unique_ptr<haptics::ProxyMethod> (*make)();
 };
 
@@ -23,7 +23,8 @@ struct Peer {
 struct CsgTicks {
   std::vector<double> difference_us, with_capsule_us;
 };
-/// `step`: motion of the ball per tick, mm.
+/// `spacing`: of the level sets, mm; `radius`: of the ball, mm; `step`: motion of the ball per tick, mm (x,
+/// y, z). Each of `lanes` strokes has `ticks` ticks.
 CsgTicks csg_ticks(double spacing, double radius, const double* step, int lanes, int ticks);
 
 double gdcm_scan(const char* folder, int& series);
@@ -35,8 +36,9 @@ double itk_flood(const short* voxels, int size, short low, const int* seed, long
 double itk_components(const short* voxels, int size, short low, bool has_corners, int threads,
                       long long& count);
 
-/// Duration, ms, of Embree's build of a tree of triangles; and of six orthographic images of a cube around a
-/// position, first hits: `depths` as in SixImages, the duration in `images_ms`. Least of three.
+/// Both functions return the time (ms) in which Embree builds its tree of the triangles. embree_images() also
+/// casts six orthographic images of a cube around `middle`: `depths` are the distances to first hits, as in
+/// SixImages, and `images_ms` is the duration. Times are the least of three.
 double embree_build_ms(const float* vertices, long vertex_count, const unsigned* triangles,
                        long triangle_count);
 double embree_images(const float* vertices, long vertex_count, const unsigned* triangles, long triangle_count,
@@ -61,7 +63,8 @@ struct PeerSet {
   void (*free_nano_grid)(NanoGrid*) = nullptr;
   double (*run_nano_rays)(const NanoGrid&, const double*, int, int*, float) = nullptr;
   CsgTicks (*csg_ticks)(double, double, const double*, int, int) = nullptr;
-  /// Seconds to find the series of a folder, and to read one; the sum of voxels times (index % 251).
+  /// Both return seconds: to find the series of a folder, and to read the series of a folder. `sum`: of all
+  /// voxels, each times (index % 251).
   double (*gdcm_scan)(const char* folder, int& series) = nullptr;
   double (*itk_read)(const char* folder, long long& sum) = nullptr;
   double (*itk_flood)(const short*, int, short, const int*, long long&) = nullptr;
@@ -74,7 +77,7 @@ struct PeerSet {
 /// The peers next to this program; empty if their library is missing.
 const PeerSet& peers();
 
-/// The peer of each file, if built in.
+/// Peers of peer_embree.cpp, peer_openvdb.cpp and peer_fcl.cpp, if these are built.
 Peer embree_peer();
 Peer openvdb_peer();
 Peer fcl_peer();

@@ -13,9 +13,9 @@ struct RayRow {
   long count = 0, hits = 0;
   double ns_per_ray = 0;  ///< per ray
   double peer_ns = 0;     ///< NanoVDB; 0: not built in
-  long peer_differs = 0;  ///< rays with another voxel by the peer
+  long peer_differs = 0;  ///< rays for which the peer finds another first voxel
   long judged = 0;        ///< rays repeated in exact arithmetic
-  long mismatches = 0;    ///< of these, rays with another voxel by our code
+  long mismatches = 0;    ///< judged rays for which our code finds another first voxel
 };
 /// Least of five runs over size^3 voxels.
 std::vector<RayRow> run_ray_benchmark(int size);

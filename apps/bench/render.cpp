@@ -28,9 +28,9 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
   o.size = glm::ivec3(size);
   o.psf_sigma_voxels = 1.2, o.is_psf_given = true;
   o.parameters["noise"] = 15;
-  auto result = std::make_shared<volume::Volume>(data_tools::make_phantom("shell", o).value());
-  result->is_hounsfield = true;
-  const std::shared_ptr<const volume::Volume> scan = result;
+  auto phantom = std::make_shared<volume::Volume>(data_tools::make_phantom("shell", o).value());
+  phantom->is_hounsfield = true;
+  const std::shared_ptr<const volume::Volume> scan = phantom;
   const double mm = scan->frame.spacing().x;
   const dvec3 middle = scan->frame.world_from_volume(0.5 * (dvec3(scan->size) - 1.0));
 
@@ -99,7 +99,7 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
        {std::tuple("VTK fixed point", false, 1), std::tuple("VTK fixed point", false, 2),
         std::tuple("VTK OpenGL", true, 0)}) {
     RenderRow row{name, 0.5 * mm, threads};
-    RenderPeerRequest peer_request{result->voxels.data(),
+    RenderPeerRequest peer_request{phantom->voxels.data(),
                                    size,
                                    mm,
                                    {},
@@ -119,10 +119,10 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
       peer_request.up[a] = request.camera.up[a];
     }
     RenderPeerAnswer answer;
-    row.is_there =
+    row.is_available =
         peer != nullptr && peer(peer_request, window, answer) && answer.greys.size() == exact.size();
     row.frame_ms = answer.frame_ms, row.changed_ms = answer.changed_ms;
-    if (row.is_there)
+    if (row.is_available)
       row.error = rms([&](std::size_t i) {
         const std::size_t column = i % k_render_pixels, line = i / k_render_pixels;
         return answer.greys[column + k_render_pixels * (k_render_pixels - 1 - line)] / 255.0;

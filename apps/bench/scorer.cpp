@@ -18,7 +18,8 @@ namespace {
 
 constexpr std::size_t k_dropped = MinimumOfRuns::k_dropped;
 
-/// RMS of the residual after a moving mean of 50 ms (20 Hz and below), over runs of contact.
+/// Returns the RMS of the force (1 kHz) minus its moving mean over 51 ticks, that is, of the frequencies
+/// above about 20 Hz. Uses only windows with contact in every tick.
 double rough_above_20_hz(const std::vector<double>& force, const std::vector<bool>& contact) {
   constexpr int k_half = 25;
   double square = 0;
@@ -125,7 +126,7 @@ bool IdealProxies::is_fallen(const dvec3& p) const {
   const double deep = -scene_.distance(p);
   const double blunted = scene_.has_outer_edge ? voxel_ : 0.1 * voxel_;
   if (scene_.radius_mm > 0) return deep > blunted + 0.02 * scene_.radius_mm;
-  // The samples of a sharp shape describe a blunt one, outside of which a point is free.
+  // The samples of a sharp shape describe a blunt shape. A point outside that blunt shape is free.
   return deep > voxel_ && (scene_.group != "sharp" || of_smooth_(p) < 0);
 }
 
@@ -159,7 +160,7 @@ Scorer::Scorer(const FeelScene& scene, const IdealProxies& ideal, const IdealPro
 void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
   const dvec3& hip = scene_.path.samples()[i].pose.position_world;
   const double voxel = ideal_.voxel(), stiffness = scene_.scene.items[0].material.stiffness;
-  // Less than a thousandth of a voxel is not contact, whatever the step reports.
+  // A proxy within a thousandth of a voxel of the HIP is not in contact, even if the step reports contact.
   const bool has_contact = step.has_contact && glm::length(step.proxy_world - hip) > 1e-3 * voxel;
   const dvec3 force = raw_.step(step, hip, scene_.scene).force_world,
               smoothed = smoothed_.step(step, hip, scene_.scene).force_world;
@@ -170,8 +171,8 @@ void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
   contact_.push_back(has_contact);
   smoothed_n_.push_back(glm::length(smoothed));
   const dvec3 proxy = has_contact ? step.proxy_world : hip;
-  const dvec3 place = scene_.scene.base->frame.volume_from_world(proxy);
-  const glm::ivec3 at_voxel = volume::voxel_of(glm::clamp(place, dvec3(-1e6), dvec3(1e6)));
+  const dvec3 position_volume = scene_.scene.base->frame.volume_from_world(proxy);
+  const glm::ivec3 at_voxel = volume::voxel_of(glm::clamp(position_volume, dvec3(-1e6), dvec3(1e6)));
   if (had_contact && at_voxel != last_voxel_) {
     jump_ += std::abs(raw_n_[i] - raw_n_[i - 1]);
     ++jumps_;
@@ -190,7 +191,7 @@ void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
   find_falls(proxy);
   if (i < k_dropped) return;
   contacts_ += has_contact;
-  // Missing contact, and unexpected contact, are errors like any other.
+  // Steps with missing or unexpected contact also contribute to the errors.
   const bool is_missed = !has_contact && glm::length(expected - hip) > voxel;
   missed_ += is_missed;
   ghosts_ += expected == hip && glm::length(proxy - hip) > voxel;
@@ -215,8 +216,9 @@ void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
     }
     pending_.push_back(e);
   }
-  // Stuck: more than a voxel from the ideal proxy, ten steps in a row, and not held by a wall. A proxy that
-  // misses contact inside matter does not count as away: it cannot rest elsewhere.
+  // Stuck: the proxy is more than a voxel from the ideal proxy for ten steps in a row, and an ideal proxy
+  // that starts at its position moves on by more than a voxel. A proxy inside matter without contact does not
+  // count as away, because it rests on no surface.
   const bool is_fallen_through = is_missed && ideal_.is_in_matter(hip);
   switch (judged_.judge(i, proxy, !is_fallen_through && glm::length(proxy - expected) > voxel)) {
     case IdealProxyTracker::Verdict::away:
@@ -235,7 +237,8 @@ void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
   add_errors();
 }
 
-/// Counts entries into the shape. On plates the whole path from the last proxy is tested, not only its ends.
+/// Counts entries into the shape. On plates it tests points along the segment from the previous proxy to this
+/// one, not only the ends of the segment.
 void Scorer::find_falls(const dvec3& proxy) {
   if (!scene_.distance) return;
   deepest_ = std::max(deepest_, -scene_.distance(proxy));

@@ -26,13 +26,15 @@ class IdealProxies {
   explicit IdealProxies(const FeelScene& scene);
 
   const IdealProxy& on_shape() const { return on_shape_; }  ///< on the analytic shape; empty for scans
-  const IdealProxy& on_smooth_solid() const;                ///< of the samples; built at the first call
-  const IdealProxy& on_cubes() const;                       ///< of the voxels; built at the first call
+  const IdealProxy& on_smooth_solid() const;  ///< on the smooth solid of the samples; built at the first call
+  const IdealProxy& on_cubes() const;         ///< on solid voxels; built at the first call
   /// The ideal proxy that decides whether a proxy is stuck. For a point on a sharp shape it is on the smooth
   /// solid, since the samples describe a blunt shape, on which the point rests.
   const IdealProxy& judge() const;
-  /// True if a proxy is deeper in the analytic shape than any tolerance: more than a voxel; for a ball, a
-  /// tenth of one (a whole one near an outer edge) plus 2 % of its radius.
+  /// True if a proxy is deeper in the analytic shape than the tolerance. The tolerance is a voxel for a
+  /// point; for a ball it is 2 % of the radius plus a tenth of a voxel, or plus a voxel if the shape has an
+  /// outer edge. On a sharp shape, a point is fallen only if it is also in the smooth solid. Requires an
+  /// analytic shape.
   bool is_fallen(const glm::dvec3& p) const;
   /// True if p is in the analytic shape; for scans, in the smooth solid.
   bool is_in_matter(const glm::dvec3& p) const {
@@ -50,8 +52,8 @@ class IdealProxies {
   mutable IdealProxy on_smooth_, on_cubes_;
 };
 
-/// Compares a proxy with an ideal proxy. If the proxy rests at another local minimum, it gets its own ideal
-/// proxy from there.
+/// Compares a proxy with an ideal proxy. If the proxy comes to rest at another local minimum, the tracker
+/// continues with an ideal proxy of its own from that position.
 class IdealProxyTracker {
  public:
   IdealProxyTracker(const IdealProxy& reference, const FeelScene& scene, double voxel)
@@ -59,9 +61,9 @@ class IdealProxyTracker {
 
   enum class Verdict {
     following,
-    away,   ///< for fewer than ten steps
-    stuck,  ///< for ten steps, and not held by a wall
-    other_rest
+    away,       ///< for fewer than ten steps
+    stuck,      ///< away for ten steps, although an ideal proxy would move on from there
+    other_rest  ///< away for ten steps, at rest at another local minimum
   };
   /// The ideal proxy at this step.
   const glm::dvec3& at(std::size_t i);
@@ -86,12 +88,13 @@ class Scorer {
   /// `same_solid`: ideal proxy on the solid that the method guarantees, or null.
   Scorer(const FeelScene& scene, const IdealProxies& ideal, const IdealProxy* same_solid = nullptr);
   void judge_step(std::size_t i, const haptics::ProxyStep& step);
-  /// Writes errors, forces and counts. The number of falls is raised to the number counted here.
+  /// Writes errors, forces and counts to the row. FeelRow::fall_throughs becomes the larger of its previous
+  /// value and the number of falls counted here.
   void finish(FeelRow& row);
 
  private:
-  /// Contribution of a step to the errors. Pending while the proxy is away from the ideal proxy: discarded if
-  /// it comes to rest elsewhere, otherwise added.
+  /// Contribution of a step to the errors. Contributions are pending while the proxy is away from the ideal
+  /// proxy. They are discarded if the proxy comes to rest elsewhere, and otherwise added.
   struct Errors {
     double distance = 0, off = 0, aside = 0, unrendered = 0;
     std::optional<double> degrees;

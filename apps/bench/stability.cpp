@@ -24,14 +24,14 @@ using glm::dvec3;
 
 namespace {
 
-/// A device of one moving mass on a surface, without a hand or with a constant push; positions in mm.
+/// A simulated device: one moving mass with damping, Coulomb friction and an encoder; positions in mm.
 struct Device {
   double mass = 0.05, damping = 0.002;  // kg, N s/mm
   double coulomb = 0, encoder = 0;      // N; mm
   dvec3 x{0.0}, v{0.0};
-  double lost = 0;  // N mm, to damping and friction
+  double lost = 0;  // energy lost to damping and friction, N mm
 
-  /// Holds `force` for dt in substeps.
+  /// Applies the constant `force` (N) for `dt` (s), in substeps.
   void hold(const dvec3& force, double dt) {
     constexpr int k_substeps = 40;
     const double h = dt / k_substeps;
@@ -40,7 +40,7 @@ struct Device {
       lost += h * damping * glm::dot(v, v);
       const double speed = glm::length(v);
       if (speed > 0 && coulomb > 0) {
-        const double max_force = speed * mass / (1000 * h);  // N, stops it within the substep
+        const double max_force = speed * mass / (1000 * h);  // N; stops the mass within the substep
         total -= std::min(coulomb, max_force) / speed * v;
         lost += h * std::min(coulomb, max_force) * speed;
       }
@@ -48,6 +48,7 @@ struct Device {
       x += h * v;
     }
   }
+  /// Returns the position that the encoder measures.
   dvec3 measured() const {
     return encoder > 0 ? dvec3(std::floor(x.x / encoder + 0.5), std::floor(x.y / encoder + 0.5),
                                std::floor(x.z / encoder + 0.5)) *
@@ -99,15 +100,15 @@ std::vector<Surface> surfaces() {
 /// Returns the weight of smoothing per tick at `rate` (Hz) that corresponds to `alpha` at 1 kHz.
 double weight_at(double rate, double alpha) { return alpha < 1 ? 1 - std::pow(1 - alpha, 1000 / rate) : 1; }
 
-/// The loop between a device and a surface, without the device's damping.
+/// Parameters of the loop between a device and a surface. The mass and damping of the device are constant.
 struct Loop {
-  double rate, alpha = 1;  ///< Hz; smoothing's weight of a tick at 1 kHz
+  double rate, alpha = 1;  ///< Hz; weight of smoothing per tick at 1 kHz
   int delay_ticks = 0;
   double coulomb = 0, encoder = 0;  ///< N, mm
 };
 
-/// True if a small motion in contact dies out. The device starts pressed 0.5 mm deep at the balance of a
-/// constant push, with a kick.
+/// True if a small motion in contact does not grow within 2 s. The device starts 0.5 mm deep, where the
+/// surface balances a constant push, with an inward velocity of 5 mm/s.
 bool is_stable(Surface& surface, double stiffness, const Loop& loop) {
   surface.scene.items[0].material = {stiffness, 0, 0, 0};
   haptics::SubvoxelProxy method;
@@ -124,7 +125,7 @@ bool is_stable(Surface& surface, double stiffness, const Loop& loop) {
   device.x = surface.start + 0.5 * surface.normal;
   method.step(surface.scene, version, state, {device.x});
   device.x = surface.start - depth * surface.normal;
-  // Settle the filter at the balance, then kick by 5 mm/s.
+  // Run the filter until its force balances the push, then set the velocity to 5 mm/s.
   std::vector<dvec3> pipe(static_cast<std::size_t>(loop.delay_ticks) + 1, -push);
   for (int i = 0; i < 300; ++i) {
     const haptics::ProxyStep step = method.step(surface.scene, version, state, {device.x});
@@ -141,14 +142,14 @@ bool is_stable(Surface& surface, double stiffness, const Loop& loop) {
     const dvec3& delayed = pipe[static_cast<std::size_t>((i + 1) % static_cast<long>(pipe.size()))];
     device.hold(delayed + push, dt);
     const double off = std::abs(glm::dot(device.x - surface.start, surface.normal) + depth);
-    if (!(off < depth)) return false;  // left the surface or sank: the motion grew
+    if (!(off < depth)) return false;  // the device left the surface, or sank by as much: the motion grew
     if (i > ticks / 10 && i < ticks * 3 / 10) early = std::max(early, off);
     if (i > ticks * 8 / 10) late = std::max(late, off);
   }
   return late <= early;
 }
 
-/// Largest stiffness that passes, within half a per cent.
+/// Returns the largest stiffness that passes, to within half a per cent.
 double bisect(double guess, const std::function<bool(double)>& passes) {
   double low = guess, high = guess;
   for (int i = 0; i < 20 && passes(high); ++i) low = high, high *= 1.5;
@@ -160,9 +161,11 @@ double bisect(double guess, const std::function<bool(double)>& passes) {
   return 0.5 * (low + high);
 }
 
-/// True if a surface is passive: the work on a hand that moves it sinusoidally in contact, over whole cycles,
-/// minus the loss in the device's own damping and friction, is not positive at any frequency. 2 to 1000 ticks
-/// per cycle; with an encoder also slightly to either side of one of its edges.
+/// True if a surface is passive. A hand moves the device sinusoidally in contact, and the work of the surface
+/// on the hand over whole cycles is compared with the loss in the damping and friction of the device. The
+/// surface is passive if the work does not exceed the loss at any tested frequency: 2 to 400 ticks per cycle,
+/// with smoothing also 1000. With an encoder, a tiny motion across the edge of one encoder step is also
+/// tested.
 bool is_passive(Surface& surface, double stiffness, const Loop& loop) {
   surface.scene.items[0].material = {stiffness, 0, 0, 0};
   haptics::SubvoxelProxy method;
@@ -195,10 +198,10 @@ bool is_passive(Surface& surface, double stiffness, const Loop& loop) {
       const double depth = depth_at(i),
                    measured_depth =
                        loop.encoder > 0 ? std::floor(depth / loop.encoder + 0.5) * loop.encoder : depth;
-      const dvec3 place = surface.start - measured_depth * surface.normal;
-      const haptics::ProxyStep step = method.step(surface.scene, version, state, {place});
+      const dvec3 position = surface.start - measured_depth * surface.normal;
+      const haptics::ProxyStep step = method.step(surface.scene, version, state, {position});
       std::rotate(pipe.begin(), std::next(pipe.begin()), pipe.end());
-      pipe.back() = model.step(step, place, surface.scene).force_world;
+      pipe.back() = model.step(step, position, surface.scene).force_world;
       if (i >= static_cast<long>(k_settling) * m.ticks)
         given -= glm::dot(pipe.front(), surface.normal) * (depth_at(i + 1) - depth);
     }
@@ -208,8 +211,8 @@ bool is_passive(Surface& surface, double stiffness, const Loop& loop) {
   return true;
 }
 
-/// Largest stiffness for which a sampled, delayed and smoothed spring on a device of damping b is passive
-/// (Colgate and Schenkel's condition, at the worst of all frequencies).
+/// Returns the largest stiffness for which a sampled, delayed and smoothed spring on a device of damping b is
+/// passive (Colgate and Schenkel's condition, at the worst of all frequencies).
 double passive_stiffness_of(double b, const Loop& loop) {
   const double alpha = weight_at(loop.rate, loop.alpha);
   double least = 1e300;
@@ -223,11 +226,11 @@ double passive_stiffness_of(double b, const Loop& loop) {
   return least;
 }
 
-/// Stiffness at which a device of mass m and damping b on a sampled, delayed and smoothed spring begins to
-/// ring: at some frequency the spring's force lags so far that it cancels the damping (Nyquist's condition,
-/// solved by bisection).
+/// Returns the stiffness at which a device of mass m and damping b on a sampled, delayed and smoothed spring
+/// begins to ring. At this stiffness the force of the spring lags, at some frequency, so far that it cancels
+/// the damping (Nyquist's condition, solved by bisection).
 double ringing_stiffness(double mass, double b, double dead_time, double period, double alpha) {
-  // Phase lag and gain of hold, delay and of the filter a / (1 - (1 - a) / z).
+  // Phase lag and gain of hold, delay and the filter alpha / (1 - (1 - alpha) / z).
   const auto lag = [&](double w) {
     return w * dead_time +
            std::atan2((1 - alpha) * std::sin(w * period), 1 - (1 - alpha) * std::cos(w * period));
@@ -240,7 +243,8 @@ double ringing_stiffness(double mass, double b, double dead_time, double period,
   double low = 1e-3, high = 3.1 / period;
   for (int i = 0; i < 200; ++i) {
     const double w = 0.5 * (low + high);
-    // K g cos = m w^2 and K g sin = b w: below the frequency of ringing the lag is too small.
+    // With the stiffness K and the gain g, the device rings at the frequency w where K g cos(lag) = m w^2 and
+    // K g sin(lag) = b w. Below this frequency the lag is too small.
     (std::tan(std::min(lag(w), 1.57)) * mass * w < 1000 * b ? low : high) = w;
   }
   const double w = 0.5 * (low + high);
@@ -261,7 +265,7 @@ std::vector<StiffnessRow> run_stiffness_maps(const std::function<bool(double)>& 
       const double period = 1 / rate;
       for (const Loop& loop : {Loop{rate}, Loop{rate, 0.3}, Loop{rate, 1, 2}}) {
         if (progress && !progress(done++ / total)) return rows;
-        // The smoothing's weight refers to 1 kHz; at this rate the time constant is kept.
+        // loop.alpha is the weight at 1 kHz; at other rates the time constant of smoothing stays the same.
         const double alpha = weight_at(rate, loop.alpha);
         StiffnessRow row{surface.name,
                          "stable without a hand",
@@ -298,7 +302,8 @@ std::vector<StiffnessRow> run_stiffness_maps(const std::function<bool(double)>& 
 
 namespace {
 
-/// Target of the soak's hand: a slow walk through walls and holes, with tremor.
+/// Position (mm) toward which the hand of the soak pulls at time t (s): a slow motion through walls and
+/// holes, with tremor.
 dvec3 request_at(double t) {
   dvec3 request;
   for (int a = 0; a < 3; ++a)
@@ -307,7 +312,8 @@ dvec3 request_at(double t) {
   return request;
 }
 
-/// Generated energy: given by the surface and stored, minus the device's loss, above its minimum so far.
+/// Generated energy: the largest rise, above its minimum so far, of the energy that the surface gave, plus
+/// the energy stored in its spring, minus the loss of the device; N mm.
 struct GeneratedEnergy {
   double given = 0, least = 0, largest = 0;
   void add_work(double work, double stored, double lost) {
@@ -318,7 +324,7 @@ struct GeneratedEnergy {
   }
 };
 
-/// The soak's hand on the same bone, without friction and cuts.
+/// Repeats the soak with the same hand and bone, without friction and cuts.
 void soak_without_friction(haptics::TouchScene scene, long steps, SoakRow& row) {
   scene.items[0].material = {0.5, 0, 0, 0};
   const auto method = haptics::make_method(haptics::k_default_method).value();
@@ -412,8 +418,8 @@ std::vector<EnergyRow> run_energy_test() {
   std::vector<Surface> all = surfaces();
   all.resize(2);  // wall and sphere
   Surface groove{"groove", attack_scene("groove", 0.7, false, false, {{"angle", 90}}), {0, 0, 0}, {0, 0, 1}};
-  groove.normal = glm::normalize(dvec3(0.0558, -0.1825, 0.9816));  // the phantom's up direction
-  groove.start = -20.0 * groove.normal;                            // its bottom
+  groove.normal = glm::normalize(dvec3(0.0558, -0.1825, 0.9816));  // upward in the phantom "groove"
+  groove.start = -20.0 * groove.normal;                            // the bottom of the groove
   all.push_back(std::move(groove));
   for (Surface& surface : all)
     for (const int delay : {0, 1})
@@ -456,7 +462,8 @@ std::vector<EnergyRow> run_energy_test() {
             held = delay > 0 ? last_force : force;
             last_force = force;
             last_place = device.x;
-            // A hand that pushes 0.5 N, trembling at a few frequencies, into the surface and along it.
+            // The hand pushes into the surface with 0.5 N, with tremor at two frequencies. It also pulls
+            // toward a position that moves along the surface; on the wall this position is constant.
             const double t = i * dt;
             const dvec3 aside = glm::normalize(glm::cross(surface.normal, dvec3(0.3, 1, 0.2)));
             const dvec3 off = device.x - surface.start;

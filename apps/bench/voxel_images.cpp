@@ -15,7 +15,7 @@ using volume::VoxelSamples;
 
 namespace {
 
-/// Reads the remaining voxels of a row along x.
+/// Reads a row along x: one bit per voxel, set for solid voxels that remain after the cuts.
 void solid_row(const SurfaceSource& source, int y, int z, std::vector<std::uint64_t>& words) {
   const int count = source.bits->words_per_row();
   words.assign(source.bits->row(y, z), source.bits->row(y, z) + count);
@@ -39,11 +39,11 @@ VoxelImages::VoxelImages(const SurfaceSource& source) : size_(source.bits->size(
   }
 }
 
-void VoxelImages::place(const VoxelSamples& samples, int axis, bool from_high, const ivec3& first,
-                        Pixel& to) {
+void VoxelImages::set_pixel(const VoxelSamples& samples, int axis, bool from_high, const ivec3& first,
+                            Pixel& to) {
   ivec3 before = first;
   before[axis] += from_high ? 1 : -1;
-  // Solids end half a voxel beyond the border.
+  // A solid that reaches the border of the volume ends half a voxel beyond the centre of its last voxel.
   const bool is_within = before[axis] >= 0 && before[axis] < size_[axis];
   const float far = is_within ? samples.crossing(first, before) : 0.5f;
   to.voxel = first[axis];
@@ -63,13 +63,13 @@ void VoxelImages::scan_rows(const SurfaceSource& source, bool from_high) {
         const std::uint64_t word = words[static_cast<std::size_t>(w)];
         if (word == 0) continue;
         const int x = 64 * w + (from_high ? 63 - std::countl_zero(word) : std::countr_zero(word));
-        place(samples, 0, from_high, {x, y, z}, image[pixel(0, y, z)]);
+        set_pixel(samples, 0, from_high, {x, y, z}, image[pixel(0, y, z)]);
         break;
       }
     }
 }
 
-/// Scans 64 rows at a time: those of a word without a solid voxel yet.
+/// Scans the 64 rows of a word at a time. `open` marks the rows in which no solid voxel has been found.
 void VoxelImages::scan_across(const SurfaceSource& source, int axis, bool from_high) {
   const VoxelSamples samples(source);
   Image& image = images_[static_cast<std::size_t>(2 * axis + from_high)];
@@ -86,7 +86,7 @@ void VoxelImages::scan_across(const SurfaceSource& source, int axis, bool from_h
         open[w] &= ~hits;
         for (; hits != 0; hits &= hits - 1) {
           at.x = 64 * static_cast<int>(w) + std::countr_zero(hits);
-          place(samples, axis, from_high, at, image[pixel(axis, at.x, j)]);
+          set_pixel(samples, axis, from_high, at, image[pixel(axis, at.x, j)]);
         }
       }
     }
@@ -96,7 +96,7 @@ void VoxelImages::scan_across(const SurfaceSource& source, int axis, bool from_h
 void VoxelImages::update(const SurfaceSource& source, const volume::VoxelBox& changed) {
   query_count_ = 0;
   const VoxelSamples samples(source);
-  // A changed voxel also moves the surface of its neighbours.
+  // A changed voxel also moves the surface in the neighbouring voxels.
   const ivec3 low = glm::max(changed.low - 1, ivec3(0)), high = glm::min(changed.high + 1, size_ - 1);
   if (low.x > high.x || low.y > high.y || low.z > high.z) return;
   for (int axis = 0; axis < 3; ++axis) {
@@ -108,7 +108,8 @@ void VoxelImages::update(const SurfaceSource& source, const volume::VoxelBox& ch
       for (int j = low[v]; j <= high[v]; ++j)
         for (int i = low[u]; i <= high[u]; ++i) {
           Pixel& known = image[pixel(axis, i, j)];
-          if (known.voxel >= 0 && step * known.voxel < step * enter) continue;  // ends before the box
+          if (known.voxel >= 0 && step * known.voxel < step * enter)
+            continue;  // the row meets a solid voxel before the box
           ivec3 at(0);
           at[u] = i, at[v] = j;
           const auto find = [&](int from, int to) {  // excludes `to`
@@ -121,11 +122,11 @@ void VoxelImages::update(const SurfaceSource& source, const volume::VoxelBox& ch
           };
           const bool was_beyond = known.voxel < 0 || step * known.voxel > step * leave;
           if (find(enter, leave + step)) {
-            place(samples, axis, from_high, at, known);
+            set_pixel(samples, axis, from_high, at, known);
           } else if (!was_beyond) {
             // The voxel of this pixel was removed, and the row is free within the box.
             if (find(leave + step, end))
-              place(samples, axis, from_high, at, known);
+              set_pixel(samples, axis, from_high, at, known);
             else
               known = {};
           }

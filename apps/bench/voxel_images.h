@@ -10,13 +10,13 @@
 namespace trephine::bench {
 
 /// Orthographic cameras on the six faces of a volume, one pixel per row of voxels. The first solid voxels are
-/// found by bit scans, 64 rows at a time. Updates on one thread; queries between them on any thread.
+/// found by bit scans, 64 voxels at a time. Updates run on one thread; between updates, any thread may query.
 class VoxelImages {
  public:
   /// Makes all six images.
   explicit VoxelImages(const volume::SurfaceSource& source);
-  /// Updates to another state of the same shape, which differs from the last one in the box `changed` only:
-  /// scans the rows through the box, starting where they may have changed.
+  /// Updates to another state of the same shape, if the two states differ only in the box `changed`. Scans
+  /// the rows through the box, from the first voxel that may have changed.
   void update(const volume::SurfaceSource& source, const volume::VoxelBox& changed);
 
   const glm::ivec3& size() const noexcept { return size_; }
@@ -25,7 +25,8 @@ class VoxelImages {
   int first(int axis, bool from_high, int i, int j) const noexcept {
     return image(axis, from_high)[pixel(axis, i, j)].voxel;
   }
-  /// Returns the position of the surface in front of that voxel, voxels along the axis.
+  /// Returns the position of the surface in front of the voxel first(), as a coordinate along `axis` in
+  /// voxels.
   float surface(int axis, bool from_high, int i, int j) const noexcept {
     return image(axis, from_high)[pixel(axis, i, j)].at;
   }
@@ -47,8 +48,8 @@ class VoxelImages {
   }
   void scan_rows(const volume::SurfaceSource& source, bool from_high);
   void scan_across(const volume::SurfaceSource& source, int axis, bool from_high);
-  void place(const volume::VoxelSamples& samples, int axis, bool from_high, const glm::ivec3& first,
-             Pixel& to);
+  void set_pixel(const volume::VoxelSamples& samples, int axis, bool from_high, const glm::ivec3& first,
+                 Pixel& to);
 
   glm::ivec3 size_;
   std::array<Image, 6> images_;

@@ -70,7 +70,8 @@ class Play {
   bool is_ready_ = false;
 };
 
-/// Slides the tool over the skull from some sides. Returns its poses in contact.
+/// Slides the tool over the skull along six paths. Returns the poses with contact,
+/// of every fourth tick.
 std::vector<Placement> slide(const TouchScene& scene, int ticks, MinimumOfRuns& free,
                              MinimumOfRuns& contact) {
   const volume::Frame& frame = scene.base->frame;
@@ -103,7 +104,7 @@ std::vector<Placement> slide(const TouchScene& scene, int ticks, MinimumOfRuns& 
   return poses;
 }
 
-/// Levers the tool in a hole of its own burr.
+/// Levers the tool in a drilled hole that is 0.4 mm wider than its burr.
 void lever_in_hole(const TouchScene& scene, int ticks, MinimumOfRuns& times) {
   const volume::Frame& frame = scene.base->frame;
   const dvec3 centre = frame.world_from_volume(0.5 * dvec3(scene.base->size));
@@ -211,11 +212,11 @@ std::vector<IntegratorRow> compare_integrators() {
     tool_options.integrator = integrator;
     DynamicTool tool(sampling, tool_options, 1e-3);
     IntegratorRow row{name};
-    constexpr int k_block = 20, k_blocks = 400;  // eq. 3.20
+    constexpr int k_block = 20, k_blocks = 400;  // ticks of a block, blocks (eq. 3.20)
     for (int block = 0; block < k_blocks; ++block) {
       double force[k_block], mean = 0;
       for (int i = 0; i < k_block; ++i) {
-        // A hand that moves to and fro at 1 Hz, read by a sensor of 0.023 mm.
+        // The hand moves to and fro at 1 Hz; its sensor has steps of 0.023 mm.
         const double t = 1e-3 * (block * k_block + i), x = 30 * std::sin(6.2832 * t);
         tool.step({{0.023 * std::round(x / 0.023), 0, 50}, {1, 0, 0, 0}});
         force[i] = glm::length(tool.on_hand().force_world);

@@ -1,5 +1,5 @@
-// Whole tools: times of contact with the surface of a shafted burr, compared with published voxel sampling
-// and FCL.
+// Whole tools: times of contact of a burr with its shaft by method shell (points on the surface of the tool),
+// compared with published voxel sampling and FCL.
 #pragma once
 
 #include <string>
@@ -12,13 +12,15 @@ namespace trephine::bench {
 struct WholeToolRow {
   double spacing = 0;  ///< mm, of the tool's points
   std::size_t points = 0;
-  double make_ms = 0;     ///< sampling of the tool
+  double make_ms = 0;     ///< to sample the surface of the tool
   StepTimes free_us;      ///< method shell, away from matter
-  StepTimes slide_us;     ///< method shell: the tool slides over the skull, pressed by 4 mm
+  StepTimes slide_us;     ///< method shell: the tool slides over the skull, with the hand 4 mm deep
   StepTimes hole_us;      ///< method shell: the tool is levered in a burr hole
   StepTimes sampling_us;  ///< one sum of published forces (VoxelSampling), at the poses of the slide
-  double tested = 0;      ///< share of points and nodes that it tests, of all points
-  StepTimes fcl_us;  ///< one collision query of FCL (up to 100 contacts), at these poses; 0: not built in
+  double tested = 0;      ///< points and nodes that the sampling tests, as a share of all points
+  /// One collision query of FCL (up to 100 contacts), at the poses of the slide. Measured only for a spacing
+  /// of 0.25 mm; count 0: not measured, or FCL is not built in.
+  StepTimes fcl_us;
 };
 struct WholeToolResult {
   int size[3] = {0, 0, 0};    ///< of the head phantom, voxels
@@ -29,20 +31,20 @@ struct WholeToolResult {
 /// `is_quick`: a coarser phantom and fewer ticks.
 WholeToolResult run_whole_tool_benchmark(bool is_quick);
 
-/// Mean and noise (Kadlecek 2013, eq. 3.20) of the force of a dynamic tool in free
-/// motion, by integrator: figure 3.16.
+/// Mean and noise (Kadlecek 2013, eq. 3.20) of the force of a dynamic tool in free motion, for one
+/// integrator, as in figure 3.16.
 struct IntegratorRow {
   std::string name;
   double mean = 0, noise = 0;  ///< N
 };
 std::vector<IntegratorRow> compare_integrators();
 
-/// The lever task of Kadlecek (2013): largest number of the tool's points in the interior of two plates,
-/// through which a tool can pass.
+/// The lever task of Kadlecek (2013): a hand turns a rod between two plates. The published forces do not push
+/// points in the interior of matter, so the rod passes through the plates if many of its points are there.
 struct LeverRow {
-  bool is_limited;
-  int points = 0;
-  double turned = 0;  ///< degrees, of the tool, while the hand turned by 34
+  bool is_limited;    ///< DynamicTool::Options::limits_missing_torque
+  int points = 0;     ///< largest number of points of the rod in the interior of the plates
+  double turned = 0;  ///< rotation of the rod, degrees, while the hand turned by 34 degrees
 };
 std::vector<LeverRow> run_lever_task();
 

@@ -31,7 +31,8 @@ namespace {
 
 constexpr int k_angles = 12, k_xray_runs = 3;
 constexpr double k_to_source = 1000, k_to_detector = 1536, k_detector = 200;  // mm
-/// Weights of plastimatch: 0 up to -800 HU, and its own value for water.
+/// Weights of plastimatch: 0 up to -800 HU, above that proportional to HU + 1000, with plastimatch's
+/// attenuation of water.
 constexpr volume::VoxelWeights k_weights{-800, -1000, 0, 2.2e-5f, 2.2e-5f};
 
 volume::Volume volume_of(const std::string& name, int size) {
@@ -45,7 +46,7 @@ volume::Volume volume_of(const std::string& name, int size) {
   return v;
 }
 
-/// Rotation around z as in plastimatch: the source starts at +x.
+/// Returns the rays of a view that is rotated around z as in plastimatch: at 0 degrees the source is at +x.
 volume::RayFan fan_of(const volume::Volume& v, double degrees, int pixels) {
   const double a = glm::radians(degrees);
   const dvec3 to_source(std::cos(a), -std::sin(a), 0), right(std::sin(a), std::cos(a), 0), down(0, 0, -1);
@@ -82,14 +83,15 @@ void judge(const volume::Volume& v, const volume::RayFan& fan, const std::vector
           sum +=
               (visits[k + 1].t_enter - visits[k].t_enter) * static_cast<long double>(2.2e-5f) * (hu + 1000);
       }
-      const double is = static_cast<double>(sum), length = glm::length(fan.pixel(i, j) - fan.source);
-      const double error = std::abs(sums[static_cast<std::size_t>(i + fan.columns * j)] - is);
-      row.worst_error = std::max(row.worst_error, error / std::max(is, heaviest / length));
+      const double expected = static_cast<double>(sum), length = glm::length(fan.pixel(i, j) - fan.source);
+      const double error = std::abs(sums[static_cast<std::size_t>(i + fan.columns * j)] - expected);
+      row.worst_error = std::max(row.worst_error, error / std::max(expected, heaviest / length));
       ++row.judged;
     }
 }
 
-/// Writes plastimatch's images of scan.mha into the folder. Returns the seconds of the whole program.
+/// Runs plastimatch, which writes images of scan.mha to the folder. Returns the duration of the whole
+/// program, s; nullopt if it failed.
 std::optional<double> run_plastimatch(const fs::path& folder, int pixels, int threads, int angles) {
   char command[1000];
   std::snprintf(command, sizeof command,
@@ -102,7 +104,7 @@ std::optional<double> run_plastimatch(const fs::path& folder, int pixels, int th
   return seconds_since(begin);
 }
 
-/// Returns the floats of a PFM file in the order of the file.
+/// Returns the floats of a PFM file in the order of the file; empty if it cannot be read.
 std::vector<float> read_pfm(const fs::path& file, int pixels) {
   std::ifstream in(file, std::ios::binary);
   std::string line;
@@ -218,7 +220,7 @@ XrayServoLoad run_servo_during_xray(double seconds) {
   if (haptics::set_smallest_burr(scene, 4)) return result;
   haptics::SubvoxelProxy method;
   if (method.prepare(scene)) return result;
-  // Into the spinous process from the back, up and down.
+  // The hand moves into the spinous process from the back, and up and down in it.
   std::vector<haptics::PosePath::Sample> samples{{0, {{0, 90, 0}}}};
   for (int i = 0; i <= static_cast<int>(seconds); ++i)
     samples.push_back({0.5 + i, {{0, 66.0 - 3 * i, i % 2 ? 4.0 : -4.0}}});

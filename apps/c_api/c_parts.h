@@ -13,9 +13,9 @@
 
 namespace trephine::c_api {
 
-/// Writes `what` to `error` if that is not null. Returns `code`.
+/// Writes `code` and the text of `what` to `error`, if `error` is not null. Returns `code`.
 int fail(trephine_error* error, int code, const Error& what) noexcept;
-/// Runs `work`, which may run out of memory. Returns `code` if it reports an error.
+/// Runs `work`. Returns `code` if `work` returns an error, and TREPHINE_NO_MEMORY if it throws an exception.
 template <class Work>
 int guarded(trephine_error* error, int code, Work&& work) noexcept {
   if (error) *error = trephine_error{TREPHINE_OK, ""};
@@ -35,7 +35,7 @@ Error bad(const char* what, const std::string& found, const char* expected);
 /// Returns true if the three numbers (mm) are finite and within 100 km.
 bool is_valid_position(const double v[3]) noexcept;
 
-/// Returns a volume over voxels that the caller keeps.
+/// Returns a volume that refers to the caller's voxels; the caller keeps them until the volume is destroyed.
 Result<std::shared_ptr<volume::Volume>> borrow_volume(const int16_t* voxels, const int size[3],
                                                       const double origin[3], const double axes[9]);
 Result<Surface> copy_mesh(const double* vertices, std::size_t vertex_count, const uint32_t* triangles,

@@ -17,7 +17,7 @@ struct trephine_operation {
   Operation operation;
   std::vector<Pose> poses;
   std::vector<glm::dvec3> torques;                         ///< N mm, of the last step, per hand
-  std::optional<std::vector<Body>> bodies = std::nullopt;  ///< of the current state; empty: not queried yet
+  std::optional<std::vector<Body>> bodies = std::nullopt;  ///< of the current state; nullopt: not queried yet
   Surface surface = {};
 
   explicit trephine_operation(Operation opened)
@@ -227,9 +227,10 @@ int trephine_operation_reset(trephine_operation* operation) {
 }
 
 int trephine_operation_end(trephine_operation* operation, trephine_error* error) {
-  // An operation that cannot end now is a mistake of the caller; a recording that fails is not.
-  const bool has_ended = operation && operation->operation.is_read_only();
-  return apply(operation, error, has_ended ? TREPHINE_BAD_ARGUMENT : TREPHINE_FAILED,
+  // The caller must not end a read-only operation: that is a bad argument. A recording that fails is not the
+  // caller's mistake.
+  const bool is_read_only = operation && operation->operation.is_read_only();
+  return apply(operation, error, is_read_only ? TREPHINE_BAD_ARGUMENT : TREPHINE_FAILED,
                [](Operation& on) { return on.end(); });
 }
 

@@ -10,6 +10,7 @@
 #include "haptics/force/effects.h"
 #include "haptics/methods/methods.h"
 #include "haptics/walls/smooth_walls.h"
+#include "volume/base/text.h"
 
 using namespace trephine;
 using c_api::bad;
@@ -27,19 +28,22 @@ struct trephine_surface {
 };
 
 struct trephine_scene {
-  std::shared_ptr<volume::Volume> base;  ///< labels come before shapes
+  std::shared_ptr<volume::Volume> base;  ///< labels are set before shapes are added
   haptics::TouchScene touch;
   double requested_radius = 0;  ///< mm, requested tool radius; applied by prepare()
   std::unique_ptr<volume::Version> version;
-  std::shared_ptr<haptics::ProxyMethod> method;  ///< shared with hands, which keep theirs after a change
-  std::uint64_t generation = 0;  ///< number of prepare() calls; hands of an earlier one do not step
+  /// Shared with the hands. A hand keeps the method with which it was created.
+  std::shared_ptr<haptics::ProxyMethod> method;
+  /// Number of successful prepare() calls. Hands that were created before the last of them do not step.
+  std::uint64_t generation = 0;
   bool is_prepared = false;
   std::array<trephine_surface, haptics::TouchScene::k_max_shapes> surfaces;
   // The newest motion for which a surface was queried, and its result.
   dvec3 start{0.0}, end{0.0}, point{0.0}, normal{0.0};
   bool has_motion = false;
   int hit_shape = -1, hit_side = TREPHINE_NONE;
-  mutable std::atomic<int> users{1};  ///< its creator and its hands
+  mutable std::atomic<int> users{
+      1};  ///< number of references: by the creator until it destroys the scene, and by each hand
 };
 
 struct trephine_hand {
@@ -58,7 +62,7 @@ void release(const trephine_scene* scene) noexcept {
   if (scene && scene->users.fetch_sub(1) == 1) delete scene;
 }
 
-/// Checks the index of a window or mesh of the scene.
+/// Returns an error unless `shape` is the index of a window, label shape or mesh of the scene.
 Status check_item(const trephine_scene* scene, int shape) {
   if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
   if (shape < 0 || shape >= haptics::item_count(scene->touch))
@@ -70,6 +74,7 @@ haptics::Material& material_in(trephine_scene& scene, int shape) {
   return scene.touch.items[static_cast<std::size_t>(shape)].material;
 }
 
+/// Returns an error unless `shape` is the index of a window or label shape of the scene.
 Status check_shape(const trephine_scene* scene, int shape) {
   if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
   if (shape < 0 || shape >= haptics::item_count(scene->touch) || item_of(scene->touch, shape).is_mesh())
@@ -84,10 +89,10 @@ int add_shape(trephine_scene* scene, const char* name, volume::Shape shape, trep
     if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
     const double low = shape.low, high = shape.high;
     if (!shape.is_label() && std::isinf(low) && std::isinf(high))
-      return bad("the window has no finite end", std::to_string(low) + " to " + std::to_string(high),
+      return bad("the window has no finite end", rounded_text(low) + " to " + rounded_text(high),
                  "at least one finite end");
     if (std::isnan(low) || std::isnan(high) || !(low <= high))
-      return bad("the window is empty or not a number", std::to_string(low) + " to " + std::to_string(high),
+      return bad("the window is empty or not a number", rounded_text(low) + " to " + rounded_text(high),
                  "low <= high");
     if (shape.is_label() && scene->base->labels.is_empty())
       return bad("the scene has no labels", std::to_string(shape.label), "trephine_scene_set_labels first");
@@ -110,7 +115,7 @@ volume::Shape window(double low, double high) {
   return shape;
 }
 
-/// Finds the first wall on the motion, for all shapes at once.
+/// Finds the first wall of any shape on the motion, and stores it in the scene.
 void cast_motion(trephine_scene& scene, const dvec3& start, const dvec3& end) noexcept {
   scene.start = start, scene.end = end;
   scene.has_motion = true;
@@ -127,7 +132,7 @@ void cast_motion(trephine_scene& scene, const dvec3& start, const dvec3& end) no
   haptics::ShapeSet inside;
   const auto count = static_cast<int>(base_shapes(scene.touch).size());
   for (int s = 0; s < count; ++s) inside.set(s, walls.is_solid(s, a));
-  constexpr double k_before = 1e-6;  // voxels
+  constexpr double k_before = 1e-6;  // distance of the point before the wall, voxels
   const dvec3& spacing = frame.spacing();
   const haptics::Reach reach =
       walls.reach(a, b, inside, k_before * std::min({spacing.x, spacing.y, spacing.z}));
@@ -196,7 +201,7 @@ int trephine_scene_set_tool_radius(trephine_scene* scene, double radius, trephin
   return guarded(error, [&]() -> Status {
     if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
     if (!(radius >= 0 && radius <= 6))
-      return bad("the tool's radius is out of range", std::to_string(radius), "0 (a point) to 6 mm");
+      return bad("the tool's radius is out of range", rounded_text(radius), "0 (a point) to 6 mm");
     scene->requested_radius = radius;
     scene->is_prepared = false;
     return std::nullopt;
@@ -272,9 +277,9 @@ int trephine_scene_set_sides(trephine_scene* scene, int shape, int sides, trephi
     if (Status status = check_item(scene, shape)) return status;
     if (sides < TREPHINE_NONE || sides > TREPHINE_BOTH)
       return bad("unknown side", std::to_string(sides), "TREPHINE_NONE, FRONT, BACK or BOTH");
-    if (sides >= TREPHINE_BACK && scene->touch.tool->radius() > 0)
+    if (sides >= TREPHINE_BACK && scene->requested_radius > 0)
       return bad("contact from inside needs a tool without a radius",
-                 std::to_string(scene->touch.tool->radius()) + " mm", "TREPHINE_NONE or FRONT");
+                 rounded_text(scene->requested_radius) + " mm", "TREPHINE_NONE or FRONT");
     scene->touch.items[static_cast<std::size_t>(shape)].sides = static_cast<haptics::Side>(sides);
     scene->has_motion = false;
     return std::nullopt;
@@ -318,10 +323,11 @@ trephine_hand* trephine_hand_create(const trephine_scene* scene, double rate_hz,
   const int code = guarded(error, [&]() -> Status {
     if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
     if (!(rate_hz >= 250 && rate_hz <= 10000))
-      return bad("the rate is out of range", std::to_string(rate_hz), "250 to 10000 Hz");
+      return bad("the rate is out of range", rounded_text(rate_hz), "250 to 10000 Hz");
     if (!scene->is_prepared)
-      return bad("the scene is not prepared", scene->touch.items.empty() ? "no shapes" : "changed since",
-                 "trephine_scene_prepare before hands are made");
+      return bad("the scene is not prepared",
+                 scene->touch.items.empty() ? "no shapes" : "no trephine_scene_prepare since the last change",
+                 "trephine_scene_prepare before hands are created");
     haptics::ServoHand servo_hand(haptics::borrowed(scene->touch), scene->method, {*scene->version});
     hand.reset(new trephine_hand{
         scene, scene->generation, {0, {std::move(servo_hand)}}, haptics::ServoCore({}, 1 / rate_hz)});
@@ -401,10 +407,10 @@ trephine_surface* trephine_surface_get(trephine_scene* scene, int shape, trephin
   const int code = guarded(error, [&]() -> Status {
     if (Status status = check_shape(scene, shape)) return status;
     if (!scene->is_prepared)
-      return bad("the scene is not prepared", "changed since",
+      return bad("the scene is not prepared", "no trephine_scene_prepare since the last change",
                  "trephine_scene_prepare before trephine_surface_get");
     if (scene->touch.tool->radius() > 0)
-      return bad("surfaces need a tool without a radius", std::to_string(scene->touch.tool->radius()) + " mm",
+      return bad("surfaces need a tool without a radius", rounded_text(scene->touch.tool->radius()) + " mm",
                  "a tool radius of 0");
     return std::nullopt;
   });

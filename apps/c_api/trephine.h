@@ -25,7 +25,7 @@ enum trephine_code {
   TREPHINE_BAD_ARGUMENT = 1,
   TREPHINE_NO_MEMORY = 2,
   TREPHINE_NOT_PREPARED =
-      3, /* shapes or method changed since trephine_scene_prepare, or the hand is older than it */
+      3, /* shapes, tip or method changed, or the scene was prepared again after the hand was created */
   TREPHINE_REFUSED = 4,   /* a command that is not allowed now, or whose job had no effect */
   TREPHINE_DIFFERENT = 5, /* a replay whose result differs from the recording */
   TREPHINE_FAILED = 6     /* a file or disk error, or a session that cannot be verified */
@@ -44,9 +44,9 @@ typedef struct trephine_touch {
   double normal[3]; /* unit, toward the proxy's side; 0 without contact */
   double force[3];  /* N, for the device: finite, limited, slew-limited */
   int has_contact;
-  int shape; /* index of the touched shape, -1 without contact */
-  int side;  /* TREPHINE_FRONT, TREPHINE_BACK or TREPHINE_NONE */
-  uint32_t faults;
+  int shape;       /* index of the touched shape, -1 without contact */
+  int side;        /* TREPHINE_FRONT, TREPHINE_BACK or TREPHINE_NONE */
+  uint32_t faults; /* bits of the latched faults and of the faults of this step; 0: no fault */
 } trephine_touch;
 
 /* Returns TREPHINE_ABI_VERSION of the loaded library. */
@@ -55,7 +55,7 @@ uint32_t trephine_abi_version(void);
 /* ======== Operations ========
  *
  * An operation belongs to one thread at a time; operations share no data, and may be destroyed in any order.
- * One step is one servo tick of each hand and the resulting edits, and takes longer while bone is cut. Equal
+ * One step is one servo tick of each hand and the resulting edits; a step that cuts bone takes longer. Equal
  * poses and commands give equal bits on every machine. Destroying an operation first ends its recording. */
 
 typedef struct trephine_operation trephine_operation;
@@ -83,8 +83,8 @@ typedef struct trephine_model {
 /* Specification of an operation. Unused members are 0. */
 typedef struct trephine_start {
   /* Lines of key=value: structures, hands, options. docs/file-formats.md, "A scene in text", lists all keys.
-   * Empty lines and lines that begin with '#' are ignored; "volume" and "model" may be omitted. A minimal
-   * scene with a burr: "structure=bone\nlow=300\nhand=burr\nparameters=diameter=4" */
+   * Empty lines and lines that begin with '#' are ignored; the keys "volume" and "model" may be omitted. A
+   * minimal scene with a burr: "structure=bone\nlow=300\nhand=burr\nparameters=diameter=4" */
   const char* scene;
   const trephine_voxels* volumes; /* the first is the anatomy, and the only one that is cut */
   size_t volume_count;
@@ -98,7 +98,7 @@ typedef struct trephine_start {
 typedef struct trephine_tool {
   const char* instrument; /* "burr", ...; NULL: the hand only touches */
   const char* parameters; /* "diameter=4 removal_rate=30"; may be NULL */
-  double tool_radius;     /* mm, of the ball that it touches with; 0: that of the instrument, or a point */
+  double tool_radius;     /* mm, radius of the ball that touches; 0: that of the instrument, or a point */
   const char* method;     /* contact method; NULL: "subvoxel" */
 } trephine_tool;
 
@@ -108,8 +108,8 @@ typedef struct trephine_scan {
   const trephine_tool* tools; /* one per hand */
   size_t tool_count;
   const char* window; /* solid values "LO:HI"; NULL: structures of the case, or bone */
-  const char* label;  /* or a solid label; NULL: no label */
-  int uses_plan;      /* nonzero: also the structures and screws of a phantom */
+  const char* label;  /* a label that is solid, instead of a window; NULL: no label */
+  int uses_plan;      /* nonzero: also use the structures and screws of a phantom */
   double rate_hz;     /* ticks per second; 0: 1000 */
   const char* record; /* a new file; NULL: no recording */
   int is_embedding;   /* nonzero: also writes the scan to that file */
@@ -135,13 +135,14 @@ typedef struct trephine_measure {
   double value;
 } trephine_measure;
 
-/* A detached body, or an implant. `surface` is in the frame at the detachment, or in that of the implant; its
- * arrays remain valid until the next step, command, go_to or verify of this operation. */
+/* A detached body, or an implant. The surface of a detached body is in the world frame, as the body lay when
+ * it was detached; the surface of an implant is in the implant's own frame. The arrays of `surface` remain
+ * valid until the next step, command, go_to or verify of this operation. */
 typedef struct trephine_body {
   uint32_t id; /* number in commands: "hold-body" with "body=3" */
   int holder;  /* the hand that holds it; -1: not held */
   double mm3;
-  double position[3]; /* current pose of that frame */
+  double position[3]; /* current pose of the frame of `surface`: mm, and unit quaternion w x y z */
   double rotation[4];
   trephine_model surface;
 } trephine_body;
@@ -161,7 +162,7 @@ int trephine_load_module(const char* path, trephine_error* error);
 /* `operation` may be NULL. */
 void trephine_operation_destroy(trephine_operation* operation);
 
-/* ---- operations that are not recorded ones ---- */
+/* ---- new operations: trephine_operation_begin and trephine_operation_open_scan ---- */
 /* Executes one tick with one pose per hand, in the order of the hands. `touches`: results per hand, or NULL.
  * A non-finite position gives zero force and a latched fault. */
 int trephine_operation_step(trephine_operation* operation, const trephine_pose* poses,
@@ -172,18 +173,20 @@ int trephine_operation_step(trephine_operation* operation, const trephine_pose* 
 int trephine_operation_torques(const trephine_operation* operation, double (*torques)[3]);
 /* Executes a command by name with parameters as key=value: "undo", "redo", "note" with "text=\"two words\"",
  * "burr" with "diameter=3", "free-pieces", "hold-body" with "body=1", ...: `trephine modules` lists them.
- * Longer work (a job) is finished before this returns. Returns TREPHINE_REFUSED, without a change, if the
- * command is not allowed now; undo and redo with an empty history succeed without a change. A job whose
+ * Longer work (a job) is finished before the function returns. Returns TREPHINE_REFUSED, without a change, if
+ * the command is not allowed now; undo and redo with an empty history succeed without a change. A job whose
  * result cannot be used (no body was detached) also returns TREPHINE_REFUSED, and emits "job-discarded". */
 int trephine_operation_command(trephine_operation* operation, int hand, const char* command,
                                const char* words, trephine_error* error);
-/* Clears faults, contact and force with the next step. After a non-finite pose the force is 0 until then. */
+/* Clears faults, contact and force with the next step. After a non-finite pose the force is 0 until that
+ * step.
+ */
 int trephine_operation_reset(trephine_operation* operation);
 /* Ends the operation, and finishes its recording if there is one. Returns TREPHINE_FAILED with the first
  * error of the recording. Afterwards only queries are possible. */
 int trephine_operation_end(trephine_operation* operation, trephine_error* error);
 
-/* ---- recorded operations ---- */
+/* ---- recorded operations: trephine_operation_open and trephine_operation_reopen ---- */
 /* Seeks forward or back to the state after `tick` ticks; 0: the beginning. The last tick and beyond: the end,
  * including the commands after the last tick. */
 int trephine_operation_go_to(trephine_operation* operation, uint64_t tick, trephine_error* error);
@@ -192,13 +195,15 @@ int trephine_operation_go_to(trephine_operation* operation, uint64_t tick, treph
  * or unreadable, or was recorded by a program with another arithmetic. */
 int trephine_operation_verify(trephine_operation* operation, trephine_error* error);
 
-/* Returns 1 if the file was closed properly; 0 if its end was lost and only the part before is available. */
+/* Returns 1 if the session file was closed properly; 0 if the end of the file was lost and only the part
+ * before it is available. */
 int trephine_operation_is_whole(const trephine_operation* operation);
 
 /* ---- all operations ---- */
 /* Number of ticks executed so far. */
 uint64_t trephine_operation_tick(const trephine_operation* operation);
-/* Number of recorded ticks; equal to trephine_operation_tick for operations that are not recorded ones. */
+/* Number of ticks in the session file of a recorded operation. For a new operation it is equal to
+ * trephine_operation_tick. */
 uint64_t trephine_operation_tick_count(const trephine_operation* operation);
 size_t trephine_operation_hand_count(const trephine_operation* operation);
 /* Writes the scene in the format of trephine_start::scene, at most `capacity` bytes including the terminating
@@ -208,7 +213,8 @@ size_t trephine_operation_scene(const trephine_operation* operation, char* text,
 uint64_t trephine_operation_hash(trephine_operation* operation);
 /* Number of events; undo removes no events. */
 size_t trephine_operation_event_count(const trephine_operation* operation);
-/* Events (oldest first), measures and bodies by index. Return TREPHINE_BAD_ARGUMENT beyond the last. */
+/* Events (oldest first), measures and bodies by index. The functions return TREPHINE_BAD_ARGUMENT for an
+ * index beyond the last. */
 int trephine_operation_event(const trephine_operation* operation, size_t index, trephine_event* event);
 size_t trephine_operation_measure_count(const trephine_operation* operation);
 int trephine_operation_measure(const trephine_operation* operation, size_t index, trephine_measure* measure);
@@ -282,13 +288,14 @@ int trephine_scene_add_opacity_ramp(trephine_scene* scene, const char* name, con
                                     const double* opacities, size_t count, double threshold,
                                     trephine_error* error);
 /* Adds a polygonal model: vertices (mm, x y z each) and triangles (three vertices each, counter-clockwise
- * from outside), copied. For method "scene". Returns its index among the shapes, or -1; windows come before
- * meshes. `mover`: 0 to 7 for a model that hands place every tick, -1 for a fixed one. */
+ * from outside), copied. Requires a method that touches models, such as "scene" (trephine_scene_set_method).
+ * Add all windows and labels before the first model. Returns the index of the model among the shapes, or -1.
+ * `mover`: 0 to 7 for a model that trephine_hand_set_mesh_placement moves, -1 for a fixed model. */
 int trephine_scene_add_mesh(trephine_scene* scene, const char* name, const double* vertices,
                             size_t vertex_count, const uint32_t* triangles, size_t triangle_count, int mover,
                             trephine_error* error);
-/* Lets a hand through the shape when it presses harder than `force` (N; 0: never), until the hand has moved
- * `rearm` mm from there. Call before hands are created. */
+/* Lets a hand through the shape when the hand presses harder than `force` (N; 0: never), until the hand
+ * has moved `rearm` mm from the position where it pressed. Call before hands are created. */
 int trephine_scene_set_pop_through(trephine_scene* scene, int shape, double force, double rearm,
                                    trephine_error* error);
 int trephine_scene_set_material(trephine_scene* scene, int shape, const trephine_material* material,
@@ -311,9 +318,10 @@ void trephine_hand_destroy(trephine_hand* hand);
 int trephine_hand_step(trephine_hand* hand, const double position[3], trephine_touch* touch);
 /* Sets whether the shape may block this hand, from the next step on. Initially all shapes may block it. */
 int trephine_hand_set_touchable(trephine_hand* hand, int shape, int is_touchable);
-/* Limits the occupancy of a shape to the voxels low .. high, because the rest is not available yet:
- * elsewhere, and within a few voxels of the border, the shape lets the hand through. Both NULL (the initial
- * state): all voxels are available. */
+/* Limits the occupancy of a shape to the voxels low .. high, while the other voxels are not available.
+ * Outside this box, and within a few voxels of its border, the shape lets the hand through. Both NULL (the
+ * initial state): all voxels are available. At most 8 shapes of a hand can have a box; a further shape lets
+ * the hand through everywhere. */
 int trephine_hand_set_ready(trephine_hand* hand, int shape, const int low[3], const int high[3]);
 /* Places the model with this mover from the next step on: position in mm, and a unit quaternion w x y z. A
  * model that moves onto the tool pushes it along. */
@@ -329,9 +337,9 @@ void trephine_hand_reset(trephine_hand* hand);
  * per shape, to be passed as `user`. One thread may query the surfaces of a scene; the first query for a
  * motion computes the result for all of them. Freed with the scene. NULL on failure. */
 trephine_surface* trephine_surface_get(trephine_scene* scene, int shape, trephine_error* error);
-/* Tests whether this surface is the first that the motion from `start` to `end` meets. 1: yes; sets the point
- * just before it, the unit normal toward `start`, and the side. 0: no; nothing is written. `side` may be
- * NULL. */
+/* Tests whether the surface `user` is the first that the motion from `start` to `end` meets. Returns 1 if so,
+ * and sets the point just before the surface, the unit normal toward `start`, and the side. Otherwise returns
+ * 0 and writes nothing. `point`, `normal` and `side` may be NULL. */
 int trephine_intersect_surface(const double start[3], const double end[3], double point[3], double normal[3],
                                int* side, void* user);
 

@@ -81,11 +81,12 @@ Error to_error(const CLI::ParseError& error, const std::string& program, const s
   return {message, name, "", "", "see: " + program + " " + name + " --help"};
 }
 
-/// Error for a word that is not a command, with the command of the most similar name; nullopt for commands.
+/// Returns the error for a word that is not a command; it suggests the command with the most similar name.
+/// Returns nullopt for a command, an option or an empty word.
 std::optional<Error> unknown_command(const Program& program, const std::string& name) {
   if (name.empty() || name.starts_with("-")) return std::nullopt;
   const Command* nearest = nullptr;
-  std::size_t least = 3;  // letters
+  std::size_t least = 3;  // edits; less similar names are not suggested
   for (const Command* known : program.commands) {
     const std::string_view other = known->name;
     if (other == name) return std::nullopt;

@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
       &k_depth_record, &k_render,      &k_view,     &k_simulator, &k_demo,    &k_run,    &k_procedure,
       &k_replay,       &k_resume,      &k_timeline, &k_explain,   &k_score,   &k_report, &k_export,
       &k_compare,      &k_modules,     &k_doctor,   &k_audit};
-  trephine::haptics::baselines::add_methods();  // for sessions that were recorded with them
+  trephine::haptics::baselines::add_methods();  // for --method, and for sessions recorded with them
   return run_program(
       {"trephine", "trephine: surgical simulation on real CT and MR scans, with haptic contact",
        "Examples:\n  trephine demo\n  trephine simulator\n  trephine info SCANS/HEAD\n  trephine view SCANS/HEAD\n"

@@ -39,8 +39,8 @@ struct Outcome : Rows {
   int exit_code;
 };
 
-/// Adds the list of written files to the outcome, as text and JSON; `hint` if no output was requested. Error:
-/// a file could not be written.
+/// Adds the list of written files to the outcome, as text and JSON. Prints `hint` if no file was written.
+/// Error: a file could not be written.
 Result<Outcome> finished(const data_tools::OutputSet& outputs, Outcome outcome, const char* hint = "");
 
 inline Json json_of(const glm::dvec3& p) { return {p.x, p.y, p.z}; }
@@ -56,16 +56,18 @@ Json percentiles(std::vector<double> values);
 /// "trephine 0.1.0 (commit, compiler)".
 std::string program_name();
 
-/// Memory in bytes by our own accounting: base voxels, labels, bits and tables.
+/// Returns the memory of base voxels, labels, bits and tables by our own accounting, and the resident memory
+/// of the process, in bytes.
 Json memory_report(const haptics::TouchScene& scene, const volume::Version& version);
 
-/// Escapes control characters, so that names in a text cannot control a terminal. `is_one_line`: escapes line
-/// ends too, so that a name cannot look like a message.
+/// Escapes control characters, invalid UTF-8 and marks of the writing direction, so that names in a text
+/// cannot control a terminal. `is_one_line`: escapes line ends as well, so that a name cannot look like a
+/// message.
 std::string for_terminal(const std::string& text, bool is_one_line = false);
 /// True if reports may contain the names of folders and files; set once, by --keep-identity.
 bool keeps_identity();
 void keep_identity();
-/// Name of a scan in a report.
+/// Returns the name of a scan in a report. The name of its file is included with --keep-identity only.
 std::string name_in_report(const workbench::Source& source);
 
 /// Prints a notice if the file format stores this sheared volume resampled to right angles. An empty path
@@ -80,8 +82,8 @@ std::string with_dashes(std::string text);
 workbench::Listener terminal_listener();
 /// Prints the bounding box of the first shape and the models, and that of a path that touched nothing.
 void print_shape_location(const haptics::TouchScene& scene, const haptics::PosePath& path);
-/// Progress line, on a terminal only, from one second after the first call on; rewritten at most ten times
-/// per second. Returns false after an interrupt.
+/// Progress line on a terminal, rewritten at most ten times per second. Prints nothing on other outputs, and
+/// nothing in the first second after the first call of any progress line. Returns false after an interrupt.
 class ProgressLine {
  public:
   explicit ProgressLine(std::string label) : label_(std::move(label)) {}

@@ -11,7 +11,7 @@ namespace trephine::cli {
 
 namespace {
 
-/// Returns the text of a unit that is a word of a key; empty for other words.
+/// Returns the unit for a word of a key, such as "mm³" for "mm3"; empty if the word is not a unit.
 std::string unit_of(const std::string& word) {
   static const std::map<std::string, const char*> k_units{
       {"mm", "mm"},    {"mm2", "mm²"},   {"mm3", "mm³"},         {"n", "N"},
@@ -49,7 +49,7 @@ std::string text_of(const Json& value, const std::string& format, const char* un
                                    : format_text(std::abs(number) < 1000 ? "%.3g" : "%.0f", number);
 }
 
-/// Returns a line with the values of its keys.
+/// Returns a line with its keys replaced by their values, from `row` or else from `rows`.
 std::string filled(std::string_view line, const Json& row, const Json& rows, const char* unknown) {
   std::string text;
   for (std::size_t open, close; (open = line.find('{')) < line.size();) {

@@ -25,12 +25,13 @@ struct Rows {
   /// Adds a row with a line of its own, "key in words: value unit". The unit is the word of the key that
   /// names it: "removed_mm3" is printed as "removed: 12.5 mm³".
   void add(const std::string& key, const Json& value);
-  /// Adds a line of text. Its keys are those of `row` and of these rows; `row` comes first.
+  /// Adds a line of text. Values of its keys are taken from `row`, and from these rows for keys that `row`
+  /// lacks.
   void print(std::string_view line, const Json& row = {});
 
-  /// Adds a table of a list of objects as text. Columns are separated by bars, each a heading, " = " and a
-  /// line for its cells: "burr = {burr} | time, us = {tick_us:.1f}". Numbers are aligned on the right;
-  /// unknown values are "-".
+  /// Adds a table of a list of objects as text. `columns` describes the columns, separated by " | ". Each has
+  /// a heading, " = " and a line for its cells: "burr = {burr} | time, us = {tick_us:.1f}". Columns of
+  /// numbers are aligned on the right; unknown values are "-".
   void print_table(const Json& list, std::string_view columns);
 };
 

@@ -47,7 +47,7 @@ void append_row(std::string& csv, const std::vector<Json>& cells) {
   csv += "\n";
 }
 
-/// Returns the values of these keys; null where the object lacks them.
+/// Returns the values of these keys; null for a key that the object lacks.
 std::vector<Json> values_of(const Json& object, const std::vector<std::string>& keys) {
   std::vector<Json> cells;
   for (const std::string& key : keys) cells.push_back(object.contains(key) ? object[key] : Json());

@@ -19,7 +19,7 @@ Result<Panel> depth_panel(std::span<const sim::DisplayedDepths> depths, int colu
                  .remedy = "move the tool to such a model or video"};
   const DepthSet& first = *depths[0].set;
   const haptics::Placement& placement = depths[0].item_pose;
-  // Each camera is on a face of the clip volume: axis and sign of the face, and the directions of its image.
+  // Each camera is on a face of the clip volume: axis and sign of the face, and the directions of its view.
   struct Camera {
     int axis;
     double side;

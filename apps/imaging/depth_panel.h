@@ -1,4 +1,4 @@
-// Panel of the six depth images around the tool, by which a hand touches objects.
+// Panel with views of the objects that the tool touches by depth images, from the six sides of these images.
 #pragma once
 
 #include "apps/imaging/panel.h"
@@ -7,8 +7,8 @@
 namespace trephine::imaging {
 
 /// Draws the views from L, P, S in the upper row and from R, A, I in the lower row; near is bright. Fits
-/// `columns` x `rows` pixels, with 8 to 96 pixels along the edge of a view. Shows all objects in the clip
-/// volume of the first. Error: no object near the tool is touched by depth images.
+/// `columns` x `rows` pixels, with 8 to 96 pixels along the edge of a view. Shows all objects of `depths` in
+/// the clip volume of the first object. Error: no object near the tool is touched by depth images.
 Result<Panel> depth_panel(std::span<const sim::DisplayedDepths> depths, int columns, int rows);
 
 /// Returns the edges of the clip volumes (world, mm).

@@ -44,7 +44,8 @@ struct Fit {
   dvec2 operator()(const dvec2& mm) const { return centre + pixels_per_mm * mm; }
 };
 
-/// Returns the markers of a plan: a small one as its box, lines as segments.
+/// Returns the markers of a plan: a closed line smaller than `small` (pixels) as its box, other lines as
+/// segments.
 LabelLayout::Obstacles markers_of(const Panel& panel, const Fit& fit, double small) {
   LabelLayout::Obstacles markers;
   for (const Panel::Line& line : panel.lines) {
@@ -99,7 +100,7 @@ bool LabelLayout::is_free(const PictureBox& box) const noexcept {
          std::none_of(leads_.begin(), leads_.end(), [&](const Segment& lead) { return passes(lead, box); });
 }
 
-/// Returns true if a lead passes a label, another lead, or a box other than that of its own marker.
+/// Returns true if a lead crosses a label, another lead, or a box other than that of its own marker.
 bool LabelLayout::is_crossed(const Segment& lead, const dvec2& anchor) const noexcept {
   return std::any_of(labels_.begin(), labels_.end(),
                      [&](const PictureBox& box) { return passes(lead, box); }) ||
@@ -115,7 +116,8 @@ std::optional<LabelLayout::Place> LabelLayout::place(const Request& request) {
   const dvec2 room = picture_.high - picture_.low - request.size;
   if (room.x < 0 || room.y < 0) return std::nullopt;
   const dvec2 start = glm::clamp(request.preferred, picture_.low, picture_.low + room);
-  // Search outward from the preferred place, by rows and alternately to both sides.
+  // Search outward from the preferred position: rows alternately above and below it, and in each row columns
+  // alternately to its right and left.
   const double step = std::max(2.0, 0.25 * request.size.y);
   const auto offset = [&](int i) { return (i % 2 == 0 ? -0.5 : 0.5) * step * (i + i % 2); };
   std::optional<Place> best;
@@ -162,7 +164,8 @@ std::vector<PlacedLabel> place_labels(const Panel& panel, const LabelSpace& spac
                         glm::min(fit.picture.high, dvec2(space.width, space.height))};
   LabelLayout layout(area, std::move(obstacles), 1);
 
-  // The middle separates the sides; a plan with markers on one side only is labelled away from the centre.
+  // Labels of markers to the left of `middle` are on the left, others on the right. It is the middle of the
+  // markers, or the picture's centre if all markers are on one side of this centre.
   std::vector<PlacedLabel> placed(panel.labels.size());
   std::vector<std::size_t> order;
   double low = 1e300, high = -1e300;
@@ -174,7 +177,7 @@ std::vector<PlacedLabel> place_labels(const Panel& panel, const LabelSpace& spac
   }
   const double middle = fit.centre.x < low || fit.centre.x > high ? fit.centre.x : 0.5 * (low + high);
   const auto from_middle = [&](std::size_t i) { return fit(panel.labels[i].point).x - middle; };
-  // The outermost labels are next to their markers; those of inner markers are placed around them.
+  // Labels of the outermost markers are placed first, next to their markers. Later labels avoid them.
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return std::abs(from_middle(a)) > std::abs(from_middle(b)) + 1e-6;
   });
@@ -230,7 +233,8 @@ std::size_t least_covering(const Panel& panel, double width, double height,
       if (std::abs(colour[i] - background[i]) > k_alike) return false;
     return true;
   };
-  // Area of the image's contents below a box, in pixels; the plan and other texts count much more.
+  // Area of the image's contents that a box would cover, in pixels. Markers of the plan and other texts count
+  // much more.
   const auto covered = [&](const PictureBox& box) {
     constexpr double k_step = 3, k_marker = 100;
     double area = 0;

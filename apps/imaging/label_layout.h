@@ -14,7 +14,7 @@
 
 namespace trephine::imaging {
 
-/// All positions and sizes are in pixels; y is up.
+/// A box with edges along x and y. In this file all positions and sizes are in pixels, and y is up.
 struct PictureBox {
   glm::dvec2 low{0.0}, high{0.0};
 };
@@ -28,12 +28,12 @@ class LabelLayout {
  public:
   struct Request {
     glm::dvec2 anchor{0.0};     ///< the marked point
-    double radius = 0;          ///< of the marker around it
-    glm::dvec2 size{0.0};       ///< of the label
+    double radius = 0;          ///< radius of the marker around the point
+    glm::dvec2 size{0.0};       ///< size of the label
     glm::dvec2 preferred{0.0};  ///< preferred lower left corner of the label
-    /// Vertical line that the label's centre must not pass; nullopt: no limit.
+    /// x of a vertical line that the label's centre must not pass; nullopt: no limit.
     std::optional<double> limit = {};
-    bool is_left = false;  ///< the label is on the left side of that line
+    bool is_left = false;  ///< true: the label's side of that line is the left one
     double longest = 1e9;  ///< greatest length of the lead
   };
   struct Place {
@@ -46,8 +46,8 @@ class LabelLayout {
   };
   /// `gap`: pixels between labels.
   LabelLayout(const PictureBox& picture, Obstacles obstacles, double gap);
-  /// Returns the free place nearest to the preferred one, which later labels avoid; nullopt: no room
-  /// within the longest lead.
+  /// Places a label as near as possible to its preferred position, if possible with a lead that crosses
+  /// nothing. Later labels avoid this label. Returns nullopt if there is no room within the longest lead.
   std::optional<Place> place(const Request& request);
 
  private:
@@ -63,7 +63,7 @@ class LabelLayout {
 
 /// Area for the labels of a panel.
 struct LabelSpace {
-  double width = 0, height = 0;                        ///< of the area into which the panel is fitted
+  double width = 0, height = 0;                        ///< size of the area into which the panel is fitted
   double line = 0;                                     ///< height of a label
   std::function<double(const std::string&)> width_of;  ///< width of a label with this text
   std::vector<PictureBox> occupied = {};               ///< boxes of controls and of other texts
@@ -71,18 +71,21 @@ struct LabelSpace {
 };
 struct PlacedLabel {
   std::string text;     ///< the name, or its number; empty: not shown
-  int number = 0;       ///< number that replaces the name, which is then shown in a list; 0: none
+  int number = 0;       ///< number in place of the name, for a list of such names; 0: no number
   PictureBox box = {};  ///< pixels from the lower left of the area
   std::optional<Segment> lead = {};
 };
-/// Returns a place for each label of a panel, in their order. A label is on the side of its own marker: away
-/// from the middle of all markers, or from the picture's centre if all are on one side of it. A name without
+/// Returns a place for each label of a panel, in the order of the labels. A label is preferably
+/// left of its marker if the marker is left of a middle line, and right of its marker if the marker is right
+/// of that line. At the line, `is_to_left` decides. The line is halfway between the leftmost and the
+/// rightmost marker, or at the picture's centre if all markers are on one side of that centre. A name without
 /// room is replaced by a number. Labels of markers outside the picture are not shown.
 std::vector<PlacedLabel> place_labels(const Panel& panel, const LabelSpace& space);
 
-/// Returns the index of the box that covers the least of the image, its plan and the `occupied` boxes: the
-/// first, unless another one covers less than half as much. The background of an image is the most frequent
-/// colour of its border. Boxes as in LabelSpace.
+/// Returns the index of the candidate that covers the least of the image's contents, the plan and the
+/// `occupied` boxes. Returns 0 unless another candidate covers less than half as much as the first. The
+/// background, which does not count as contents, is the most frequent colour of the image's border. Boxes are
+/// in pixels from the lower left of the area, as in LabelSpace.
 std::size_t least_covering(const Panel& panel, double width, double height,
                            std::span<const PictureBox> candidates, std::span<const PictureBox> occupied);
 

@@ -1,4 +1,5 @@
-// PaneWorker: thread that renders images for panes, the newest request of each pane in turn.
+// PaneWorker: a thread that renders images for panes. It takes the panes in turn, and renders the newest
+// request of each.
 #pragma once
 
 #include <condition_variable>
@@ -36,9 +37,10 @@ class PaneWorker {
   /// Requests an image, from the drawing thread. Replaces a pending request of the same pane. The first
   /// request starts the worker's thread. `stamp`: returned with the image.
   void request(std::size_t pane, Make make, std::uint64_t stamp = 0);
-  /// Discards the pending request and the finished image of a pane; an image in progress is still finished.
+  /// Discards the pending request and the finished image of a pane. An image in progress is still finished,
+  /// and take() then returns it.
   void forget(std::size_t pane);
-  /// Returns the newest image of a pane once; nullopt if there is no new one.
+  /// Returns the newest finished image of a pane and removes it; nullopt if there is no finished image.
   std::optional<FinishedImage> take(std::size_t pane);
   /// True if there are no pending requests, no image in progress and no image that was not yet fetched.
   bool is_idle() const;

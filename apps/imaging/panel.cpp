@@ -35,7 +35,7 @@ void add_trajectory(Panel& panel, const glm::dvec2& entry, const glm::dvec2& tar
     ring.points.push_back(
         entry + radius * glm::dvec2(std::cos(i * k_turn / k_corners), std::sin(i * k_turn / k_corners)));
   panel.lines.push_back(std::move(ring));
-  // A name in the middle of the plan is on the side that the trajectory leaves free.
+  // If the entry is in the middle of all marked points, its name is on the side away from the target.
   panel.labels.push_back({entry, name, k_plan_colour, target.x > entry.x, radius});
 }
 

@@ -23,14 +23,14 @@ struct Panel {
     glm::dvec2 point{0.0};  ///< the marked point, mm from the panel's centre
     std::string text;
     Colour colour{255, 255, 255};
-    bool is_to_left = false;  ///< preferred side if the point is in the middle of the plan
-    double radius = 0;        ///< of the marker around the point, mm
+    bool is_to_left = false;  ///< label on the left if the point is in the middle of all marked points
+    double radius = 0;        ///< radius of the marker around the point, mm
   };
   std::string title, foot;
   std::string left, right, above, below;  ///< orientation letters at the edges
   int columns = 0, rows = 0;
   double mm_per_pixel = 1;
-  bool shows_sides = false;    ///< an X-ray that shows the patient's left and right
+  bool shows_sides = false;    ///< the panel is an X-ray that shows the patient's left and right
   bool is_mirrored = false;    ///< left and right were exchanged
   bool is_to_scale = false;    ///< lengths are those of the patient: a scale bar is valid
   std::vector<Colour> pixels;  ///< row by row from the lower left
@@ -40,16 +40,17 @@ struct Panel {
 
 /// Returns the one or two main orientation letters (L, R, P, A, S, I) of a direction: "L", "LA".
 std::string direction_letters(const glm::dvec3& direction_world);
-/// Returns a round length for a scale bar, mm: the longest up to `longest`, at least 1.
+/// Returns the length of a scale bar, mm: the largest of 1, 2, 5, 10, 20, 50 and 100 that is at most
+/// `longest`; 1 if `longest` is below 1.
 int bar_length(double longest) noexcept;
-/// Sets the letters at the panel's edges from the directions of its right and upper edge.
+/// Sets the letters at the panel's edges from the world directions to its right and upper edge.
 void set_letters(Panel& panel, const glm::dvec3& right_world, const glm::dvec3& up_world);
-/// Adds a planned trajectory with a ring around its entry, and its name there. Positions in mm from the
-/// panel's centre.
+/// Adds a planned trajectory with a ring and its name at its entry. Positions are in mm from the panel's
+/// centre.
 void add_trajectory(Panel& panel, const glm::dvec2& entry, const glm::dvec2& target, const std::string& name);
 /// Colour of the plan.
 inline constexpr Panel::Colour k_plan_colour{90, 220, 255};
-/// Exchanges left and right: pixels, lines and letters.
+/// Exchanges left and right: pixels, lines, labels and letters. Does not change `is_mirrored`.
 void mirror(Panel& panel);
 
 }  // namespace trephine::imaging

@@ -78,7 +78,8 @@ bool Panes::shows(PaneKind kind) const noexcept {
   return false;
 }
 
-/// Marks images as stale. X-rays show the time of their exposure: only live ones follow changes.
+/// Marks images as stale. An X-ray shows the state at its exposure, and only a live X-ray is taken again
+/// after changes.
 void Panes::make_stale(bool includes_xrays) {
   for (Pane& pane : panes_)
     if (pane.kind != PaneKind::depths) pane.image.is_stale = true;
@@ -157,7 +158,7 @@ void Panes::set_size(std::size_t index, int columns, int rows, bool is_visible) 
 void Panes::scroll(std::size_t index, int slices) {
   const auto image_plane = plane(index);
   if (!image_plane) return;
-  // One step is the spacing of the scan's own slices in this direction.
+  // One step is the distance of the scan's slices along the voxel axis that is nearest to the normal.
   const dvec3 n = image_plane->normal(), step = subject_.scan->frame.vector_volume_from_world(n);
   const double largest_step = std::max({std::abs(step.x), std::abs(step.y), std::abs(step.z)});
   set_focus(at_ + slices / largest_step * n);
@@ -270,7 +271,8 @@ ImagePlane Panes::plane_of(const Pane& pane) const {
   if (pane.kind == PaneKind::section) {
     orient_plane(plane, section_normal_);
   } else if (pane.kind == PaneKind::tool) {
-    // Contains the shaft; seen as closely from the patient's left as possible.
+    // The plane contains the shaft. It is viewed as nearly from the patient's left as possible, or from the
+    // front if the shaft is almost along the left-right axis.
     through = tip_;
     const dvec3 request = std::abs(shaft_.x) < 0.9 ? dvec3(1, 0, 0) : dvec3(0, -1, 0);
     orient_plane(plane, request - glm::dot(request, shaft_) * shaft_);

@@ -20,13 +20,14 @@ constexpr bool is_planar(PaneKind kind) { return kind < PaneKind::xray; }
 inline constexpr std::string_view k_pane_kinds[] = {"axial",   "coronal", "sagittal", "tool",
                                                     "section", "xray",    "drawn",    "depths"};
 
-/// Set of panes around one subject. Not thread-safe. Pixels of a pane are counted from its upper left.
+/// Set of panes that show one subject. Not thread-safe. Pixels of a pane are counted from its upper left.
 class Panes {
  public:
   explicit Panes(std::size_t count);
 
   // Focus.
-  /// Sets the newest state. `is_changed`: matter or objects differ from the previous state.
+  /// Sets the newest state. `is_changed`: matter changed since the previous state. The function
+  /// itself detects another version, other objects and other depth images.
   void show(Subject subject, bool is_changed);
   /// Discards the subject and all images, before another scan is shown.
   void forget();
@@ -40,12 +41,12 @@ class Panes {
   /// Sets the normal of sections (world, any length above 0).
   void turn_section(const glm::dvec3& normal);
   glm::dvec3 section_normal() const noexcept { return section_normal_; }
-  /// Value of the scan at the focus; nullopt outside the scan.
+  /// Current value of the scan at the focus, with removed matter as air; nullopt outside the scan.
   std::optional<int> probe() const;
   bool is_hounsfield() const noexcept { return subject_.scan && subject_.scan->is_hounsfield; }
 
   /// Selects the view of a surgeon behind the patient: the patient's left is on the left in slices, sections
-  /// and X-rays, and the back is up in axial slices. Otherwise the radiological convention.
+  /// and X-rays, and the back is up in axial slices. False selects the radiological convention.
   void set_from_back(bool is_from_back);
   bool is_from_back() const noexcept { return is_from_back_; }
 
@@ -77,13 +78,14 @@ class Panes {
   /// Selects the transfer function by a name of k_transfer_functions.
   void set_transfer_function(std::string_view name);
   const std::string& transfer_function() const noexcept { return transfer_; }
-  /// Returns the selected transfer function; `bone` begins at the threshold of the bone that is touched.
+  /// Returns the selected transfer function. The function `bone` reaches k_touch_opacity at the threshold of
+  /// the touched bone, or at k_bone if bone is not defined by a single threshold.
   volume::TransferFunction transfer(const volume::Volume& scan) const;
   /// Sets the factor of a label's opacity: 0 hides it.
   void set_label_opacity(std::size_t label, double opacity);
 
-  // The C-arm. It has one image, which all panes of its kind show and which is held between exposures, also
-  // while no pane shows it.
+  // The C-arm. All X-ray panes show one image. It is held between exposures, even while no X-ray pane is
+  // visible.
   void set_arm(const fluoroscopy::CArm& arm);
   const fluoroscopy::CArm& arm() const noexcept { return arm_; }
   /// Switches live X-rays on or off: 256 pixels across, taken again after each change.
@@ -98,7 +100,8 @@ class Panes {
   const std::string& xray_note() const noexcept { return xray_note_; }
 
   // Requests and images.
-  /// Adopts finished images and requests stale ones. Returns true if there are new images.
+  /// Adopts finished images, and requests new images for visible panes whose images are stale. Returns true
+  /// if there are new images.
   bool frame();
   /// Newest image of a pane; null before the first.
   const Panel* panel(std::size_t pane) const noexcept;
@@ -112,10 +115,11 @@ class Panes {
   }
   /// True if a pane of this kind is visible.
   bool shows(PaneKind kind) const noexcept;
-  /// True if all visible panes show the newest state at full resolution.
+  /// True if all visible panes show the newest state at full resolution. An X-ray that is not live counts as
+  /// up to date unless a new exposure is requested or in progress.
   bool is_up_to_date() const;
-  /// True if a visible pane has no image yet, an image of another size, or a volume rendering that is stale
-  /// or coarse; or if an X-ray is requested or computed.
+  /// True if a visible pane waits for its first image or for an image of its present size, or if it shows a
+  /// volume rendering that is stale or coarse. Also true if an X-ray is requested or computed.
   bool is_waiting() const;
   PaneWorker::Counters counters() const { return worker_.counters(); }
 
@@ -134,7 +138,8 @@ class Panes {
     std::string problem;
     double milliseconds = 0;
     std::uint64_t count = 0, changes = 0;
-    std::uint64_t stamp = 0;  ///< changes with the kind and the scan: older images are discarded
+    /// Changes with the kind and the scan. Images that were requested with another stamp are discarded.
+    std::uint64_t stamp = 0;
     bool is_stale = false;
   };
   struct Pane {
@@ -143,7 +148,7 @@ class Panes {
     bool is_visible = false;
     double pixel = 0;           ///< mm; 0: fits the whole scan
     glm::dvec3 middle{0.0};     ///< world; its height above the plane is ignored
-    std::uint64_t changes = 0;  ///< of the kind and the problem, in addition to Image::changes
+    std::uint64_t changes = 0;  ///< changes of the kind and the problem, in addition to Image::changes
     Image image;                ///< unused for X-rays
     std::shared_ptr<Renderer> renderer;
     bool is_coarse = false;  ///< drawn in fewer pixels during motion

@@ -153,7 +153,7 @@ bool Panes::adopt(std::size_t slot, Image& image) {
   auto result = worker_.take(slot);
   if (!result || result->stamp != image.stamp) return false;
   if (result->panel && result->panel.value().pixels.empty()) {  // cancelled
-    // Otherwise a newer request is pending.
+    // If a newer request replaced the cancelled one, its own flag is still false, and its image will follow.
     image.is_stale = image.is_stale || (slot < panes_.size() && *panes_[slot].is_cancelled);
     return false;
   }
@@ -202,7 +202,7 @@ bool Panes::frame() {
     has_stale |= pane.image.is_stale && pane.is_visible && pane.kind != PaneKind::xray;
   for (std::size_t i = 0; i < panes_.size(); ++i) {
     Pane& pane = panes_[i];
-    // Cancel a slow ray-cast image if another pane waits or if it is invisible.
+    // Cancel a slow ray-cast image if any pane needs a new image, or if the pane of the slow image is hidden.
     if (pane.is_cancelled && (has_stale || !pane.is_visible)) *pane.is_cancelled = true;
     if (pane.image.is_stale && pane.is_visible && pane.kind != PaneKind::xray && pane.columns > 1 &&
         pane.rows > 1)

@@ -16,7 +16,8 @@ TransferFunction transfer_function_of(std::string_view name, const volume::Volum
   constexpr dvec3 marrow(0.72, 0.42, 0.30), cortex(0.93, 0.86, 0.70), ivory(1.0, 0.98, 0.92),
       skin(0.90, 0.68, 0.54), fat(0.92, 0.80, 0.58), blood(0.80, 0.16, 0.12), grey(0.45), white(1.0);
   if (!scan.is_hounsfield || name == "grey") {
-    // The values of a CT are mostly air, which would hide the patient.
+    // A CT has a fixed window: most of its voxels are air, and a window of all values would make air visible,
+    // so that it hides the patient.
     const ct_viewer::GreyWindow window =
         scan.is_hounsfield
             ? ct_viewer::GreyWindow{400, 1200}
@@ -53,7 +54,7 @@ dvec3 colour_of(volume::Matter matter) {
 
 volume::Camera camera_from(std::string_view side, const volume::Frame& frame,
                            const std::array<glm::ivec3, 2>& voxels, int columns, int rows) {
-  constexpr double k_half_angle = 0.2443;  // 14 degrees, as the window's camera
+  constexpr double k_half_angle = 0.2443;  // 14 degrees, as for the 3-D view of the program
   dvec3 from = glm::normalize(dvec3(0.55, -1, 0.38)), up(0, 0, 1);
   if (side == "front") from = {0, -1, 0};
   if (side == "back") from = {0, 1, 0};
@@ -66,7 +67,7 @@ volume::Camera camera_from(std::string_view side, const volume::Frame& frame,
   camera.forward = -from;
   camera.up = glm::normalize(up - glm::dot(up, from) * from);
   camera.columns = columns, camera.rows = rows;
-  // The smallest distance from which every corner is visible.
+  // A distance from which every corner is visible, even along the narrower side of the image.
   const dvec3 right = camera.right();
   const double narrow = std::tan(k_half_angle) * std::min(1.0, columns / static_cast<double>(rows));
   double distance = 1e-6;
@@ -146,7 +147,7 @@ Panel Renderer::draw(const Subject& subject, const volume::RaycastRequest& reque
   panel.columns = camera.columns, panel.rows = camera.rows, panel.mm_per_pixel = camera.pixel();
   panel.pixels.resize(count);
   for (int row = 0; row < camera.rows; ++row) {
-    // Background: darker below, as in the window.
+    // Background: darker below, as in the 3-D view of the program.
     const double up = 1 - row / static_cast<double>(camera.rows);
     const dvec3 sky = 255.0 * ((1 - up) * dvec3(0.10, 0.12, 0.16) + up * dvec3(0.30, 0.34, 0.40));
     for (int column = 0; column < camera.columns; ++column) {

@@ -34,7 +34,9 @@ ScrewBreach breach_of(const data_tools::ScrewPosition& screw, const Subject& sub
       worst.has_bone = true;
       entered_at = s;
     }
-    // At the entry, where the surface of the bone may be oblique, a screw is in bone on one side only.
+    // The surface of the bone may be oblique at the entry, so that a screw is in bone on one side only. The
+    // search for breaches starts at the first cross-section that is all in bone, or one diameter after the
+    // axis entered bone.
     if (!has_entered) {
       bool is_whole = true;
       for (int i = 0; i < k_around && is_whole; ++i) is_whole = is_bone(axis + radius * outward(i));

@@ -8,14 +8,15 @@
 namespace trephine::imaging {
 
 struct ScrewBreach {
-  double mm = 0;             ///< from the shaft's surface back to bone; 0: all in bone; at most 3.5 diameters
+  /// Distance from the shaft's surface back to bone, toward the axis; 0: all in bone; at most 3.5 diameters.
+  double mm = 0;
   double from_entry_mm = 0;  ///< distance from the entry along the screw
   glm::dvec3 at_world{0.0};  ///< point of the breach on the shaft's surface, mm
   glm::dvec3 outward{0.0};   ///< unit, from the axis to that point
   bool has_bone = true;      ///< the axis meets bone
 };
 /// Returns the largest breach of a screw's shaft, without its head, its tip and its passage through the
-/// surface of the bone at the entry. The subject defines bone. Samples every 0.25 mm along and every 5
+/// surface of the bone at the entry. Requires a subject with `bone`. Samples every 0.25 mm along and every 5
 /// degrees around the shaft.
 ScrewBreach breach_of(const data_tools::ScrewPosition& screw, const Subject& subject);
 

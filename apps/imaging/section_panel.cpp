@@ -19,13 +19,13 @@ using Kind = SectionObject::Kind;
 
 namespace {
 
-/// Colours; pieces and models take theirs in turn, so that neighbours differ.
+/// Colours of objects. Successive pieces get different colours, and so do successive models.
 constexpr Panel::Colour k_bone{150, 150, 150}, k_cancellous{122, 110, 98};
 constexpr Panel::Colour k_pieces[] = {{196, 170, 120}, {150, 178, 128}, {184, 146, 168}};
 constexpr Panel::Colour k_models[] = {{245, 245, 245}, {188, 222, 248}, {250, 232, 178}};
 
 Panel::Colour colour_of(const volume::Volume& scan, const volume::Shape& structure, std::size_t index) {
-  // A label has its colour of all other views; other structures get one colour each.
+  // A label has the same colour as in all other views. Other structures get one colour each.
   const bool is_label = structure.label > 0;
   const glm::dvec3 share = is_label ? data_tools::label_colour(structure.label, scan.label_colours)
                                     : data_tools::label_colour(static_cast<int>(index) + 1, {});
@@ -33,7 +33,7 @@ Panel::Colour colour_of(const volume::Volume& scan, const volume::Shape& structu
           static_cast<std::uint8_t>(255 * share.z)};
 }
 
-/// Returns the pixels beyond both ends of a screw's shaft.
+/// Returns a byte per pixel: 1 beyond either end of a screw's shaft, thus in its head and its tip.
 std::vector<std::uint8_t> head_and_tip(const ImagePlane& plane, const data_tools::ScrewPosition& screw) {
   std::vector<std::uint8_t> beyond(static_cast<std::size_t>(plane.columns) *
                                    static_cast<std::size_t>(plane.rows));
@@ -63,9 +63,9 @@ Result<std::vector<SectionObject>> section_objects(const Subject& subject, const
     add(Kind::structure, subject.structures[i], colour_of(*subject.scan, subject.structures[i], i));
   std::size_t pieces = 0, models = 0;
   for (const Object& object : subject.objects) {
+    if (object.matter == volume::Matter::scenery) continue;
     auto cut = cut_of(plane, object);
     if (!cut) return cut.error();
-    if (object.matter == volume::Matter::scenery) continue;
     const Kind kind = object.matter == volume::Matter::bone ? Kind::piece
                       : volume::is_metal(object.matter)     ? Kind::model
                                                             : Kind::soft;
@@ -86,7 +86,7 @@ Result<std::vector<SectionObject>> section_objects(const Subject& subject, const
 std::vector<SectionTissue> section_tissues(const Subject& subject, const ImagePlane& plane) {
   const volume::Volume& scan = *subject.scan;
   if (scan.labels.is_empty()) return {};
-  // Index of each label's tissue; -1: drawn as an object, or background.
+  // Index of each label's tissue; -1: drawn as an object, or background; k_unused: no pixel found so far.
   constexpr int k_unused = -2;
   std::array<int, 256> index;
   index.fill(k_unused);

@@ -17,12 +17,12 @@ struct SectionObject {
   /// Pixels of the head and the tip of a screw, which need not be in bone; empty for other objects.
   std::vector<std::uint8_t> uncounted = {};
   std::vector<std::uint8_t> by_labels = {};  ///< bone only: pixels added by labels that name a bone
-  std::vector<std::uint8_t> untouched = {};  ///< bone only, if there are models: untouched_bone()
+  std::vector<std::uint8_t> untouched = {};  ///< bone only, if there are models: its pixels before any cut
 };
 inline constexpr Panel::Colour k_outside_bone{225, 45, 40};
 
-/// Cuts the objects of a subject with a plane. The subject defines bone, which is the first object. Error: a
-/// model cannot be cut.
+/// Returns the cross-sections of a subject's objects with a plane; the first is bone. Requires a subject with
+/// `bone`. Error: the surface of an object cannot be cut.
 Result<std::vector<SectionObject>> section_objects(const Subject& subject, const volume::ImagePlane& plane);
 
 /// A labelled structure that is neither bone nor forbidden, such as a tumour.
@@ -31,11 +31,13 @@ struct SectionTissue {
   Panel::Colour colour;
   std::vector<std::uint8_t> inside;  ///< one byte per pixel, as in Cut
 };
-/// Returns the labelled structures of a scan at a plane that section_objects() does not cut, without removed
-/// voxels, each in its label's colour, dimmed. Each pixel belongs to the voxel that contains its centre.
+/// Returns the labelled structures in a plane that section_objects() does not return. Removed voxels are left
+/// out. Each structure has the dimmed colour of its label. Each pixel belongs to the voxel that contains its
+/// centre.
 std::vector<SectionTissue> section_tissues(const Subject& subject, const volume::ImagePlane& plane);
 
-/// Drawn areas, mm2: of models, and of models outside bone.
+/// Drawn areas, mm2: of models, and of models outside bone. Heads and tips of screws, and places where bone
+/// was cut, do not count as outside.
 struct SectionAreas {
   double models = 0, outside = 0;
 };

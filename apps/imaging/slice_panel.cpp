@@ -27,7 +27,8 @@ void fill(Panel& panel, const std::vector<std::uint8_t>& inside, const Panel::Co
     }
 }
 
-/// Returns the loop moved by `mm` to its left, inward, so that it is next to the outline of its neighbour.
+/// Returns the loop moved inward by `mm`, so that the outlines of adjacent labels do not coincide. Inward is
+/// to the left of the direction of the loop.
 cross_section::Loop inset(const cross_section::Loop& loop, double mm) {
   cross_section::Loop moved;
   for (std::size_t i = 0; i < loop.size(); ++i) {
@@ -89,6 +90,7 @@ Status draw_in(Panel& panel, const Subject& subject, const ImagePlane& plane, bo
     }
   }
   for (const Object& object : subject.objects) {
+    if (object.matter == volume::Matter::scenery) continue;
     auto cut = cut_of(plane, object);
     if (!cut) return cut.error();
     // Colours of bone, soft tissue and metal.
@@ -98,7 +100,7 @@ Status draw_in(Panel& panel, const Subject& subject, const ImagePlane& plane, bo
                                                         : Panel::Colour{200, 220, 245});
     add(cut.value().outline, {255, 255, 255}, object.name);
   }
-  // Draw the plan only within 2 mm of the plane.
+  // Draw only those parts of the surgical plan that are within 2 mm of the image plane.
   constexpr double k_near = 2;
   if (!subject.plan) return std::nullopt;
   const auto is_near = [&](const glm::dvec3& p) { return std::abs(plane.height(p)) < k_near; };

@@ -21,12 +21,12 @@ namespace {
 // All sizes are in pixels.
 constexpr double k_margin = 20, k_box_width = 270, k_padding = 12, k_lane = 14, k_port = 16, k_gap = 30;
 constexpr double k_title = 15, k_words = 13, k_small = 12, k_label_width = 250;
-constexpr double k_line = 1.3;                 // line height per font size
-constexpr double k_head = 9, k_half_head = 4;  // of an arrow
+constexpr double k_line = 1.3;                 // line height, as a multiple of the font size
+constexpr double k_head = 9, k_half_head = 4;  // length and half width of an arrow's head
 constexpr double k_apart = 8;                  // between two arrows of one lane
 constexpr double k_indent = 10;                // from a box to its label
 
-/// Returns an upper bound of the width of a character, per font size: that of DejaVu Sans.
+/// Returns an upper bound of the width of a character in DejaVu Sans, as a multiple of the font size.
 double width_of(std::string_view character) {
   constexpr std::string_view k_narrow = "ijlI|.,:;'! ", k_medium = "ftr()[]-/\"", k_wide = "mwMWQOGD%@=<>+";
   if (character.size() > 1) return 0.9;
@@ -109,7 +109,7 @@ class Layout {
   }
 
   StepDiagram make() {
-    // Heights, and with them the lanes, do not depend on the position of the column of boxes.
+    // Vertical positions, and therefore lanes, do not depend on the horizontal position of the boxes.
     double y = k_margin;
     const std::vector<std::string> heading =
         wrapped(procedure_.title.empty() ? procedure_.name : procedure_.title, k_box_width, k_title, true);
@@ -177,8 +177,8 @@ class Layout {
     return lines;
   }
 
-  /// Assigns heights to the arrows at the sides of a box, from its top downward, so that few arrows cross.
-  /// Returns the height of the box.
+  /// Assigns vertical positions to the ends of the arrows at the sides of a box, from its top downward, so
+  /// that few arrows cross. Returns the height of the box.
   double place_ports(std::size_t s, double top) {
     double height = 2 * k_padding;
     for (const Line& line : lines_of(procedure_.steps[s])) height += line.size * k_line;
@@ -218,7 +218,8 @@ class Layout {
     return k_gap;
   }
 
-  /// Assigns the arrows of a side to vertical lanes: short ones inside. Returns the number of lanes.
+  /// Assigns the arrows of a side to vertical lanes. Short arrows are nearest to the boxes. Returns the
+  /// number of lanes.
   std::size_t add_lanes(bool is_right) {
     std::vector<Edge*> side;
     for (Edge& edge : edges_)
@@ -359,7 +360,7 @@ std::string svg_of(const StepDiagram& diagram) {
   svg += workbench::format_text("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%g\" fill=\"#404040\"/>\n",
                                 diagram.start.x, diagram.start.y, k_dot);
   for (const StepDiagram::Text& text : diagram.texts) {
-    constexpr double k_descent = 0.35;  // baseline above the lower edge, per font size
+    constexpr double k_descent = 0.35;  // baseline above the lower edge, as a multiple of the font size
     svg += workbench::format_text(
         "<text x=\"%.1f\" y=\"%.1f\" font-size=\"%g\"%s%s%s>",
         text.is_at_right ? text.area.high.x : text.area.low.x, text.area.high.y - k_descent * text.size,

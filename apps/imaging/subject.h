@@ -23,7 +23,8 @@ Subject subject_of(const workbench::Moment& moment);
 
 /// Returns an error that names the object if its surface is not closed, or faces inward.
 Status check_closed(const Object& object);
-/// Cuts the surface of a model, a screw or a piece with a plane. Error: the surface is not closed.
+/// Returns the cross-section of a model, a screw or a piece with a plane. Error: as check_closed() or
+/// cross_section::cut_mesh(), with the name of the object.
 Result<cross_section::Cut> cut_of(const volume::ImagePlane& plane, const Object& object);
 
 }  // namespace trephine::imaging

@@ -13,22 +13,22 @@ Panel xray_panel(std::span<const float> received, const fluoroscopy::View& view,
                  const fluoroscopy::Display& display, std::span<const std::uint8_t> hidden);
 /// True if an image shows the patient's left and right.
 bool shows_sides(const fluoroscopy::View& view) noexcept;
-/// Projection of a world point, mm from the panel's centre; nullopt behind the source.
+/// Projection of a world point, mm from the panel's centre; nullopt if the point is behind the source.
 std::optional<glm::dvec2> project_to_panel(const fluoroscopy::View& view, double pixel,
                                            const glm::dvec3& world);
 /// Draws trajectories, landmarks and outlines with their names.
 void draw_plan(Panel& panel, const volume::SurgicalPlan& plan, const fluoroscopy::View& view, double pixel);
 
-/// Returns the objects of a subject for X-rays: pieces with the attenuation of the scan, others with that of
-/// their matter. `energy`: keV.
+/// Returns the objects of a subject for X-rays, without scenery. Pieces attenuate as the scan does, other
+/// objects as their matter does. `energy`: keV.
 std::vector<fluoroscopy::XrayObject> xray_objects(const Subject& subject, double energy);
 
-/// Takes successive X-rays of one operation, and reuses what did not change.
+/// Takes successive X-rays of one operation, and reuses unchanged results.
 class XrayCamera {
  public:
-  /// Image of a subject by a detector without noise. Error: an object reaches the source.
+  /// Returns the image of a subject by a detector without noise. Error: an object reaches the source.
   Result<Panel> shoot(const Subject& subject, const fluoroscopy::CArm& arm, int threads);
-  /// Rays traced so far, through the whole scan and through removed matter.
+  /// Numbers of rays traced so far, by kind.
   fluoroscopy::VolumeXray::Counters counters() const;
 
  private:

@@ -10,7 +10,7 @@ using glm::dvec3;
 
 namespace {
 
-/// The class of the exception; lives as long as the interpreter.
+/// The class trephine.Error. It is never destroyed, since a static object would outlive the interpreter.
 py::object& error_class() {
   static py::object* const k_class = new py::object();
   return *k_class;
@@ -82,7 +82,7 @@ std::string word_of(const std::string& name, const py::handle& any) {
 void register_error(py::module_& module) {
   py::dict body;
   body["__doc__"] =
-      "Raised where an operation refuses its input. `what` is the problem, `where` the file or argument, "
+      "Raised if an input is invalid or not allowed. `what` is the problem, `where` the file or argument, "
       "`found` and `expected` the values, `remedy` the correction.";
   error_class() =
       py::reinterpret_steal<py::object>(PyErr_NewException("trephine.Error", PyExc_ValueError, body.ptr()));
@@ -126,7 +126,7 @@ glm::ivec3 indices_of(const py::handle& value, const char* name) {
   for (int a = 0; a < 3; ++a)
     if (v[a] != std::floor(v[a]) || !(std::abs(v[a]) <= k_most))
       raise(argument_error("an index is not an integer in range", name, number_text(v[a]),
-                           "indices of voxels (x, y, z)", "round the numbers"));
+                           "indices of voxels (x, y, z), of at most 2^20", "pass integers in this range"));
   return glm::ivec3(v);
 }
 
@@ -202,7 +202,7 @@ std::string words_of(const py::kwargs& keywords) {
 py::dict fields_of(const sim::Value& value) {
   py::dict result;
   if (value.is_empty()) return result;
-  sim::Value copy = value;  // pointers to fields are those of a changeable object
+  sim::Value copy = value;  // pointer_in() needs an object that is not const
   for (const sim::Field& field : value.schema().fields) {
     const auto to_object = [&](auto* pointer) -> py::object {
       using T = std::remove_pointer_t<decltype(pointer)>;

@@ -32,7 +32,7 @@ class PyOperation {
   template <class Use>
   auto with(Use&& use) {
     if (is_busy_.exchange(true))
-      throw std::runtime_error("another thread uses this operation; give each thread its own");
+      throw std::runtime_error("another thread uses this operation; open one operation per thread");
     struct Release {
       std::atomic<bool>& flag;
       ~Release() { flag = false; }
@@ -122,7 +122,7 @@ SharedOperation reopen(const py::object& session, const py::object& scan) {
         value_of(volumes.empty() ? Operation::reopen(path, source) : Operation::reopen(path, volumes)));
   }();
   if (!opened->with([](Operation& operation) { return operation.is_whole(); }))
-    warn("the end of the session was lost; the part before is available");
+    warn("the end of the session was lost; the part before the loss is available");
   return opened;
 }
 
@@ -314,7 +314,8 @@ void bind_operation(py::module_& module) {
            }),
            py::arg("instrument") = "", py::kw_only(), py::arg("radius") = 0.0, py::arg("method") = "",
            py::arg("effects") = py::list(),
-           "`radius`: of the ball that it touches with, mm; 0: that of the instrument, or a point. `method`: "
+           "`radius`: radius of the ball that touches the matter, mm; 0: the radius of the instrument, or a "
+           "point if it has no radius. `method`: "
            "contact method. `effects`: further forces, such as \"viscous damping=0.004\". Other keywords are "
            "parameters of the instrument: Hand(\"burr\", diameter=4).")
       .def("__repr__", [](const Hand& hand) {
@@ -342,7 +343,8 @@ void bind_operation(py::module_& module) {
       .def_static(
           "reopen", &reopen, py::arg("session"), py::arg("scan") = py::none(),
           "Opens a recorded operation at its beginning, read-only. `scan`: the path or the Scan that was "
-          "operated on, if it is neither a phantom nor in the file. A lost end gives a warning.")
+          "operated on, if it is neither a phantom nor in the session's file. A warning reports that the "
+          "end of the session was lost.")
       .def(
           "run", &run, py::arg("positions"), py::arg("orientations") = py::none(), py::arg("buttons") = 0,
           "Executes a tick per pose. `positions`: (N, 3), or (T, H, 3) for H hands, world, mm. `orientations`: "
@@ -351,7 +353,7 @@ void bind_operation(py::module_& module) {
       .def(
           "command",
           [](PyOperation& self, const py::args& names, py::kwargs keywords) {
-            // A parameter may have any name, so that the name of the command has no keyword.
+            // The name of the command is positional, because a parameter of a command may have any name.
             if (names.size() != 1 || !py::isinstance<py::str>(names[0]))
               raise({.what = "no command selected",
                      .where = "command",
@@ -374,22 +376,23 @@ void bind_operation(py::module_& module) {
           "modules` lists the commands.")
       .def(
           "undo", [](PyOperation& self) { self.with([](Operation& o) { return check(o.undo()), 0; }); },
-          "Undoes a stroke or command.")
+          "Undoes the last stroke or command.")
       .def("redo", [](PyOperation& self) { self.with([](Operation& o) { return check(o.redo()), 0; }); })
       .def(
           "reset", [](PyOperation& self) { self.with([](Operation& o) { return check(o.reset()), 0; }); },
-          "Clears faults, contact and force with the next tick.")
+          "Clears faults, contact and force in the next tick.")
       .def(
           "snapshot",
           [](PyOperation& self) { return self.with([](Operation& o) { return value_of(o.snapshot()); }); },
-          "The current state, to return to with restore().")
+          "Returns the current state, for restore().")
       .def(
           "restore",
           [](PyOperation& self, const Snapshot& snapshot) {
             self.with([&](Operation& o) { return check(o.restore(snapshot)), 0; });
           },
           py::arg("snapshot"),
-          "Returns to a snapshot of this operation; equal input then gives equal bits. Not while recording.")
+          "Returns to a snapshot of this operation; equal input then gives equal bits. Raises Error while the "
+          "operation is recorded.")
       .def(
           "end", [](PyOperation& self) { self.with([](Operation& o) { return check(o.end()), 0; }); },
           "Ends the operation and its recording.")
@@ -404,9 +407,10 @@ void bind_operation(py::module_& module) {
           "Replays all of a reopened operation. Raises Error with the first difference.")
       .def_property_readonly("measures", &measures, "Values by name: \"removed\", \"nearest to dura\", ...")
       .def("score", &score, py::arg("judgements") = py::tuple(),
-           "Judges the current state: `points` of `possible`, the weight that is `not_judged`, the names of "
-           "bad findings of weight 4 or more (`critical`), and `findings`, a dict each. Without measures of "
-           "the hands' motion, which `trephine score` adds. `judgements`: values of your own, judged alike.")
+           "Judges the current state. Returns a dict: `points`, the `possible` points, the weight that is "
+           "`not_judged`, `critical` (the names of bad findings of weight 4 or more), and `findings`, a dict "
+           "each. Does not judge the hands' motion, which only `trephine score` does. `judgements`: further "
+           "values, which are judged in the same way.")
       .def_property_readonly("events", &events, "All events so far.")
       .def_property_readonly(
           "event_count",
@@ -440,7 +444,7 @@ void bind_operation(py::module_& module) {
           [](PyOperation& self) {
             return tuple_of(self.with([](Operation& o) { return o.scan().frame.spacing(); }));
           },
-          "Distance of two voxels along x, y, z, mm.")
+          "Distances between voxel centres along x, y, z, mm.")
       .def_property_readonly(
           "array",
           [](py::object self) {
@@ -457,7 +461,7 @@ void bind_operation(py::module_& module) {
             const auto corner = [](const ivec3& v) { return py::make_tuple(v.x, v.y, v.z); };
             return py::make_tuple(corner(range->low), corner(range->high));
           },
-          "Voxels that may have changed since the last call: (low, high) as in read(); None without changes.")
+          "Voxels that may have changed since the last call: (low, high) as in read(); None if nothing changed.")
       .def("read", &read, py::arg("low"), py::arg("high"),
            "Current intensities of the voxels low .. high (x, y, z), both included, of shape (z, y, x).")
       .def(
@@ -465,15 +469,16 @@ void bind_operation(py::module_& module) {
           [](PyOperation& self, std::size_t item) {
             return PySurface(self.with([item](Operation& o) { return value_of(o.surface(item)); }));
           },
-          py::arg("item") = 0, "Surface of a structure with its cuts.")
+          py::arg("item") = 0, "Surface of a structure with its cuts. `item`: index of the structure.")
       .def(
           "query", &query, py::arg("points"),
           "Matter at points (N, 3), world, mm: arrays solid, removed, value (of the structure's field, uncut), "
-          "gradient (per mm), cut_distance (mm to removed matter, negative in it), item (-1 outside the scan) "
-          "and label.")
-      .def("explain_force", &explain_force, py::arg("tick"), py::arg("hand") = 0,
-           "Parts whose sum is the force of a recorded tick: name, force (N), torque (N mm). Of a reopened "
-           "session, which is after the tick then.")
+          "gradient (per mm), cut_distance (mm to removed matter, negative inside it), item (index of the "
+          "structure; -1 outside the scan) and label.")
+      .def(
+          "explain_force", &explain_force, py::arg("tick"), py::arg("hand") = 0,
+          "Returns the parts whose sum is the force of a recorded tick: name, force (N), torque (N mm). Only "
+          "for a reopened session, which this call moves to the end of the tick.")
       .def("slice", &slice, py::arg("middle"), py::arg("right") = py::make_tuple(1, 0, 0),
            py::arg("up") = py::make_tuple(0, 0, 1), py::arg("pixel") = 0.5, py::arg("columns") = 512,
            py::arg("rows") = 512, "Intensities in a plane, int16 (rows, columns); -32768 outside the scan.")

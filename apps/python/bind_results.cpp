@@ -27,7 +27,7 @@ void bind_results(py::module_& module) {
       .def(py::init([](std::string name, std::optional<double> value, std::string unit, std::string reason,
                        std::optional<double> full_at, std::optional<double> zero_at, double weight) {
              if (full_at.has_value() != zero_at.has_value())
-               raise({.what = "a judgement has one limit",
+               raise({.what = "a judgement has only one limit",
                       .where = name,
                       .expected = "full_at and zero_at, or neither"});
              return Judgement{
@@ -45,13 +45,15 @@ void bind_results(py::module_& module) {
       .def_readonly("torque", &Touches::torque, "Torque for the device, N mm.")
       .def_readonly("contact", &Touches::contact, "True in contact.")
       .def_readonly("item", &Touches::item, "Index of the touched structure; -1 without contact.")
-      .def_readonly("faults", &Touches::faults, "Latched faults, a bit each; the force is 0 meanwhile.");
+      .def_readonly("faults", &Touches::faults,
+                    "Latched faults, a bit each. While a fault is latched, the force fades to 0. "
+                    "reset() clears faults.");
 
-  py::class_<PyEvent>(module, "Event", "An occurrence during the operation.")
+  py::class_<PyEvent>(module, "Event", "An event of the operation, such as a torn structure.")
       .def_readonly("tick", &PyEvent::tick)
       .def_readonly("hand", &PyEvent::hand)
       .def_readonly("position", &PyEvent::position, "World, mm.")
-      .def_readonly("name", &PyEvent::name, "Such as \"structure-torn\".")
+      .def_readonly("name", &PyEvent::name, "Kind of the event, such as \"structure-torn\".")
       .def_readonly("fields", &PyEvent::fields, "Values of the event.")
       .def("__repr__", [](const PyEvent& e) {
         return "<trephine.Event " + e.name + " at tick " + std::to_string(e.tick) + ">";

@@ -99,7 +99,8 @@ void bind_scan(py::module_& module) {
           "phantom", &phantom, py::arg("name"), py::arg("spacing") = py::none(), py::arg("psf") = 0.0,
           py::arg("seed") = 1,
           "Makes a phantom: \"head\", \"spine\", or an analytic one such as \"sphere\". `spacing`: mm along "
-          "x, y, z. `psf`: sigma of the scanner's blur, voxels. Keywords are parameters of the phantom.")
+          "x, y, z. `psf`: sigma of the scanner's blur, voxels. `seed`: seed of the random numbers. Other "
+          "keywords are parameters of the phantom.")
       .def_property_readonly(
           "array", [](py::object self) { return voxels_of(*self.cast<const Scan&>().volume, self); },
           "Intensities, a read-only view of shape (z, y, x) without a copy. It keeps the scan alive.")

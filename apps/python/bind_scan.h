@@ -1,4 +1,4 @@
-// Scans in Python: grids of voxels as arrays without a copy.
+// Scans in Python. Their voxels are read as arrays without a copy.
 #pragma once
 
 #include <memory>

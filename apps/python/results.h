@@ -23,7 +23,7 @@ struct Touches {
   }
 };
 
-/// Writes results into the memory of the arrays, without the interpreter.
+/// Writes results into the memory of the arrays. Does not need the lock of the interpreter.
 struct TouchWriter {
   double *proxy, *normal, *force, *torque;
   bool* contact;
@@ -52,7 +52,7 @@ struct TouchWriter {
   }
 };
 
-/// An event, as data.
+/// An event as Python objects.
 struct PyEvent {
   std::uint64_t tick;
   int hand;

@@ -19,7 +19,8 @@ double BallJudge::penetration_mm(const dvec3& middle, const IsSolid& is_solid) c
   if (is_solid(middle)) return radius_;
   double nearest = radius_;
   for (const dvec3& direction : directions_)
-    // Test at the nearest distance so far, and below it for matter that floats inside the ball.
+    // Test at the nearest distance so far. Also test at shorter distances, for thin matter that ends before
+    // it.
     for (const double share : {1.0, 0.7, 0.4}) {
       double matter = share * nearest, free = 0;
       if (!is_solid(middle + matter * direction)) continue;

@@ -1,4 +1,4 @@
-// mesh_of_cells(): a whole surface from its single cells, on one thread: for small volumes and for judges.
+// mesh_of_cells(): builds a whole surface cell by cell on one thread, for small volumes and for judges.
 #pragma once
 
 #include <algorithm>
@@ -54,7 +54,8 @@ class MeshOfTriangles {
   std::vector<std::uint32_t> triangles_;
 };
 
-/// Returns the triangles of cells -1 .. size - 1. `bits`: occupancy of the voxels, to skip empty blocks.
+/// Returns the triangles of cells -1 .. size - 1. `bits`: occupancy of the voxels, used to skip empty blocks;
+/// may be null.
 template <class Samples>
 volume::Mesh mesh_of_cells(const volume::LocalCubes<Samples>& cubes, const glm::ivec3& size,
                            bool is_joined = true, const volume::Occupancy* bits = nullptr) {
@@ -62,7 +63,8 @@ volume::Mesh mesh_of_cells(const volume::LocalCubes<Samples>& cubes, const glm::
   for (int z = -1; z < size.z; ++z)
     for (int y = -1; y < size.y; ++y)
       for (int x = -1; x < size.x; ++x) {
-        // If the next block is empty as well, no cell up to the end of this block is crossed.
+        // If this block and the next block are empty, the surface crosses no cell up to the end of this
+        // block.
         if (bits && x >= 0 && y >= 0 && z >= 0 && bits->empty_distance({x, y, z}) > 1) {
           x |= 3;
           continue;

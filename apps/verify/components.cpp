@@ -124,7 +124,7 @@ void Components::join_runs(Connectivity touch, int threads) {
 }
 
 void Components::number_parts() {
-  // Earlier runs are numbered already.
+  // A run that is not the root of its part refers to an earlier run, whose number is already known.
   for (std::size_t r = 0; r < runs_.size(); ++r) {
     if (part_[r] == static_cast<int>(r)) {
       part_[r] = static_cast<int>(sizes_.size());

@@ -8,8 +8,9 @@
 
 namespace trephine::verify {
 
-/// Joins runs of solid voxels along x that touch runs of the neighbouring rows. Any number of threads gives
-/// the same numbers. Cost: a pass over the bits, and time proportional to the number of runs.
+/// Joins runs of solid voxels along x that touch runs of the neighbouring rows. The numbers of the parts do
+/// not depend on the number of threads. Cost: a pass over the bits, and time proportional to the number of
+/// runs.
 class Components {
  public:
   /// Connectivity: voxels that share a face (6), or at least a corner (26).

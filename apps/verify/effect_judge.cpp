@@ -133,7 +133,7 @@ dvec3 EffectJudge::torque(const dvec3& shaft, const dvec3& rotation) {
   for (const EffectLaw& law : laws_)
     if (law.kind == EffectLaw::Kind::align)
       sum += limited(law.strength * glm::cross(shaft, law.direction) - law.second_parameter * spin_,
-                     10 * law.max_force);
+                     10 * law.max_force);  // N mm: each N of `max_force` allows 10 N mm
   return sum;
 }
 

@@ -1,5 +1,4 @@
-// EffectJudge: forces that effects should add, by their documentation (docs/file-formats.md). Shares no code
-// with haptics.
+// EffectJudge: forces that effects should add according to docs/file-formats.md. Shares no code with haptics.
 #pragma once
 
 #include <cstdint>
@@ -24,11 +23,11 @@ struct EffectLaw {
     insertion
   };
   Kind kind = Kind::constant;
-  glm::dvec3 position{0.0};     ///< anchor, start or point, mm; of a constant effect the force, N
+  glm::dvec3 position{0.0};     ///< anchor, start or point, mm; for a constant effect: its force, N
   glm::dvec3 direction{0.0};    ///< unit: forward, normal, up, or direction of the effect
-  double strength = 0;          ///< N s/mm, N/mm, N, kg, mm, N mm/rad or a share, by its kind
+  double strength = 0;          ///< N s/mm, N/mm, N, kg, mm, N mm/rad or a share, depending on the kind
   double second_parameter = 0;  ///< resistance N, frequency Hz, wavelength mm, N/mm or N mm s/rad
-  double third_parameter = 0;   ///< a share, of a spin
+  double third_parameter = 0;   ///< a share; only for a spin
   double max_force = 3;         ///< largest force, N
   std::uint32_t id = 0;
 };
@@ -39,15 +38,17 @@ class EffectJudge {
   struct Forces {
     glm::dvec3 rendered{0.0}, active{0.0};  ///< N: of springs and dampers; of effects that may add energy
   };
-  /// Returns the forces of one tick. Call once per tick. `contact_force`: of the surface, before effects, N;
-  /// `shaft`: unit direction of the stylus.
+  /// Returns the forces of one tick. Call once per tick. `contact_force`: force of the surface without
+  /// effects, N; `shaft`: unit direction of the stylus.
   Forces judge_tick(const glm::dvec3& position, const glm::dvec3& proxy, const glm::dvec3& normal,
                     bool has_contact, const glm::dvec3& contact_force, const glm::dvec3& shaft = {0, 0, -1},
                     bool is_working = true);
   /// Returns the torque of the effects that turn the stylus, N mm, in a tick that was passed to judge_tick().
-  /// `shaft`: unit direction of the stylus; `rotation`: axis times angle (rad) of its turn since last tick.
+  /// `shaft`: unit direction of the stylus; `rotation`: axis times angle (rad) of its turn since the last
+  /// tick.
   glm::dvec3 torque(const glm::dvec3& shaft, const glm::dvec3& rotation);
   void reset();
+  /// Sets the effects. An effect with a known id and kind keeps its state.
   void set(std::vector<EffectLaw> laws);
   /// Returns true if judge_tick() was called at least twice since the reset.
   bool has_previous_tick() const { return ticks_ > 1; }

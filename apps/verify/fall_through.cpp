@@ -32,7 +32,7 @@ void FallThroughJudge::judge_step(const StepUnderJudgement& step) {
   if (step.is_buried || !has_last_) {
     if (step.is_buried) {
       ++buried_starts_;
-      // A proxy that was inside already cannot fall.
+      // A proxy that was already inside matter cannot fall.
       if (has_last_ && !is_inside_ && !(may_have_grown && meets_solid_(last_, last_))) ++fall_throughs_;
     }
     last_ = proxy;
@@ -49,7 +49,8 @@ void FallThroughJudge::judge_step(const StepUnderJudgement& step) {
   if (step.path_volume.size() == 1) fell = fell || meets_solid_(proxy, proxy);
   for (std::size_t i = 1; i < step.path_volume.size(); ++i)
     fell = fell || meets_solid_(step.path_volume[i - 1], step.path_volume[i]);
-  // Without contact the proxy is at the hand, except for rounding: it was converted by another frame.
+  // Without contact the proxy is at the HIP. The tolerance allows for rounding in conversions
+  // between frames.
   if (!step.has_contact)
     fell = fell || glm::length(proxy - step.hip_volume) > 1e-12 * (1 + glm::length(step.hip_volume));
   if (fell) {

@@ -19,7 +19,7 @@ void ForceJudge::restart(bool is_fresh) {
   const ForceLaw law = law_;
   const long ticks = ticks_, wrong = wrong_forces_;
   const double force = worst_force_, torque = worst_torque_, energy = worst_energy_;
-  // Lost ticks rendered no force: a debt of energy stays, and so does the softening.
+  // The lost ticks rendered no force, so a debt of energy remains. The reduced firmness also remains.
   const double debt = is_fresh ? 0 : std::max(0.0, given_), firmness = is_fresh ? 1 : firmness_,
                strongest = is_fresh ? 0 : strongest_;
   const std::vector<dvec3> sent = is_fresh ? std::vector<dvec3>() : sent_;
@@ -27,8 +27,9 @@ void ForceJudge::restart(bool is_fresh) {
   *this = ForceJudge(law);
   ticks_ = ticks, wrong_forces_ = wrong, worst_force_ = force, worst_torque_ = torque, worst_energy_ = energy;
   given_ = debt, firmness_ = firmness, strongest_ = strongest, sent_ = sent, motion_ = motion;
-  // 0.8 s: smoothing forgets in about 20 ticks, fades and the recovery from a lead take longer.
-  if (!is_fresh) unsure_ = static_cast<int>(0.8 / law_.dt);
+  // Judge no forces for 0.8 s, since the state before the restart is unknown. Its effect on the smoothing
+  // ends in about 20 ticks, but fades and the recovery of the limit after an escape take longer.
+  if (!is_fresh) unjudged_ticks_ = static_cast<int>(0.8 / law_.dt);
 }
 
 dvec3 ForceJudge::passive(const dvec3& requested, const dvec3& position, const dvec3& proxy) {
@@ -41,7 +42,7 @@ dvec3 ForceJudge::passive(const dvec3& requested, const dvec3& position, const d
   if (!measured_.empty()) {
     const dvec3 moved = position - measured_.back();
     const dvec3 held = sent_before(delay + 1), yielded = proxy - proxies_.back();
-    // A proxy that yields to the force turns its work into heat, which cannot be recovered.
+    // If the proxy yields to the force, the work of the force becomes heat, which cannot be recovered.
     const double heat = std::max(0.0, -glm::dot(held, yielded));
     const double gain = glm::dot(held, moved) + heat - law_.device_damping / law_.dt * glm::dot(moved, moved);
     given_ += gain;
@@ -52,8 +53,8 @@ dvec3 ForceJudge::passive(const dvec3& requested, const dvec3& position, const d
     double allowance = -given_;
     for (std::size_t k = 1; k <= delay; ++k)
       allowance -= speed_factor * std::max(0.0, glm::dot(sent_before(delay + 1 - k), motion_));
-    // With a delay, if the energy debt grows beyond a quarter of a step's energy: soften by a fifth. Without
-    // contact, recover a five hundredth of the missing firmness.
+    // With a delay, reduce the firmness by a fifth if the energy debt grows beyond a quarter of the largest
+    // recent energy of a tick. Otherwise, without contact, recover a five-hundredth of the missing firmness.
     if (delay > 0 && gain > 0 && given_ > 0.25 * strongest_)
       firmness_ = std::max(0.02, 0.8 * firmness_);
     else if (proxy == position)
@@ -143,16 +144,16 @@ void ForceJudge::judge_tick(const ForceTick& t) {
     if (glm::length(change) > law_.slew * law_.dt) force = last_ + limited(change, law_.slew * law_.dt);
     if (t.is_fading && fade_ == 0) force = dvec3(0);
   }
-  judge_torque(t, unsure_ == 0);
-  if (unsure_ > 0) {
-    --unsure_;
+  judge_torque(t, unjudged_ticks_ == 0);
+  if (unjudged_ticks_ > 0) {
+    --unjudged_ticks_;
   } else {
     const double error = glm::length(force - t.force);
     worst_force_ = std::max(worst_force_, error);
     if (!(error < 1e-6)) ++wrong_forces_;
   }
 
-  // Ledger: work of the held force over the motion that followed.
+  // Energy ledger: work of the previous force over the motion since the previous tick.
   const bool has_position = !t.is_not_finite;
   if (had_position_ && has_position) {
     const dvec3 moved = t.position - last_position_;
@@ -180,7 +181,7 @@ void ForceJudge::judge_tick(const ForceTick& t) {
   was_led_ = t.is_escaping;
   last_ = t.force;
   if (!law_.is_passive) return;
-  // The force that was sent does the work, not the requested one.
+  // The work is done by the force that was sent, not by the requested force.
   if (!sent_.empty()) sent_.back() = last_ - last_active_;
   if (t.is_not_finite) {
     given_ = std::max(0.0, given_);

@@ -1,5 +1,6 @@
-// ForceJudge: judges a servo's forces and energy ledger from the reports of its ticks, by the documented law:
-// spring and damper, smoothing, limits, slew, fades. Shares no code with haptics.
+// ForceJudge: judges a servo's forces, torques and energy ledger from the reports of its ticks. Recomputes
+// them by the documented law: spring and damper, smoothing, limits, slew, fades, effects, passivity. Shares
+// no code with haptics.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +14,8 @@ namespace trephine::verify {
 /// Parameters of the law: N, s, N/s; `alpha` is the smoothing at 1 kHz.
 struct ForceLaw {
   double dt = 1e-3, alpha = 0.3, limit = 8, slew = 1000, fade_seconds = 0.05;
-  double lead_force = 3, lead_recovery = 10;  ///< N while a proxy is led out of matter; N/s after that
-  /// Passivity controller: surfaces give no more energy along the hand's motion than they received.
+  double lead_force = 3, lead_recovery = 10;  ///< limit during an escape, N; its increase afterwards, N/s
+  /// The passivity controller is on: surfaces give no more energy along the hand's motion than they received.
   bool is_passive = false;
   int delay_ticks = 0;                             ///< ticks before a sent force takes effect
   double device_damping = 0;                       ///< N s/mm
@@ -28,6 +29,8 @@ struct ForceTick {
   glm::dvec3 normal{0.0};
   double stiffness = 0, damping = 0, viscosity = 0;  ///< of the touched surface, N/mm, N s/mm, N s/mm
   glm::dvec3 carried{0.0};                           ///< mm, motion of the touched object at the contact
+  /// `is_buried`: restored matter grew over the proxy. `is_escaping`: the proxy is led out of matter.
+  /// `is_restarted`: the proxy starts again at a given free point.
   bool has_contact = false, is_buried = false, is_escaping = false, is_reset = false, is_restarted = false;
   bool is_working = true;                                  ///< the button is pressed
   bool is_not_finite = false;                              ///< the position was not finite
@@ -49,11 +52,12 @@ class ForceJudge {
     law_.effects = laws;
     effects_.set(std::move(laws));
   }
-  /// Restarts after lost ticks, with unknown history, or for a new servo. `is_fresh`: new servo, with all
-  /// state zero.
+  /// Restarts the judge. `is_fresh`: for a new servo, whose state is zero; otherwise after lost ticks, so
+  /// that the servo's state is unknown.
   void restart(bool is_fresh);
 
   long ticks() const { return ticks_; }
+  /// Returns the number of forces and torques that differ from the law by 1e-6 (N, N mm) or more.
   long wrong_forces() const { return wrong_forces_; }
   double worst_force_n() const { return worst_force_; }
   double worst_torque_nmm() const { return worst_torque_; }
@@ -69,9 +73,9 @@ class ForceJudge {
 
   glm::dvec3 smoothed_{0.0}, stretch_{0.0}, contact_position_{0.0}, last_{0.0}, last_position_{0.0};
   std::vector<glm::dvec3> sent_;      ///< forces of the controller, one per tick, newest last
-  std::vector<glm::dvec3> measured_;  ///< positions of the hand at these ticks
-  std::vector<glm::dvec3> proxies_;   ///< positions of the proxy; of the hand without contact
-  double given_ = 0;                  ///< N mm, work of held forces, less device damping, plus heat
+  std::vector<glm::dvec3> measured_;  ///< positions of the hand, one per tick, newest last
+  std::vector<glm::dvec3> proxies_;   ///< positions of the proxy, or of the hand without contact
+  double given_ = 0;                  ///< N mm, work of past forces, less device damping, plus heat
   double firmness_ = 1;               ///< share of delayed forces that is passed on
   double strongest_ = 0;              ///< N mm, largest energy of recent steps
   glm::dvec3 motion_{0.0};            ///< latest nonzero motion, mm
@@ -81,7 +85,7 @@ class ForceJudge {
   bool has_axes_ = false;
   double turning_ = 0, worst_torque_ = 0;
   bool had_contact_ = false, was_led_ = false, had_position_ = false, is_lost_ = false;
-  int unsure_ = 0;  ///< ticks until smoothing has forgotten the lost ticks
+  int unjudged_ticks_ = 0;  ///< ticks after a restart whose forces are not judged
   long ticks_ = 0, wrong_forces_ = 0;
   double worst_force_ = 0, worst_energy_ = 0;
   EffectJudge effects_;

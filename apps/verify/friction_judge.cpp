@@ -11,7 +11,7 @@ using glm::dvec3;
 
 double distance_from_cone(const dvec3& pull, const std::vector<dvec3>& normals, double coefficient) {
   // Each wall exerts a force in its own cone. The problem is convex: optimize one force after the other until
-  // the sum stops falling.
+  // the length of the sum no longer decreases.
   std::vector<dvec3> forces(normals.size(), dvec3(0));
   dvec3 sum = pull;
   double before = glm::length(pull);
@@ -64,7 +64,7 @@ std::vector<dvec3> walls_at(const SurfaceValue& value, const dvec3& position, do
   walls.push_back(*here);
   if (!(reach > 0)) return walls;
   const double same_cosine = std::cos(10 / 57.29577951308232);
-  // Points of the surface around the position: Newton's steps from points of a shell.
+  // Finds points of the surface around the position by Newton's method, from 27 points of a cube's grid.
   const auto normals_within = [&](double radius) {
     std::vector<dvec3> normals;
     for (int n = 0; n < 27; ++n) {

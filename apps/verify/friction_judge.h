@@ -8,8 +8,8 @@
 
 namespace trephine::verify {
 
-/// Value of a solid around a position, in any frame: solid from 0 up. Its scale and the unit of the frame do
-/// not matter, only the position and the inclination of its surface.
+/// Function of a position, in any frame, that is at least 0 in the solid. Only the position and the
+/// inclination of its surface matter; the scale of its values and the unit of the frame do not.
 using SurfaceValue = std::function<double(const glm::dvec3&)>;
 
 /// Returns the distance of the pull of a hand (mm, from the proxy to the hand) from the friction cones: the
@@ -18,8 +18,9 @@ using SurfaceValue = std::function<double(const glm::dvec3&)>;
 double distance_from_cone(const glm::dvec3& pull, const std::vector<glm::dvec3>& normals, double coefficient);
 
 /// Returns the normals of the walls that touch a position: the normal of the surface there and, if the
-/// surface bends with a radius below `reach`, as at an edge or in a groove, all its normals within `reach`.
-/// Normals are differences of the value over `step`.
+/// surface bends with a radius below `reach`, as at an edge or in a groove, its normals within `reach` that
+/// differ from each other by more than 10 degrees. Normals are computed from central differences of the
+/// value, `step` to each side.
 std::vector<glm::dvec3> walls_at(const SurfaceValue& value, const glm::dvec3& position, double step,
                                  double reach);
 

@@ -20,7 +20,8 @@ struct Side {
   double offset;
 };
 
-/// Sets the point on all given planes nearest to `target`. Returns false if planes hardly differ.
+/// Sets `nearest` to the point nearest to `target` among the points on all given planes. Returns false if the
+/// directions of the planes hardly differ.
 bool nearest_on(const std::vector<Side>& sides, const dvec3& target, dvec3& nearest) {
   const auto gap = [&](const Side& s) { return s.offset - glm::dot(s.normal, target); };
   if (sides.size() == 1) {
@@ -147,7 +148,7 @@ dvec3 Wall::settle(dvec3 at, const dvec3& hip) const {
 }
 
 dvec3 Wall::move_out(dvec3 p) const {
-  // Deep in uniform matter slopes are rounding errors: move at most one step at a time.
+  // Move at most one step at a time, because deep in uniform matter the slopes are rounding errors.
   for (int i = 0; i < 60 && clearance_(p) < 0; ++i) {
     const dvec3 g = gradient(p, 1e-4 * step_);
     const dvec3 out = (1e-7 * step_ - clearance_(p) / std::max(1e-18, glm::dot(g, g))) * g;

@@ -8,7 +8,7 @@
 namespace trephine::verify {
 
 /// Clearance of a position (mm) from matter: positive where the tool may be, negative in matter. Continuous
-/// with finite slopes; near the wall a distance up to a factor.
+/// with finite slopes. Near the wall it is the distance from the wall times a positive factor.
 using Clearance = std::function<double(const glm::dvec3&)>;
 
 /// Returns a frictionless proxy that descends |p - HIP| through free space only, while the HIP moves straight

@@ -44,7 +44,7 @@ MeshVerdict judge_mesh(std::span<const glm::vec3> vertices, std::span<const std:
       ++verdict.twisted_edges;
     i = end;
   }
-  // A vertex is pinched when the triangles around it fall into several groups joined by edges.
+  // A vertex is pinched if the triangles around it form several groups that share no edge.
   std::vector<std::uint32_t> start(vertices.size() + 1, 0);
   for (const std::uint32_t v : triangles) ++start[v + 1];
   std::partial_sum(start.begin(), start.end(), start.begin());
@@ -107,7 +107,7 @@ constexpr std::uint32_t k_none = ~0u;
 /// inside its three edges.
 bool crosses(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& u, const glm::dvec3& v,
              const glm::dvec3& w) {
-  // Boxes that do not touch.
+  // If the boxes of segment and triangle do not touch, there is no crossing.
   for (int i = 0; i < 3; ++i)
     if (std::max(a[i], b[i]) < std::min({u[i], v[i], w[i]}) ||
         std::min(a[i], b[i]) > std::max({u[i], v[i], w[i]}))
@@ -318,7 +318,7 @@ std::vector<glm::dvec3> MeshWall::pushes_near(const glm::dvec3& p, double slack,
 }
 
 bool MeshWall::is_inside(const glm::dvec3& p) const {
-  // Upward, slightly off the axis, so that the segment meets no edge.
+  // The segment leads upward, slightly oblique, since a segment along z might meet edges of the mesh.
   const double up = top_ + cube_ - p.z;
   return up > 0 && crossings(p, p + up * glm::dvec3(0.0113, 0.0071, 1)) % 2 == 1;
 }

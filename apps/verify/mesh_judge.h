@@ -11,11 +11,11 @@
 namespace trephine::verify {
 
 struct MeshVerdict {
-  std::size_t boundary_edges = 0;        ///< used by one triangle
-  std::size_t non_manifold_edges = 0;    ///< used by more than two
-  std::size_t twisted_edges = 0;         ///< used twice in the same direction
-  std::size_t pinched_vertices = 0;      ///< triangles around it do not form one fan
-  std::size_t degenerate_triangles = 0;  ///< two equal indices
+  std::size_t boundary_edges = 0;        ///< edges of only one triangle
+  std::size_t non_manifold_edges = 0;    ///< edges of more than two triangles
+  std::size_t twisted_edges = 0;         ///< edges that two triangles use in the same direction
+  std::size_t pinched_vertices = 0;      ///< the triangles around the vertex do not form one fan
+  std::size_t degenerate_triangles = 0;  ///< triangles with two equal indices
   double signed_volume = 0;              ///< enclosed volume, positive when oriented outward
   bool is_closed_manifold() const {
     return boundary_edges + non_manifold_edges + twisted_edges + pinched_vertices + degenerate_triangles == 0;
@@ -46,16 +46,17 @@ class MeshWall {
     double at;
     glm::dvec3 normal;
   };
-  /// Returns all crossings in order; triangles that meet at one position count once.
+  /// Returns all crossings in order. Crossings at one position in the same direction count once, as at an
+  /// edge between two triangles.
   std::vector<Crossing> crossings_along(const glm::dvec3& a, const glm::dvec3& b) const;
   /// Returns true if a triangle is within `reach` of p.
   bool is_near(const glm::dvec3& p, double reach) const;
-  /// Returns the signed distance from p to the closed mesh, positive outside; `reach` where no triangle is as
-  /// near. The sign is that of the angle-weighted normal at the nearest point.
+  /// Returns the signed distance from p to the closed mesh, positive outside; `reach` if no triangle is
+  /// within `reach`. The angle-weighted normal at the nearest point determines the sign.
   double distance(const glm::dvec3& p, double reach) const;
-  /// Returns the unit directions in which triangles push a tool with its centre at p, for triangles that are
-  /// at most `slack` farther from p than the nearest: away from their nearest points, or along their normals
-  /// if p is on them.
+  /// Returns the unit directions in which triangles push a tool with its centre at p: away from the nearest
+  /// point of the triangle, or along its normal if p is on it. Includes triangles that are at most `slack`
+  /// farther from p than the nearest triangle. `reach`: distance within which triangles are searched.
   std::vector<glm::dvec3> pushes_near(const glm::dvec3& p, double slack, double reach) const;
 
  private:

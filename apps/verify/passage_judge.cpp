@@ -40,7 +40,7 @@ bool PassageJudge::passes(const dvec3& a, const dvec3& b) {
     if (glm::dot(crossing.normal, b - a) < 0) {
       if (winding_++ == 0) entry_ = at, entry_normal_ = crossing.normal;
     } else if (--winding_ == 0) {
-      // A path that leaves on the side of its entry is a chord of a curved surface.
+      // A path that leaves on the side of its entry only cut through a bump of the surface, which is allowed.
       if (glm::dot(crossing.normal, entry_normal_) < 0 && !has_detour(at, crossing.normal)) has_passed = true;
     }
   }

@@ -12,10 +12,10 @@ class PassageJudge {
   /// `pixel`: pixel size of the images, in the units of the model.
   PassageJudge(MeshWall model, double pixel) : model_(std::move(model)), pixel_(pixel) {}
 
-  /// Forgets the position: the tool was set elsewhere, and the next path begins there.
+  /// Forgets the last position. Call after the tool was set to another position without a motion.
   void restart() { state_ = State::unknown; }
   /// Judges a straight motion from the last position `a` to `b`. Returns true if it passed through a wall, or
-  /// entered matter deeper than the tolerance of the images.
+  /// entered matter deeper than 1.5 pixels, the tolerance of the images.
   bool passes(const glm::dvec3& a, const glm::dvec3& b);
 
  private:

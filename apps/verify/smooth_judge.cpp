@@ -74,7 +74,7 @@ void halve(const Coefficients& whole, Coefficients& low, Coefficients& high) {
 }
 
 /// Returns true if at every point of a segment some field is negative. Halves the segment up to `depth`
-/// times; undecided: false.
+/// times, and returns false if that does not decide.
 bool is_free_polynomial(const std::vector<Coefficients>& fields, int depth) {
   bool may_hit_at_end = true;
   for (const Coefficients& c : fields) {
@@ -124,7 +124,8 @@ double SmoothSolid::value(std::size_t f, const dvec3& p) const {
   return largest;
 }
 
-/// Returns the value at q, in samples, of a field with number f in the cube of v.
+/// Returns the value of a field at q, in units of its lattice, in the cube around lattice point v. `f`:
+/// number of the field in the cache.
 double SmoothSolid::value_of(std::size_t f, const Samples& samples, const dvec3& q, const ivec3& v) const {
   // Most queries are near the previous ones: cache the samples of some cubes.
   struct Cube {
@@ -160,7 +161,8 @@ bool SmoothSolid::is_solid(const dvec3& p) const {
 
 namespace {
 
-/// Returns the Bernstein form of a field along a segment, a to b in samples, inside the cube of v.
+/// Returns the Bernstein form of a field along the segment from a to b, in units of its lattice, inside the
+/// cube around lattice point v.
 Coefficients bernstein_along(const Samples& field, const ivec3& v, const dvec3& a, const dvec3& b) {
   double samples[3][3][3];
   for (int k = 0; k < 3; ++k)

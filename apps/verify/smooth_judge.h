@@ -1,6 +1,6 @@
-// SmoothSolid: independent evaluation of the smooth solid (quadratic B-splines over voxel samples): free
-// segments, and resting points of a frictionless proxy. Slow, from the definition alone; shares no code with
-// volume or haptics.
+// SmoothSolid: independent evaluation of the smooth solid (quadratic B-splines over voxel samples). Finds
+// free segments, and resting points of a frictionless proxy. Slow, from the definition alone; shares no code
+// with volume or haptics.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace trephine::verify {
 
-/// Sample of a field at any lattice point; defines its own values outside the grid.
+/// Returns the sample of a field at any lattice point, also outside the grid.
 using Samples = std::function<double(int, int, int)>;
 
 /// Field and its lattice: sample n is at n / per_voxel in the volume frame.
@@ -28,7 +28,8 @@ struct FieldParts {
   std::function<double(int part, const glm::ivec3& cube, const glm::ivec3& at)> samples;
 };
 
-/// Solid where every field is >= 0: that of a shape, and the distance to removed matter.
+/// Solid where every field is >= 0. The first is the field of a shape; a second one may be the distance to
+/// removed matter.
 class SmoothSolid {
  public:
   explicit SmoothSolid(std::vector<SampledField> fields) : fields_(std::move(fields)) {}
@@ -37,7 +38,8 @@ class SmoothSolid {
   SmoothSolid(Samples field, FieldParts parts)
       : fields_{{std::move(field), glm::ivec3(1)}}, parts_(std::move(parts)) {}
 
-  /// Returns the complement of a solid of one field, to judge a tool that is held from within.
+  /// Returns the complement of a solid of one field on the voxels, to judge a tool that is held inside the
+  /// solid.
   SmoothSolid complement() const {
     return SmoothSolid([field = fields_[0].samples](int x, int y, int z) { return -field(x, y, z); });
   }
@@ -57,7 +59,7 @@ class SmoothSolid {
   bool is_free_in_cube(const glm::dvec3& a, const glm::dvec3& b) const;
   double value_of(std::size_t f, const Samples& samples, const glm::dvec3& q, const glm::ivec3& v) const;
   std::vector<SampledField> fields_;
-  FieldParts parts_;                      ///< of the first field, on the voxels; empty: none
+  FieldParts parts_;                      ///< parts of the first field, on the voxels; may be empty
   std::uint64_t number_ = next_number();  ///< copies have the same samples, and share it
 };
 

@@ -17,7 +17,8 @@ std::array<Int128, 3> minus(const Point& a, const Point& b) {
 }
 int sign_of(Int128 v) { return v > 0 ? 1 : v < 0 ? -1 : 0; }
 
-/// Returns the side of the plane through b, c, d on which p + (e, e^2, e^3) is; 0: the three are collinear.
+/// Returns the side of the plane through b, c and d on which p + (e, e^2, e^3) is, with a positive
+/// infinitesimal e; 0 if b, c and d are collinear.
 int side_of(const Point& p, const Point& b, const Point& c, const Point& d) {
   if (const int side = sign_of(determinant(minus(p, b), minus(c, b), minus(d, b)))) return side;
   for (std::size_t axis = 0; axis < 3; ++axis) {

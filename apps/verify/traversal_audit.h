@@ -9,10 +9,10 @@ namespace trephine::verify {
 struct TraversalAudit {
   std::uint64_t rays = 0;
   std::uint64_t voxels = 0;
-  std::uint64_t mismatches = 0;          ///< another voxel, order or face
-  std::uint64_t reverse_mismatches = 0;  ///< the reversed ray visits other voxels
-  double worst_t_ulp = 0;                ///< error of an entry parameter, in units of 2^-52
-  std::string first_mismatch;            ///< family and coordinates, for the bug report
+  std::uint64_t mismatches = 0;          ///< rays with a wrong voxel, face or order
+  std::uint64_t reverse_mismatches = 0;  ///< rays that visit other voxels, or another order, if reversed
+  double worst_t_ulp = 0;                ///< largest error of an entry parameter, in units of 2^-52
+  std::string first_mismatch;            ///< family, coordinates and numbers of voxels
 };
 
 /// Audits rays first .. first + count - 1 of `seed`. threads 0 = all cores.

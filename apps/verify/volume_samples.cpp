@@ -12,7 +12,7 @@ using volume::Version;
 using volume::Volume;
 
 double field(const Volume& base, const Shape& shape, int x, int y, int z) {
-  // Outside the grid: the nearest voxel's value, as air.
+  // A position outside the grid has the value of the nearest voxel, made negative if that voxel is solid.
   const auto nearest = [](int i, int size) { return i < 0 ? 0 : i >= size ? size - 1 : i; };
   const int nx = nearest(x, base.size.x), ny = nearest(y, base.size.y), nz = nearest(z, base.size.z);
   const auto i = static_cast<std::size_t>((static_cast<long long>(nz) * base.size.y + ny) * base.size.x + nx);
@@ -65,7 +65,7 @@ SmoothSolid smooth_solid(std::shared_ptr<const Volume> base, const Shape& shape,
   else
     fields.push_back({[base, shape](int x, int y, int z) { return field(*base, shape, x, y, z); }});
   if (version && !version->is_uncut()) {
-    // Samples of the cut, numbered from the sample at the centre of voxel 0.
+    // Samples of the cut lattice; sample 0 is at the centre of voxel 0.
     const glm::ivec3 first = version->lattice().centre_of(glm::ivec3(0));
     fields.push_back({[version, first](int x, int y, int z) {
                         return version->sample_distance(first + glm::ivec3(x, y, z));

@@ -1,5 +1,6 @@
 #include "apps/view/bone_actors.h"
 
+#include <algorithm>
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
 #include <vtkPolyData.h>
@@ -78,7 +79,9 @@ BoneActors::Change BoneActors::show(const ChunkMesh& mesh) {
   change.chunk = key;
   if (!chunk.actor) {
     chunk.actor = add_actor(mesh.shape);
-    groups_[group_key].chunks.push_back(key);
+    // A chunk that became empty earlier is still in its group.
+    std::vector<Key>& chunks = groups_[group_key].chunks;
+    if (std::find(chunks.begin(), chunks.end(), key) == chunks.end()) chunks.push_back(key);
   }
   mapper_of(chunk.actor)->SetInputData(to_poly_data({&mesh.fine}, tints_.at(mesh.shape)));
   return change;
@@ -86,8 +89,7 @@ BoneActors::Change BoneActors::show(const ChunkMesh& mesh) {
 
 void BoneActors::add_reduced(const ChunkMesh& mesh) {
   reduced_box_ = united(reduced_box_, box_of(mesh.coarse.vertices));
-  reduced_triangles_ += mesh.coarse.triangles.size() / 3;
-  reduced_.push_back({mesh.shape, add_actor(mesh.shape)});
+  reduced_.push_back({mesh.shape, add_actor(mesh.shape), mesh.coarse.triangles.size() / 3});
   mapper_of(reduced_.back().actor)
       ->SetInputData(to_poly_data({&mesh.coarse}, tint_of(mesh.shape, mesh.colour)));
 }
@@ -97,7 +99,6 @@ bool BoneActors::remove_reduced() {
   for (const Reduced& reduced : reduced_) renderer_->RemoveActor(reduced.actor);
   reduced_.clear();
   reduced_box_ = {};
-  reduced_triangles_ = 0;
   return true;
 }
 
@@ -201,8 +202,12 @@ std::size_t BoneActors::draw_coarse() {
 
 std::size_t BoneActors::draw_reduced() {
   draw_nothing();
-  for (const Reduced& reduced : reduced_) reduced.actor->SetVisibility(is_shown(reduced.shape));
-  return reduced_triangles_;
+  std::size_t triangles = 0;
+  for (const Reduced& reduced : reduced_) {
+    reduced.actor->SetVisibility(is_shown(reduced.shape));
+    if (is_shown(reduced.shape)) triangles += reduced.triangles;
+  }
+  return triangles;
 }
 
 std::vector<BoneActors::Key> BoneActors::chunks() const {

@@ -21,8 +21,8 @@ class vtkRenderer;
 
 namespace trephine::view {
 
-/// Adds its actors to a renderer, which outlives it. The draw functions choose what the next frame shows, and
-/// return the number of its triangles. Drawing thread only.
+/// Adds actors to a renderer, which must outlive this object. The draw functions choose the actors that the
+/// next frame shows, and return the number of triangles of these actors. Drawing thread only.
 class BoneActors {
  public:
   using Key = std::array<int, 4>;  ///< chunk and shape
@@ -36,7 +36,7 @@ class BoneActors {
   BoneActors(vtkRenderer* renderer, bool has_coarse) : renderer_(renderer), has_coarse_(has_coarse) {}
 
   struct Change {
-    std::array<Box, 2> boxes;  ///< of the chunk's part that changed, before and after the change
+    std::array<Box, 2> boxes;  ///< box of the chunk's changed part, before and after the change
     std::optional<Key> chunk;  ///< the shown chunk; nullopt if it was removed, or is empty
   };
   /// Shows a chunk in place of its previous state.
@@ -48,9 +48,10 @@ class BoneActors {
   void clear();
   /// Returns false if the shape has no chunks.
   bool remove_shape(std::size_t shape);
-  /// Hides shapes, by number. Returns false if these are hidden already.
+  /// Hides these shapes, by number, and no others. Returns false if exactly these shapes are already hidden.
+  /// The next draw function applies it.
   bool set_hidden(std::set<std::size_t> shapes);
-  /// Draws only the side of the plane to which `normal` points. Null normal: everything.
+  /// Draws only the side of the plane to which `normal` points. A zero normal removes the plane.
   void set_clip(const glm::dvec3& origin, const glm::dvec3& normal);
 
   std::size_t draw_all();
@@ -84,6 +85,7 @@ class BoneActors {
   struct Reduced {
     std::size_t shape;
     vtkSmartPointer<vtkActor> actor;
+    std::size_t triangles = 0;
   };
   vtkSmartPointer<vtkActor> add_actor(std::size_t shape) const;
   bool is_shown(std::size_t shape) const { return hidden_.count(shape) == 0; }
@@ -97,7 +99,7 @@ class BoneActors {
   std::map<std::size_t, Tint> tints_;  ///< of shapes
   std::vector<Reduced> reduced_;
   Box reduced_box_;
-  std::size_t reduced_triangles_ = 0, triangles_ = 0;
+  std::size_t triangles_ = 0;
   std::set<std::size_t> hidden_;  ///< shapes
   vtkNew<vtkPlane> clip_;
   bool is_clipped_ = false;

@@ -29,8 +29,8 @@ using glm::dvec3;
 
 namespace {
 
-constexpr double k_rest_seconds = 0.12;  // rest of the view before drawing at full detail starts
-constexpr double k_batch_ms = 30;        // time per frame for drawing at full detail
+constexpr double k_rest_seconds = 0.12;  // time without motion before drawing at full detail starts
+constexpr double k_batch_ms = 30;        // time for the triangles that one frame draws at full detail
 
 }  // namespace
 
@@ -86,8 +86,8 @@ class BoneLayer::Painter {
   std::array<double, 16> view() const;
   /// Returns true if the window has another size or camera than the kept picture.
   bool has_moved() const;
-  /// Begins the picture of a new view: reduced while there are reduced surfaces, at full detail if that is
-  /// quick, otherwise coarse.
+  /// Begins the picture of a new view. Draws reduced surfaces if there are any. Otherwise draws at full
+  /// detail if that is quick or if no picture can be kept, and coarsely if not.
   void prepare_view();
   void draw_all_once();
   void prepare_reduced();
@@ -214,7 +214,7 @@ void BoneLayer::Painter::set_hidden(std::set<std::size_t> shapes) {
   if (actors_.set_hidden(std::move(shapes))) forget_view();
 }
 
-/// Changes only the blending of the bone's finished picture, not that picture.
+/// Changes how the finished picture of the bone is blended. The picture itself is not drawn again.
 void BoneLayer::Painter::set_opacity(double opacity, std::function<void()> restore_behind) {
   opacity_ = opacity;
   restore_behind_ = std::move(restore_behind);
@@ -387,7 +387,8 @@ bool BoneLayer::Painter::render(bool always) {
   }
   vtkCamera* camera = bone_->GetActiveCamera();
   const int* size = window_->GetSize();
-  // Chunks that arrive while a scan is opened may be outside the camera's clipping range.
+  // Chunks that arrive while a scan is opened may be outside the camera's clipping range: begin a new
+  // picture.
   const BoneActors::Box bounds = actors_.bounds();
   if (glm::any(glm::lessThan(bounds.low, fitted_low_)) ||
       glm::any(glm::greaterThan(bounds.high, fitted_high_)))
@@ -405,7 +406,8 @@ bool BoneLayer::Painter::render(bool always) {
     drawn_triangles_ = 0;
     bone_->DrawOff();
   }
-  // VTK fits the clipping range to the visible actors, which are only those drawn in this frame: restore it.
+  // VTK fits the clipping range to the actors of this frame, which may be a part of the bone: restore the
+  // range of the whole bone.
   camera->SetClippingRange(fitted_range_.data());
   if (!always && pass_ == Pass::nothing && is_fine_ && !std::exchange(is_blend_stale_, false) &&
       newest_change(window_, bone_) == drawn_top_time_)
@@ -416,7 +418,7 @@ bool BoneLayer::Painter::render(bool always) {
   const auto begin = Clock::now();
   window_->Render();
 
-  // Estimates the speed of this machine's drawing, from frames with enough to measure.
+  // Estimates the drawing speed of this machine from frames with enough triangles.
   if (drawn_triangles_ > 15000) {
     glFinish();
     const double ms = 1e3 * seconds_since(begin);
@@ -431,9 +433,11 @@ bool BoneLayer::Painter::render(bool always) {
     if (is_last_batch_ && can_keep_) {
       kept_.swap(pending_);
       is_fine_ = true;
-      // Chunks that changed during drawing were drawn too, but perhaps on top of their old state.
+      // A chunk that changed between two batches may be in the picture in both its old and its new state. In
+      // this case `changed_` stays, so that a later frame draws this part again.
       if (!was_changed) changed_ = {};
-      // The batches were drawn behind the previous picture: show the finished one.
+      // The window still shows the previous picture, since batches are drawn into a picture of their own.
+      // Show the finished picture.
       camera->SetClippingRange(fitted_range_.data());
       window_->Render();
     }

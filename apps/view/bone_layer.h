@@ -14,14 +14,15 @@ class vtkRenderWindow;
 
 namespace trephine::view {
 
-/// Draws bone in a live window: coarse while the view turns, then at full detail, a share of it per frame,
-/// and then only the rectangle in which a chunk changed. Keeps the finished picture with its depth;
-/// instruments are drawn on top of it. If the window system redraws the window in another size, the bone is
-/// drawn again at once, so that bone and instruments always have the same projection. Drawing thread only.
+/// Draws bone in a live window. While the view turns, bone that takes long to draw is drawn coarse. At rest
+/// it is drawn at full detail, in batches over several frames. Then only the rectangle in which chunks
+/// changed is drawn again. Keeps the finished picture with its depth; instruments are drawn on top of this
+/// picture. If the window system redraws the window in another size, the bone is drawn again at once, so that
+/// bone and instruments always have the same projection. Drawing thread only.
 class BoneLayer {
  public:
-  /// `bone` draws the bone and the background, `tools` everything on top; both belong to the window. Not
-  /// live: draws everything in each frame, for pictures with effects.
+  /// `bone` draws the bone and the background, `tools` everything on top; both belong to the window. If not
+  /// `is_live`, everything is drawn in each frame, for pictures with screen-space effects.
   BoneLayer(vtkRenderWindow* window, vtkRenderer* bone, vtkRenderer* tools, bool is_live);
   ~BoneLayer();
   BoneLayer(const BoneLayer&) = delete;
@@ -34,15 +35,16 @@ class BoneLayer {
   void clear();
   /// Removes the chunks of a shape.
   void remove_shape(std::size_t shape);
-  /// Hides shapes, by number, such as those that another layer draws.
+  /// Hides the shapes with these numbers, such as shapes that another layer draws, and shows all others.
   void set_hidden(std::set<std::size_t> shapes);
-  /// Draws the finished picture of the bone with this opacity, 0 to 1, over everything else: in a live
-  /// window, `restore_behind` copies the picture behind the bone to the framebuffer before tools are drawn,
-  /// and blend() is called after them. Null `restore_behind`: opaque, and the tools are drawn over the bone.
+  /// Draws the finished picture of the bone with this opacity, 0 to 1, over everything else. Live windows
+  /// only. `restore_behind` copies the picture behind the bone to the framebuffer. It is called before the
+  /// tools are drawn; the caller calls blend() after they are drawn. Null `restore_behind`: the bone is
+  /// opaque, and the tools are drawn over it.
   void set_opacity(double opacity, std::function<void()> restore_behind);
   /// Blends the bone over the framebuffer if it is not opaque.
   void blend();
-  /// Clips the picture: draws only the side to which `normal_world` points. Null normal: no clipping.
+  /// Clips the picture: draws only the side to which `normal_world` points. A zero normal ends the clipping.
   void set_clip(const glm::dvec3& origin_world, const glm::dvec3& normal_world);
   /// Sets the world box of the objects on top, which the camera's clipping range includes.
   void set_room(const glm::dvec3& low, const glm::dvec3& high);
@@ -52,7 +54,7 @@ class BoneLayer {
   /// Makes the next drawing of the window (a picture file) show the whole bone at full detail. Later calls of
   /// render() are not affected.
   void complete_next_drawing();
-  /// True if the picture shows the whole bone at full detail, in the window's size and by its camera.
+  /// True if the picture shows the whole bone at full detail, for the current size and camera of the window.
   bool is_complete() const noexcept;
   /// Returns the share of the bone that is drawn at full detail, 0 to 1; 0 if the window or its camera
   /// changed since the last picture.

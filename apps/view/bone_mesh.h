@@ -9,7 +9,8 @@
 
 namespace trephine::view {
 
-/// Returns meshes as one, with normals and colours.
+/// Merges meshes into one data set with normals and colours. `tint`: colours of the meshes that have no
+/// colours per vertex.
 vtkSmartPointer<vtkPolyData> to_poly_data(const std::vector<const DrawMesh*>& meshes, const Tint& tint);
 
 }  // namespace trephine::view

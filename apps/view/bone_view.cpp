@@ -47,19 +47,19 @@ namespace trephine::view {
 using glm::dvec3;
 
 namespace {
-constexpr double k_half_angle = glm::radians(14.0);  // vertical, of the camera
+constexpr double k_half_angle = glm::radians(14.0);  // half of the camera's vertical view angle
 }  // namespace
 
 struct BoneView::Parts {
   vtkRenderWindow* window;
-  vtkNew<vtkRenderer> renderer;  // the bone; not live: everything
-  vtkNew<vtkRenderer> behind;    // live: whole structures behind translucent bone
-  vtkNew<vtkRenderer> front;     // live: objects on top of the kept picture
-  vtkNew<vtkRenderer> letters;   // live: text, over translucent bone
+  vtkNew<vtkRenderer> renderer;  // the bone; if not live, everything
+  vtkNew<vtkRenderer> behind;    // live only: whole structures behind translucent bone
+  vtkNew<vtkRenderer> front;     // live only: objects on top of the kept picture
+  vtkNew<vtkRenderer> letters;   // live only: text and marks, over translucent bone
   std::unique_ptr<StructureLayer> structures;
   std::unique_ptr<BoneLayer> bone;
   std::unique_ptr<OverlayLayer> overlays;
-  std::unique_ptr<OverlayLayer> marks;  ///< in front of everything; null if not live
+  std::unique_ptr<OverlayLayer> marks;  ///< overlays in front of everything; null if not live
   /// Scenery of a live window: drawn between bone and instruments, so that its depth can be read.
   struct Scenery {
     vtkNew<vtkRenderer> renderer;
@@ -69,17 +69,17 @@ struct BoneView::Parts {
   std::unique_ptr<Scenery> scenery;
   vtkRenderer* on_top;
   vtkSmartPointer<vtkActor> shaft, grip, proxy, arrow, hip_proxy_line, ring;
-  std::vector<ToolPart> drawn;  ///< parts of the actors in `tool`
+  std::vector<ToolPart> drawn;  ///< parts of the tool that the actors in `tool` show
   std::vector<vtkSmartPointer<vtkActor>> tool;
   std::unique_ptr<PictureText> text;
   double text_scale = 1, drawn_text_scale = 1;
-  bool is_text_stale = true;            ///< letters, scale bar and labels
+  bool is_text_stale = true;            ///< letters, scale bar and labels must be positioned again
   std::uint64_t labelled_revision = 0;  ///< revision of the bone at the last layout of labels
   std::array<double, 18> drawn_view{};  ///< camera and size at the last layout
   vtkNew<vtkLineSource> hip_proxy_source;
-  vtkSmartPointer<vtkActor> edge;  ///< the line that a foot goes under
+  vtkSmartPointer<vtkActor> edge;  ///< line that a guide marks: an edge of bone or a trajectory
   vtkNew<vtkPolyData> edge_line;
-  std::vector<dvec3> drawn_edge;
+  std::vector<dvec3> drawn_edge;             ///< points of `edge_line`
   std::array<unsigned long, 2> observers{};  ///< of the window
 
   void fit_text();
@@ -124,7 +124,7 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
   vtkRenderer* first_over = p.scenery ? p.scenery->renderer.Get() : p.front.Get();
   p.bone = std::make_unique<BoneLayer>(window, p.renderer, first_over, is_live);
   if (p.scenery) {
-    // Lower priority than the bone layer's observers, which restore the kept picture first.
+    // These observers have a lower priority than those of the bone layer: the kept picture is restored first.
     const auto observe = [&](unsigned long event, auto callback) {
       vtkNew<vtkCallbackCommand> command;
       command->SetClientData(&p);
@@ -227,8 +227,8 @@ BoneView::BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery)
 
   p.text = std::make_unique<PictureText>(letters);
 
-  // The window system redraws on its own after a resize. The angle comes first: the bone's layer compares it
-  // with that of its last picture.
+  // After a resize the window system draws the window without a call of render(). The camera's angle is
+  // fitted first, because the bone layer compares it with the angle of its last picture.
   constexpr float k_first = 1;  // priority
   vtkNew<vtkCallbackCommand> fit_camera, lay_out;
   fit_camera->SetClientData(this), lay_out->SetClientData(&p);
@@ -257,7 +257,8 @@ ScreenDepth* BoneView::screen_depth() { return parts_->scenery ? &parts_->scener
 void BoneView::set_marks(std::span<const sim::Overlay> marks) {
   if (!parts_->marks) return;
   parts_->marks->show(marks, {});
-  // Without the depth of the objects that were drawn before, nothing hides the marks.
+  // With marks, the renderer clears the depth of the objects that were drawn before, so that they do not hide
+  // the marks.
   parts_->letters->SetPreserveDepthBuffer(marks.empty());
 }
 
@@ -300,7 +301,8 @@ void BoneView::show(const StylusState& s) {
   const double size = s.tool.radius;
   const dvec3 shaft = s.turn * dvec3(0, 0, 1);
   const dvec3 shaft_begin = s.tool_world + s.tool.shaft_from * shaft;
-  constexpr double k_inside = 0.5;  // mm; two faces at one height would flicker
+  // mm by which the shaft starts before `shaft_from`, inside the tool: two coincident faces would flicker.
+  constexpr double k_inside = 0.5;
   place(p.shaft, shaft_begin - k_inside * shaft, shaft, 34 + k_inside, s.tool.shaft_radius);
   const double grip_radius = std::max(4.5, 2.6 * s.tool.shaft_radius);
   place(p.grip, shaft_begin + 30.0 * shaft, shaft, 70, grip_radius);
@@ -373,7 +375,7 @@ void BoneView::Parts::fit_text() {
   if (marks) marks->labels().set_text_scale(scale);
 }
 
-/// Positions letters, scale bar and labels again if the view changed.
+/// Positions letters, scale bar and labels again if the view, the text or the bone changed.
 void BoneView::Parts::lay_out() {
   fit_text();
   std::array<double, 18> view;
@@ -405,7 +407,7 @@ std::vector<LabelLayer::Box> BoneView::label_boxes() const {
 }
 
 double BoneView::distance_of(const dvec3& low, const dvec3& high) {
-  // A tall body needs its full height, plus a margin for its nearer half.
+  // The longest side must fit into the picture, with a margin because the nearer half appears larger.
   const dvec3 size = high - low;
   const double tallest = 1.12 * std::max({size.x, size.y, size.z});
   return std::max(0.86 * glm::length(size), tallest) / (2 * std::tan(k_half_angle));
@@ -427,7 +429,8 @@ void BoneView::aim_camera(const dvec3& target, const dvec3& from, const dvec3& u
   const dvec3 position = target + distance * glm::normalize(from);
   camera->SetFocalPoint(target.x, target.y, target.z);
   camera->SetPosition(position.x, position.y, position.z);
-  // For a view straight from above or below, the patient's front is upward.
+  // If the view is parallel to `up`, as straight from above, the patient's front is upward. If `up` itself is
+  // along y, the head is upward.
   const bool is_upright = std::abs(glm::dot(up, glm::normalize(from))) < 0.99 * glm::length(up);
   const dvec3 upward = is_upright ? up : std::abs(up.y) < 0.5 ? dvec3(0, -1, 0) : dvec3(0, 0, 1);
   camera->SetViewUp(upward.x, upward.y, upward.z);

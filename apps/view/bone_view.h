@@ -33,14 +33,15 @@ struct StylusState {
   /// Depth cue: a ring on the bone below the tool, which narrows as the tool approaches.
   bool has_ring = false;
   glm::dvec3 ring_world{0.0}, ring_normal_world{0, 0, 1};
-  std::vector<glm::dvec3> edge = {};  ///< line on the bone; empty: no line
+  std::vector<glm::dvec3> edge = {};  ///< line that a guide marks, see Viewport::mark_line(); empty: no line
 };
 
 /// All contents of one window. Drawing thread only.
 class BoneView {
  public:
-  /// Adds its renderers to the window. Live: frames draw only changes. Not live: pictures with screen-space
-  /// ambient occlusion. Scenery has its own renderer, only if `has_scenery` in a live window.
+  /// Adds its renderers to the window. If `is_live`, a frame draws only changes; otherwise it draws
+  /// everything, with screen-space ambient occlusion. `has_scenery`: adds a renderer for scenery to a live
+  /// window.
   BoneView(vtkRenderWindow* window, bool is_live, bool has_scenery = false);
   ~BoneView();
   BoneView(const BoneView&) = delete;
@@ -54,14 +55,15 @@ class BoneView {
   std::vector<LabelLayer::Box> label_boxes() const;
   /// Shows marks in front of everything, in place of the previous ones. Live windows only.
   void set_marks(std::span<const sim::Overlay> marks);
-  /// Whole structures, which are drawn behind translucent bone; null if not live.
+  /// Returns the layer of whole structures, which are drawn behind translucent bone; null if not live.
   StructureLayer* structures();
   /// Draws the bone with an opacity from 0 to 1 over structures and tools; nullopt: opaque, without
   /// structures. Live windows only.
   void set_bone_opacity(std::optional<double> opacity);
-  /// Scenery, which is touched by its depth on the screen, and that depth; null without scenery or a live
-  /// window.
+  /// Returns the layer of the scenery, which is touched by its depth on the screen; null without scenery, or
+  /// if not live.
   OverlayLayer* scenery();
+  /// Returns the reader of the depth of the scenery on the screen; null without scenery, or if not live.
   ScreenDepth* screen_depth();
   /// Makes the GL context current; returns false if that fails.
   bool is_drawable();
@@ -69,20 +71,23 @@ class BoneView {
   void show_text(const std::string& corner, const std::string& foot);
   /// Distance (mm) of the camera from which a whole world box is visible.
   static double distance_of(const glm::dvec3& low, const glm::dvec3& high);
-  /// Widens the camera's angle in a picture that is narrower than 0.9 of its height, so that its width still
-  /// shows as much as at that ratio. Runs before each frame; call it before using the camera outside a frame.
+  /// Sets the camera's angle from the size of the window. If the width is below 0.9 of the height, the angle
+  /// is wider, so that the width shows as much as at a ratio of 0.9. Runs before each frame; call it before
+  /// using the camera outside a frame.
   void fit_camera();
   /// Moves the camera to `distance` mm from `target` along `from` (unit), with `up` upward.
   void aim_camera(const glm::dvec3& target, const glm::dvec3& from, const glm::dvec3& up, double distance);
-  /// Shows a whole world box from one of A P L R S I, or from the front left above (0).
+  /// Shows a whole world box from the side A, P, L, R, S or I of the patient. Any other `side`, such as 0:
+  /// from the front, the left and above.
   void look_from(char side, const glm::dvec3& low, const glm::dvec3& high);
   /// Draws one frame. Returns false, without drawing, if the picture would not change.
   bool render();
-  /// Sets the factor of the size of letters, scale bar and labels.
+  /// Sets the factor of the text size of letters, scale bar and labels. In a small window the factor is
+  /// limited.
   void set_text_scale(double factor);
 
   vtkRenderer* renderer();
-  /// World box of the shown bone.
+  /// World box of the shown bone; without bone, a cube of 100 mm around the origin.
   void bounds(glm::dvec3& low, glm::dvec3& high) const;
 
  private:

@@ -43,7 +43,7 @@ void set_axis(vtkAxis* axis, const std::string& title, bool is_log, Range range)
   if (range.low > range.high) return;
   axis->SetBehavior(vtkAxis::FIXED);
   if (is_log) {
-    // Whole decades, so that the marks read 0.1, 1, 10.
+    // The range covers whole decades, with ticks at powers of ten, such as 0.1, 1, 10.
     const double low = std::pow(10, std::floor(std::log10(range.low) + 1e-9)),
                  high = std::pow(10, std::ceil(std::log10(range.high) - 1e-9));
     axis->SetUnscaledRange(low, std::max(high, 10 * low));
@@ -57,7 +57,7 @@ void set_axis(vtkAxis* axis, const std::string& title, bool is_log, Range range)
     }
     axis->SetCustomTickPositions(positions, names);
   } else {
-    // About five short marks, which leave room for the title.
+    // About five ticks with short numbers, which leave room for the title.
     const double rough = std::max(range.high - range.low, 1e-12) / 5,
                  decade = std::pow(10, std::floor(std::log10(rough)));
     const double step = decade * (rough > 5 * decade ? 10 : rough > 2 * decade ? 5 : rough > decade ? 2 : 1);
@@ -114,7 +114,7 @@ Status write_chart(const Chart& chart, const std::string& path, int width, int h
   plot->GetLegend()->SetHorizontalAlignment(vtkChartLegend::RIGHT);
   plot->GetLegend()->SetVerticalAlignment(vtkChartLegend::TOP);
   plot->GetLegend()->SetLabelSize(14);
-  plot->GetLegend()->SetInline(false);  // next to the data, not over them
+  plot->GetLegend()->SetInline(false);  // next to the axes, not over the data
 
   Range xs, ys;
   std::vector<vtkSmartPointer<vtkTable>> tables;

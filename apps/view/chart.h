@@ -15,7 +15,7 @@ struct ChartSeries {
   std::vector<double> x, y;
   bool is_line = false;  ///< false: dots
   std::array<std::uint8_t, 3> color{40, 90, 160};
-  float width = 2;  ///< of the line or the dots, pixels
+  float width = 2;  ///< width of the line or diameter of the dots, pixels
   bool is_dashed = false;
 };
 
@@ -29,7 +29,8 @@ struct Chart {
 /// and Ito 2008).
 std::array<std::uint8_t, 3> chart_color(std::size_t i);
 
-/// Draws into memory and writes a PNG. Points that an axis cannot show are omitted.
+/// Draws into memory and writes a PNG. Points that an axis cannot show (not finite; on a logarithmic axis,
+/// not positive) and lines of fewer than two points are omitted.
 Status write_chart(const Chart& chart, const std::string& path, int width = 1000, int height = 640);
 
 }  // namespace trephine::view

@@ -35,9 +35,10 @@ double depth_mm(const volume::Field& field, const dvec3& p) {
   return slope > 0 ? field.value(p) / slope : field.value(p) > 0 ? 1e300 : -1e300;
 }
 
-/// Returns 0 at the surface of the scan, rising to 1 a quarter of a voxel diagonal below it. p: volume frame.
+/// Returns a share that rises from 0 at the surface of the scan to 1 at a quarter of a voxel diagonal below
+/// that surface. p: volume frame.
 double cut_share(const volume::Field& field, const dvec3& p) {
-  constexpr double k_rim = 0.25;  // voxel diagonals within which a cut face takes the surface's colour
+  constexpr double k_rim = 0.25;  // voxel diagonals; depth at which the colour of a cut is full
   return std::clamp(depth_mm(field, p) / (k_rim * field.volume().frame.diagonal_mm()), 0.0, 1.0);
 }
 
@@ -53,7 +54,8 @@ float density_below(const volume::Field& field, const dvec3& p, const dvec3& inw
 /// Depth below a surface at which its density is read, voxel diagonals.
 constexpr double k_density_depth = 0.7;
 
-/// Colour of the label of a shape, shares of 1, if it has one.
+/// Returns the colour (RGB, 0 to 1) of a shape that is a label; nullopt for other shapes, and for labels
+/// without a colour.
 std::optional<dvec3> label_colour(const volume::Volume& base, const volume::Shape& shape) {
   const auto label = static_cast<std::size_t>(std::max(0, shape.label));
   if (!shape.is_label() || label >= base.label_colours.size()) return std::nullopt;
@@ -62,7 +64,7 @@ std::optional<dvec3> label_colour(const volume::Volume& base, const volume::Shap
 
 constexpr int k_block = 4;  ///< voxels along the edge of a block of the reduced surface
 
-/// Counts the solid voxels in each block of a shape; 0 for a block whose middle was removed.
+/// Counts the solid voxels of a shape in each block. A block whose middle was removed counts 0.
 Result<volume::Volume> block_counts(const volume::Volume& base, const volume::Occupancy& bits,
                                     const volume::Version& version) {
   const dvec3 middle(0.5 * (k_block - 1));
@@ -155,14 +157,15 @@ VertexMatter matter_of_detached(const haptics::TouchScene& scene, const dvec3& p
   if (deepest == nullptr) return {.normal_world = normal_world};
   const volume::Frame& frame = deepest->volume().frame;
   const dvec3 p = frame.volume_from_world(p_world);
-  // A piece's mesh is at most a third of a voxel's extent along the normal away from the surface of the scan.
+  // The mesh of a piece deviates from the surface of the scan. The deviation is at most a third of the extent
+  // of a voxel along the normal, so deeper vertices are on a cut.
   constexpr double k_rough = 0.35, k_rim = 0.25;  // extents
-  double extent = 0;                              // mm
+  double extent = 0;                              // mm, of a voxel along the normal
   for (int a = 0; a < 3; ++a) extent += std::abs(glm::dot(frame.axes()[a], normal_world));
   const double share = std::clamp((depth_mm(*deepest, p) / extent - k_rough) / k_rim, 0.0, 1.0);
   dvec3 normal = normal_world;
   const dvec3 outward = -frame.gradient_world_from_volume(deepest->smooth_gradient(p));
-  constexpr double k_turned = 0.3;  // cosine; at an edge of a cut the mesh has the better normal
+  constexpr double k_turned = 0.3;  // cosine; below it, as at an edge of a cut, the mesh's normal is used
   if (const double length = glm::length(outward);
       share < 1 && length > 0 && glm::dot(outward, normal_world) > k_turned * length)
     normal = glm::normalize(glm::mix(outward / length, normal_world, share));
@@ -203,7 +206,7 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
     fine.openness.push_back(openness_at(scene, version, p, normal));
     fine.density.push_back(density_below(touch.field, p, -k_density_depth * frame.diagonal_mm() * normal));
   }
-  // Cubes of three voxels, or four for a large scan: sufficient while a skull is turned.
+  // Cubes of three voxels, or of four for a large scan, are fine enough while the view turns.
   const double cells = base.voxels.size() > 20'000'000 ? 4 : 3;
   // The outermost two layers of cells are shared with neighbouring chunks.
   std::vector<bool> is_border(count);
@@ -218,8 +221,9 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
 
 ChunkMesh make_reduced_mesh(const haptics::TouchScene& scene, std::size_t shape,
                             const volume::Version& version) {
-  // Thin bone fills a small part of its blocks: a plate of one voxel a quarter.
-  constexpr std::int16_t k_solid = 9;  // voxels of a block
+  // The threshold is low, so that thin bone remains: a plate of one voxel fills a quarter (16) of the 64
+  // voxels of a block.
+  constexpr std::int16_t k_solid = 9;  // least number of solid voxels in a solid block
   const haptics::TouchItem& touch = scene.items[shape];
   const volume::Volume& base = *scene.base;
   ChunkMesh result;
@@ -243,7 +247,7 @@ ChunkMesh make_reduced_mesh(const haptics::TouchScene& scene, std::size_t shape,
     mesh.vertices.emplace_back(at);
     mesh.freshness.push_back(0);
     mesh.openness.push_back(openness_at(scene, version, p, normal));
-    float density = 0;  // the surface may be outside of the bone
+    float density = 0;  // the reduced surface may be outside the bone: use the densest sample
     for (const double depth : {0.7, 2.0, 3.5})
       density = std::max(density, density_below(touch.field, p, -depth * diagonal * normal));
     mesh.density.push_back(density);
@@ -252,7 +256,7 @@ ChunkMesh make_reduced_mesh(const haptics::TouchScene& scene, std::size_t shape,
 }
 
 void set_changed(ChunkMesh& mesh, const volume::Frame& frame, const volume::VoxelBox& voxels) {
-  constexpr double k_light_mm = 3;
+  constexpr double k_light_mm = 3;  // distance from a change within which the light is drawn again
   const double margin = 2 * frame.diagonal_mm() + k_light_mm;
   mesh.changed_low = dvec3(1e300), mesh.changed_high = dvec3(-1e300);
   for (int corner = 0; corner < 8; ++corner) {
@@ -327,7 +331,8 @@ DrawMesh clustered(const DrawMesh& mesh, double cell, const std::vector<bool>& s
     const std::uint32_t a = cluster_of[mesh.triangles[t]], b = cluster_of[mesh.triangles[t + 1]],
                         c = cluster_of[mesh.triangles[t + 2]];
     if (a == b || b == c || c == a) continue;
-    // A fold of the merged surface would be lit from inside: its triangles turn to the side of their normals.
+    // In a fold of the merged surface, a triangle faces away from its vertex normals and would be lit from
+    // inside: reverse it.
     const bool is_folded = glm::dot(glm::cross(v[b] - v[a], v[c] - v[a]), n[a] + n[b] + n[c]) < 0;
     result.triangles.insert(result.triangles.end(), {a, is_folded ? c : b, is_folded ? b : c});
   }
@@ -362,7 +367,7 @@ void ChunkWorker::request(std::shared_ptr<const volume::Version> version, const 
                           const glm::ivec3& high) {
   const volume::VoxelBox box{low, high};
   const volume::ChunkRange range = volume::chunks_touching(low, high, scene_->base->size);
-  // A cut or an undo is seen at once, also while the whole surface is computed.
+  // Small requests, as after a cut or an undo, are meshed before the rest of a request of the whole surface.
   constexpr int k_urgent = 64;  // chunks
   const glm::ivec3 count = range.last - range.first + 1;
   const bool is_urgent = count.x * count.y * count.z <= k_urgent;

@@ -19,7 +19,7 @@ using glm::dvec3;
 
 namespace {
 
-constexpr int k_edge = 520;  // pixels of a panel
+constexpr int k_edge = 520;  // pixels along the edge of a panel
 
 /// Draws a state from a direction, as a panel.
 Result<imaging::Panel> draw_state(const haptics::TouchScene& scene, const ComparedState& state,
@@ -97,7 +97,8 @@ Difference difference_between(const haptics::TouchScene& scene, const volume::Ve
   dvec3 sum(0);
   std::vector<dvec3> samples;  // every 64th differing point
   std::size_t count = 0;
-  // Visits the bricks of one version; the second pass visits only bricks that the first version lacks.
+  // Compares the bricks of `version` with `other`. The second call skips the bricks that the first call
+  // compared: those that both versions have.
   const auto visit = [&](const volume::Version& version, const volume::Version& other,
                          bool only_missing_in_other) {
     version.for_bricks_in(
@@ -108,7 +109,8 @@ Difference difference_between(const haptics::TouchScene& scene, const volume::Ve
             const glm::ivec3 s = low + in;
             const double distance = version.sample_distance(s), other_distance = other.sample_distance(s);
             if (distance == other_distance) return;
-            // Far from both surfaces the sample represents its whole cell.
+            // Far from the surfaces of both versions' cuts, one point represents the cell of the sample. Near
+            // them, the cell is divided into 27 parts.
             const bool is_far = std::min(std::abs(distance), std::abs(other_distance)) > reach;
             if (is_far && (distance > 0) == (other_distance > 0)) return;
             const int parts = is_far ? 1 : 3;

@@ -1,4 +1,4 @@
-// Comparison of two states of one operation: difference, and picture side by side.
+// Comparison of two states of one operation: their difference, and a picture of both side by side.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ namespace trephine::view {
 
 struct ComparedState {
   std::string title;
-  std::shared_ptr<const volume::Version> version;  ///< frozen
+  std::shared_ptr<const volume::Version> version;  ///< not changed by later cuts
   sim::Overlays overlays = {};
 };
 
@@ -28,20 +28,21 @@ Difference difference_between(const haptics::TouchScene& scene, const volume::Ve
                               const volume::Version& second);
 
 /// Directions of an axial slice in which the patient's left is on the same side as in a picture of
-/// show_still() from `from` (unit). `up` points to the patient's back if the camera shows the back, else to
-/// the front.
+/// show_still() from `from` (unit). `up` points to the patient's back if the camera shows the back with the
+/// head up, otherwise to the front.
 struct AxialDirections {
   glm::dvec3 right, up;
 };
 AxialDirections axial_directions(const glm::dvec3& from);
 
-/// Returns four panels: both states from a camera that shows the difference, and two sections of the scan
-/// through its middle. Matter that only the first state contains is blue, matter that only the second
-/// contains is orange, and matter that both have removed is red.
+/// Returns four panels: both states from a camera that shows the difference, and an axial and a sagittal
+/// section of the scan through Difference::middle_world, or through the middle of the scan if the states do
+/// not differ. In the sections, matter of only the first state is blue, matter of only the second state is
+/// orange, and matter that is removed in both is red.
 Result<std::vector<imaging::Panel>> comparison_panels(const haptics::TouchScene& scene,
                                                       const ComparedState& first,
                                                       const ComparedState& second);
-/// Returns these panels in one picture, as PNG.
+/// Returns comparison_panels() in one picture, as PNG.
 Result<std::string> compare(const haptics::TouchScene& scene, const ComparedState& first,
                             const ComparedState& second);
 

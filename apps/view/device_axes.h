@@ -1,4 +1,4 @@
-// Axes and start of a haptic device, as the user sees the picture.
+// Axes and start position of a haptic device, from the camera of the picture.
 #pragma once
 
 #include "apps/view/viewport.h"
@@ -7,8 +7,8 @@ namespace trephine::view {
 
 /// Returns the rotation from the frame of a device (x to the right, y up, z toward the user) to the world.
 glm::dquat screen_axes(Viewport& viewport);
-/// Returns the point 30 mm in front of the bone in the middle of the picture, world, mm; without bone there,
-/// Viewport::outside_point().
+/// Returns the point (world, mm) 30 mm in front of the bone in the middle of the picture, but not behind the
+/// camera. Without bone in the middle of the picture, returns Viewport::outside_point().
 glm::dvec3 device_start(Viewport& viewport, const volume::Version& version);
 
 }  // namespace trephine::view

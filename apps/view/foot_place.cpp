@@ -16,7 +16,7 @@ namespace {
 constexpr double k_pi = 3.14159265358979;
 constexpr double k_above = 3, k_below = 25;  // mm searched above and below a point of the surface
 constexpr double k_gap = 0.3;                // mm between foot and bone
-constexpr double k_step = 0.25;              // mm
+constexpr double k_step = 0.25;              // mm between samples along a shaft
 constexpr double k_hollow = 3;               // mm; largest hollow (marrow space) that counts as bone
 
 /// Returns two unit vectors perpendicular to a shaft.
@@ -48,7 +48,7 @@ Column column_at(const BoneTest& is_bone, const dvec3& at, const dvec3& shaft) {
   return c;
 }
 
-/// True if a disc perpendicular to the shaft is free of bone between two heights.
+/// True if a disc perpendicular to the shaft is free of bone at all heights between `low` and `high`.
 bool is_disc_free(const BoneTest& is_bone, const dvec3& at, const dvec3& shaft, double radius, double low,
                   double high) {
   constexpr int k_around = 12;
@@ -66,8 +66,9 @@ bool is_disc_free(const BoneTest& is_bone, const dvec3& at, const dvec3& shaft, 
   return true;
 }
 
-/// Returns the distance (mm) along `direction`, from `from` to `farthest`, at which the bone ends; nullopt if
-/// it does not end there, or if a wall of bone, such as a spinous process, is in between.
+/// Returns the distance (mm) along `direction`, between `from` and `farthest`, at which the bone ends.
+/// Returns nullopt if the bone does not end in this interval, or if a wall of bone, such as a spinous
+/// process, rises before its end.
 std::optional<double> edge_along(const BoneTest& is_bone, const dvec3& at, const dvec3& shaft,
                                  const dvec3& direction, double from, double farthest) {
   constexpr double k_stride = 0.5;
@@ -88,7 +89,8 @@ std::optional<double> edge_along(const BoneTest& is_bone, const dvec3& at, const
 
 enum class Fit { fits, too_thick, no_room };
 
-/// Fits the foot under an edge at `s` mm along `direction` from `at`.
+/// Fits the foot under an edge at `s` mm along `direction` from `at`. `reach`: as in find_edge(). Sets `pose`
+/// if the foot fits.
 Fit fit_under(const BoneTest& is_bone, const FootTool& tool, const dvec3& at, const dvec3& shaft,
               const dvec3& direction, double s, double reach, FootPose& pose) {
   // Extent of the bone above the foot.
@@ -103,10 +105,10 @@ Fit fit_under(const BoneTest& is_bone, const FootTool& tool, const dvec3& at, co
   if (top < bottom) return Fit::no_room;
   pose.bone_thickness = top - bottom;
   if (pose.bone_thickness + k_gap > tool.opening) return Fit::too_thick;
-  const double height = bottom - k_gap;  // of the top of the foot
+  const double height = bottom - k_gap;  // height of the foot's upper face
   const double begin = s + tool.radius + k_gap, end = s - reach;
   const auto point_at = [&](double along, double h) { return at + along * direction + h * shaft; };
-  // Path of the foot: down next to the edge, then under it.
+  // The foot moves down next to the edge, then under the bone: both parts of the path must be free.
   if (!is_disc_free(is_bone, point_at(begin, 0), shaft, tool.radius, height - tool.thickness - 0.1, k_above))
     return Fit::no_room;
   for (double along = begin; along > end - 1e-9; along -= 0.5)
@@ -164,7 +166,7 @@ FootSearch find_edge(const BoneTest& is_bone, const FootTool& tool, const dvec3&
   edges.resize(std::min(edges.size(), k_max_edges));
   bool is_too_thick = false;
   for (Edge& edge : edges) {
-    // Make the direction perpendicular to the edge, by the course of the edge on both sides.
+    // Make the direction perpendicular to the edge, which is located again 1.2 mm to both sides.
     for (int i = 0; i < 2; ++i) {
       constexpr double k_offset = 1.2, k_far = 2;  // mm
       const dvec3 tangent = glm::cross(shaft, edge.direction), middle = at_world + edge.s * edge.direction;
@@ -203,7 +205,7 @@ std::optional<double> foot_depth(const BoneTest& is_bone, const FootTool& tool, 
                                  const dvec3& shaft) {
   constexpr int k_around = 8;
   const auto [a, b] = across(shaft);
-  // Neighbouring points of a curved surface may be above or below the plane.
+  // On a curved surface, neighbouring points may be higher than `at_world`: the search starts 1 mm above it.
   const auto depth_at = [&](const dvec3& at) -> std::optional<double> {
     double last = -k_above;
     bool has_bone = false;

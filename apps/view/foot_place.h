@@ -1,5 +1,5 @@
-// FootPose: search for poses of a tool with a foot: of a Kerrison under an edge of bone, of a craniotome in
-// a burr hole.
+// FootPose: pose of a tool with a foot, and the searches for it: for a Kerrison under an edge of bone, for a
+// craniotome in a burr hole.
 #pragma once
 
 #include <functional>
@@ -30,10 +30,10 @@ struct FootTool {
 struct FootPose {
   glm::dvec3 at_world{0.0};
   glm::dquat turn{1, 0, 0, 0};   ///< z along the shaft; Kerrison: x out of the bone, toward the open side
-  std::vector<glm::dvec3> path;  ///< path to the pose: points to pass before it; the first is outside
+  std::vector<glm::dvec3> path;  ///< points to pass before the pose; the first is outside the bone
   std::vector<glm::dvec3> edge;  ///< Kerrison: line along the edge, on the surface
   glm::dvec3 edge_world{0.0};    ///< Kerrison: point of the edge
-  double bone_thickness = 0;     ///< mm, above the foot
+  double bone_thickness = 0;     ///< mm, of the bone above the foot
 };
 
 struct FootSearch {
@@ -41,14 +41,16 @@ struct FootSearch {
   std::string reason;  ///< reason and remedy if no pose was found
 };
 
-/// Finds the nearest edge around a point of the surface under which the foot of a Kerrison fits, with its
-/// centre `reach` mm beyond the edge (negative: before it). `shaft`: unit, out of the bone. `open`: unit, the
-/// open side of the edge; 0: any. Cost: up to 50,000 calls of `is_bone`.
+/// Finds the edge of bone, nearest to a point of the surface, under which the foot of a Kerrison fits. The
+/// centre of the foot is then `reach` mm under the bone, from its edge (negative: outside). `shaft`: unit,
+/// out of the bone. `open`: direction (unit) to the open side of the edge; 0: any. Cost: up to 50,000 calls
+/// of `is_bone`.
 FootSearch find_edge(const BoneTest& is_bone, const FootTool& tool, const glm::dvec3& at_world,
                      const glm::dvec3& shaft, double reach, const glm::dvec3& open = glm::dvec3(0.0));
 
-/// Returns the depth (mm along -shaft) of the top of a foot that slides under the bone, below a point of the
-/// outer surface. Bone ends where 3 mm without bone follow. nullopt if there is no end within 25 mm.
+/// Returns the depth (mm along -shaft), below a point of the outer surface, of the upper face of a foot that
+/// slides under the bone. The bone ends at the depth below which 3 mm are free of bone. Returns nullopt if it
+/// does not end within 25 mm.
 std::optional<double> foot_depth(const BoneTest& is_bone, const FootTool& tool, const glm::dvec3& at_world,
                                  const glm::dvec3& shaft);
 

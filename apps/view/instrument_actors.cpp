@@ -45,7 +45,7 @@ std::pair<dvec3, dvec3> perpendiculars(const dvec3& direction) {
 
 vtkSmartPointer<vtkPolyData> make_revolution(const std::vector<glm::dvec2>& profile, bool is_fluted) {
   constexpr int k_sides = 96, k_flutes = 8;
-  constexpr double k_deep = 0.14;  // share of the radius
+  constexpr double k_deep = 0.14;  // depth of a flute as a share of the radius
   double widest = 1e-9;
   for (const glm::dvec2& p : profile) widest = std::max(widest, p.y);
   vtkNew<vtkPoints> points;

@@ -56,7 +56,8 @@ struct LabelLayer::Parts {
   std::vector<imaging::Segment> segments;
   std::vector<std::array<dvec3, 2>> tool;
 
-  /// Returns the tool's axis in the picture, and two lines next to it that bound its width.
+  /// Returns the axis of each tool in the picture, and two lines next to the axis that bound the tool's
+  /// width.
   std::vector<imaging::Segment> tool_segments() const {
     constexpr double k_half_width = 8;  // pixels
     std::vector<imaging::Segment> lines;
@@ -132,7 +133,7 @@ void LabelLayer::set_tool(std::vector<std::array<dvec3, 2>> axes_world) {
   Parts& p = *parts_;
   if (axes_world == p.tool) return;
   p.tool = std::move(axes_world);
-  // Labels move only where the tool is below one of them.
+  // The labels are positioned again only if a label covers the tool.
   if (p.boxes.empty()) return;
   for (const imaging::Segment& line : p.tool_segments())
     for (const Box& box : p.boxes) p.is_stale |= imaging::passes(line, {box.low, box.high});
@@ -142,8 +143,8 @@ void LabelLayer::lay_out(std::span<const Box> occupied) {
   Parts& p = *parts_;
   p.is_stale = false;
   constexpr double k_away = 26, k_gap = 4, k_border = 6, k_point = 3;  // pixels
-  // A name far from its point would be taken for that of another one.
-  constexpr double k_longest = 55, k_share = 0.14;  // pixels, and of the picture's width
+  // A name far from its point would be read as the name of another point.
+  constexpr double k_longest = 55, k_share = 0.14;  // pixels; share of the picture's width
   struct Request {
     std::size_t label;
     imaging::LabelLayout::Request place;
@@ -168,7 +169,7 @@ void LabelLayer::lay_out(std::span<const Box> occupied) {
     double size[2];
     p.labels[i].text->GetSize(p.renderer, size);
     const dvec2 anchor(display[0], display[1]);
-    // Place the label toward the nearer side of the picture, which is free more often.
+    // Prefer a place toward the nearer side of the picture, where there is usually more room.
     const bool is_left = display.x < 0.5 * picture.x + 1;
     const dvec2 low(is_left ? anchor.x - k_away - size[0] : anchor.x + k_away, anchor.y + 0.5 * k_away);
     Request request{i, {anchor, 0, {size[0], size[1]}, low}};
@@ -182,7 +183,7 @@ void LabelLayer::lay_out(std::span<const Box> occupied) {
     const dvec2 low = glm::clamp(at * picture - 0.5 * letter, dvec2(0), glm::max(picture - letter, dvec2(0)));
     obstacles.boxes.push_back({low, low + letter});
   }
-  // From the top down; a label without room is not shown.
+  // Place the labels from the top down. A label without room is not shown.
   std::stable_sort(requests.begin(), requests.end(),
                    [](const Request& a, const Request& b) { return a.place.anchor.y > b.place.anchor.y; });
   imaging::LabelLayout layout({dvec2(k_border), picture - k_border}, std::move(obstacles), k_gap);

@@ -30,12 +30,13 @@ class LabelLayer {
   /// `is_name`: set_names() determines whether the label is shown.
   void add(const glm::dvec3& at_world, const std::string& text, const glm::dvec3& colour,
            bool is_name = true);
-  /// Names that are shown: those of points that are not hidden, all, or none. Numbers of draggable points,
-  /// measurements and warnings always remain.
+  /// Selects the names that are shown: those of points that nothing hides, all names, or no names. Other
+  /// labels (numbers of draggable points, measurements, warnings) are always shown.
   enum class Names : std::uint8_t { in_front, all, none };
   void set_names(Names names);
   Names names() const noexcept;
-  /// Returns true if a point is hidden: its label is then dimmed and marked "(behind)". Called in lay_out().
+  /// Returns true if a point is hidden. A label of such a point, if shown, is dimmed and marked "(behind)".
+  /// Called in lay_out().
   std::function<bool(const glm::dvec3& at_world)> is_hidden = [](const glm::dvec3&) { return false; };
   /// Sets the factor of the text size.
   void set_text_scale(double factor);
@@ -43,16 +44,16 @@ class LabelLayer {
   struct Box {
     glm::dvec2 low, high;
   };
-  /// Positions the labels for the current camera, off the boxes of another layer. Call before each frame in
-  /// which labels, those boxes or the view changed.
+  /// Positions the labels for the current camera. They do not overlap `occupied`, such as the boxes of
+  /// another layer. Call before each frame in which the labels, `occupied` or the view changed.
   void lay_out(std::span<const Box> occupied = {});
-  /// Returns true if labels changed since the last lay_out().
+  /// Returns true if labels or their settings changed, or a label covers a tool, since the last lay_out().
   bool is_stale() const noexcept;
   /// Returns the boxes of the shown labels, in pixels from the lower left.
   std::vector<Box> boxes() const;
-  /// Returns the lines between the shown labels and their points.
+  /// Returns the lines between the shown labels and their points, in pixels from the lower left.
   std::vector<imaging::Segment> leads() const;
-  /// Sets the axes of the shown tools, which labels do not cover; mm.
+  /// Sets the axes (world, mm) of the shown tools, which labels do not cover.
   void set_tool(std::vector<std::array<glm::dvec3, 2>> axes_world);
 
  private:

@@ -10,8 +10,8 @@ using glm::dvec3;
 
 namespace {
 
-constexpr double k_entry = 6;        // mm between the cursor and an entry on which the tool stands
-constexpr double k_cursor_left = 9;  // mm; a click farther away withdraws the tool
+constexpr double k_entry = 6;        // mm; within this distance of the cursor, the tool stands at an entry
+constexpr double k_cursor_left = 9;  // mm; a click farther from the entry withdraws the tool
 constexpr double k_standing = 8;     // mm above the entry at which the tool stands
 constexpr double k_push_speed = 10;  // mm/s of a hand that pushes
 constexpr double k_out_speed = 80;   // mm/s of a hand that withdraws
@@ -23,7 +23,8 @@ double cursor_distance(const dvec3& p, const LineGuide::Input& input) {
 
 }  // namespace
 
-/// Returns the trajectory whose entry is nearest to the cursor, and not hidden behind bone.
+/// Returns the trajectory whose entry is nearest to the cursor, among the entries that are near the cursor
+/// and not hidden behind bone; null if there is no such entry.
 const LineGuide::Line* LineGuide::nearest(std::span<const Line> planned, const Input& input) const {
   constexpr double k_hidden = 15;  // mm behind the bone under the cursor
   const Line* best = nullptr;
@@ -57,7 +58,7 @@ std::vector<dvec3> LineGuide::line() const {
 std::optional<LineGuide::Pose> LineGuide::follow(std::span<const Line> planned, const Input& input) {
   const bool is_click = input.is_pressed && !was_pressed_, is_release = !input.is_pressed && was_pressed_;
   was_pressed_ = input.is_pressed;
-  // Another tool in the hand is not in the track of the last one.
+  // A tool that was just taken is not in the track of the previous tool.
   const bool is_other = input.length != length_ || input.is_drill != is_drill_;
   length_ = input.length, is_drill_ = input.is_drill;
   if (input.length <= 0 || is_other) state_ = State::free, line_length_ = 0, was_standing_ = false;
@@ -81,7 +82,9 @@ std::optional<LineGuide::Pose> LineGuide::follow(std::span<const Line> planned, 
     return pose(false, is_jump);
   }
   const double tip = tip_ = glm::dot(input.tip - begin_, ahead_);
-  // An inserted tool stays while the cursor is used elsewhere, such as for an X-ray, until a click there.
+  // A tool that is not inserted is withdrawn when the cursor leaves the entry. An inserted tool stays,
+  // because the cursor may be needed elsewhere, such as for an X-ray; a click on the picture away from the
+  // entry withdraws it.
   constexpr double k_inserted = 1;  // mm
   const bool has_left = cursor_distance(begin_, input) > k_cursor_left;
   if (state_ == State::held && has_left && (is_click || (!input.is_pressed && tip < k_inserted)))
@@ -92,7 +95,7 @@ std::optional<LineGuide::Pose> LineGuide::follow(std::span<const Line> planned, 
     state_ = State::free, line_length_ = 0, was_standing_ = false;
     return std::nullopt;
   }
-  if (is_release || input.has_stopped) depth_ = std::min(depth_, tip);  // ends the pressure
+  if (is_release || input.has_stopped) depth_ = std::min(depth_, tip);  // the tip is pushed no longer
   const bool is_pushed = input.is_pressed && !input.has_stopped;
   const double pushed =
       std::exchange(pushed_, 0) + (is_pushed ? k_push_speed * std::min(input.seconds, 0.1) : 0);

@@ -17,12 +17,13 @@ namespace trephine::view {
 /// once per frame.
 class LineGuide {
  public:
+  /// A planned trajectory, mm.
   struct Line {
     glm::dvec3 entry_world{0.0}, target_world{0.0};
   };
   struct Input {
-    double length = 0;                                    ///< length that can be inserted, mm; 0: none
-    bool is_drill = false;                                ///< the tool follows planned trajectories only
+    double length = 0;      ///< length that can be inserted, mm; 0: no guide for this tool
+    bool is_drill = false;  ///< the tool follows planned trajectories only
     glm::dvec3 ray_origin{0.0}, ray_direction{0, 0, -1};  ///< of the cursor, world; unit vector
     std::optional<glm::dvec3> surface;                    ///< point where the ray met the bone as scanned
     glm::dvec3 shaft{0, 0, 1};                            ///< direction of the shaft without a guide; unit
@@ -41,13 +42,13 @@ class LineGuide {
   /// Moves a held tool along its line, mm; negative: back. Returns false if no tool is held.
   bool advance(double mm);
   bool is_holding() const noexcept { return state_ != State::free; }
-  /// Depth (mm) of the requested tip below the begin of the line; negative: above.
+  /// Depth (mm) of the requested tip below the start of the line; negative: above.
   double depth() const noexcept { return depth_; }
-  /// Depth (mm) of the tip below the begin of the line while a tool is held; 0 above, and without one.
+  /// Depth (mm) of the tip below the start of the line; 0 if the tip is above the start, or no tool is held.
   double inserted_depth() const noexcept { return state_ == State::free ? 0 : std::max(0.0, tip_); }
-  /// Length (mm) of the planned trajectory on which the tool is; 0 on a line without a plan.
+  /// Length (mm) of the planned trajectory on which the tool is; 0 if the line is not planned.
   double planned_length() const noexcept { return is_planned_ ? line_length_ : 0; }
-  /// The line on which the tool stands or is held, to be drawn; empty without one.
+  /// Returns the line on which the tool stands or is held, to be drawn; empty if there is no line.
   std::vector<glm::dvec3> line() const;
 
  private:
@@ -56,13 +57,13 @@ class LineGuide {
   Pose pose(bool is_pressed, bool is_jump) const;
 
   State state_ = State::free;
-  glm::dvec3 begin_{0.0}, ahead_{0, 0, -1};  ///< of the line; unit
+  glm::dvec3 begin_{0.0}, ahead_{0, 0, -1};  ///< start and direction (unit) of the line
   double depth_ = 0, length_ = 0,
-         line_length_ = 0;   ///< mm; `line_length_`: drawn length of the line, 0: none
+         line_length_ = 0;   ///< mm; `line_length_`: drawn length of the line, 0: no line
   double pushed_ = 0;        ///< mm, by advance() since the last frame
-  double tip_ = 0;           ///< mm, of the tip below the begin
+  double tip_ = 0;           ///< mm, depth of the tip below the start of the line
   bool is_planned_ = false;  ///< the line is a planned trajectory
-  bool is_drill_ = false;    ///< length_ and is_drill_ are those of the last tool
+  bool is_drill_ = false;    ///< `length_` and `is_drill_`: of the tool at the last call
   bool was_pressed_ = false, was_standing_ = false;
 };
 

@@ -18,7 +18,7 @@ void MouseDevice::set(const glm::dvec3& request, const glm::dquat& turn, bool is
     if (!std::isfinite(value)) return;
   sent_.position = request - press, sent_.press = press;
   sent_.turn = turn, sent_.is_pressed = is_pressed;
-  // The point of an earlier jump remains until it is read.
+  // Without a new jump, keep the point of the last jump: the servo may not have read it.
   if (jump) sent_.free = free, ++sent_.jumps;
   shared_.set(sent_);
 }
@@ -32,8 +32,9 @@ bool MouseDevice::read(double t, haptics::Pose& pose) noexcept {
   bool is_jump = false;
   if (const std::optional<Request> newest = shared_.get()) {
     is_jump = newest->jumps != request_.jumps;
-    // A slow display requests few positions: a working tool glides between them.
-    constexpr double k_share = 0.4, k_longest = 0.2;  // of the time between two requests; s
+    // If frames are slow, requested positions are far apart: the time constant of a working tool grows, so
+    // that it moves evenly between them.
+    constexpr double k_share = 0.4, k_longest = 0.2;  // share of the time between two positions; s
     if (newest->position != request_.position) {
       time_constant_ =
           newest->is_pressed ? std::clamp(k_share * (t - moved_at_), k_seconds, k_longest) : k_seconds;

@@ -25,10 +25,10 @@ class MouseDevice final : public haptics::Device {
   bool read(double t, haptics::Pose& pose) noexcept override;
   void write(const haptics::Wrench&) noexcept override {}
 
-  /// Sets the requested position (world, mm), orientation of the tool (unit) and button. Ignores a request
-  /// that is not finite, such as one from a window of size zero. `press_world`: part of the request by which
-  /// the tool is pressed into bone. `jump_world`: the tool is lifted over to this free point, without
-  /// smoothing, instead of moving along a straight line.
+  /// Sets the requested position (world, mm), the orientation of the tool (unit), and the button. Ignores a
+  /// request that is not finite, such as one from a window of size zero. `press_world`: part of the request
+  /// by which the tool is pressed into bone. `jump_world`: the tool is lifted over to this free point,
+  /// without smoothing, instead of moving along a straight line.
   void set(const glm::dvec3& request_world, const glm::dquat& turn, bool is_pressed,
            const std::optional<glm::dvec3>& jump_world = {},
            const glm::dvec3& press_world = glm::dvec3(0.0)) noexcept;
@@ -37,7 +37,8 @@ class MouseDevice final : public haptics::Device {
   void release() noexcept;
   /// True if the last pose that was read had the button pressed.
   bool is_pressed() const noexcept { return is_pressed_read_; }
-  /// Time (s) of the first pose without the button after the last one with it; negative: never pressed.
+  /// Time (s) at which read() returned the first pose without the button after the last press; negative: the
+  /// button was never released.
   double released_at() const noexcept { return released_at_; }
 
  private:
@@ -49,19 +50,19 @@ class MouseDevice final : public haptics::Device {
     std::uint64_t jumps = 0;  ///< number of jumps
     bool is_pressed = false;
   };
-  Request sent_;  ///< the window's
+  Request sent_;  ///< used by the window's thread only
   haptics::Latest<Request> shared_;
   std::atomic<bool> is_pressed_read_{false};
   std::atomic<double> released_at_{-1};
-  // The servo's.
+  // The following members are used by the servo's thread only.
   Request request_;
   glm::dvec3 position_, press_{0.0};
   glm::dquat turn_{1, 0, 0, 0};
-  static constexpr double k_seconds = 0.015;
-  double time_ = 0;                   ///< s of the last read
-  double moved_at_ = 0;               ///< s of the last new position
-  double time_constant_ = k_seconds;  ///< time constant of positions
-  std::optional<glm::dvec3> jump_;    ///< of the last read
+  static constexpr double k_seconds = 0.015;  ///< least time constant of positions
+  double time_ = 0;                           ///< s, time of the last read()
+  double moved_at_ = 0;                       ///< s, time of the last new position
+  double time_constant_ = k_seconds;          ///< s, current time constant of positions
+  std::optional<glm::dvec3> jump_;            ///< point of a jump, until fetch_jump()
 };
 
 }  // namespace trephine::view

@@ -38,14 +38,14 @@ void Notices::visit_shown(double now, const Visit& visit) const {
   bool has_outcome = false;
   double outcome_time = 0;
   for (auto entry = log_.rbegin(); entry != log_.rend() && shown.size() < k_max_shown; ++entry) {
-    if (entry->time > now) continue;  // possible in a replay
+    if (entry->time > now) continue;  // after a replay went back
     if (now - entry->time > k_danger_seconds) break;
     if (entry->time <= dismissed_ && entry->level != EventLevel::danger) continue;
-    if (now - entry->time > seconds_of(entry->level) || entry->level == EventLevel::record) continue;
-    // A later action that succeeded ends an earlier refusal.
+    // A refusal is not shown after a later action that succeeded, even when that outcome is no longer shown.
     if (entry->level == EventLevel::refusal && has_outcome && entry->session_time < outcome_time) continue;
     if (entry->level == EventLevel::outcome && !has_outcome)
       has_outcome = true, outcome_time = entry->session_time;
+    if (now - entry->time > seconds_of(entry->level) || entry->level == EventLevel::record) continue;
     if (std::none_of(shown.begin(), shown.end(), [&](const Entry* s) { return s->text == entry->text; }))
       shown.push_back(&*entry);
   }

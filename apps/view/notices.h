@@ -9,8 +9,8 @@
 
 namespace trephine::view {
 
-/// Messages about events. Times are seconds since the window opened; in a replay, of the session. Not
-/// thread-safe.
+/// Messages about events. Times are in seconds since the window opened; in a replay, since the start of the
+/// session. Not thread-safe.
 class Notices {
  public:
   static constexpr double k_outcome_seconds = 5, k_refusal_seconds = 6, k_danger_seconds = 8;
@@ -24,15 +24,16 @@ class Notices {
   };
 
   void add(Entry entry);
-  /// Ends the display of the outcomes and refusals before `now`, such as those of an undone change. Dangers
-  /// stay for their time.
+  /// Ends the display of the outcomes and refusals that were added until `now`, such as those of an undone
+  /// change. Dangers are still shown for k_danger_seconds.
   void dismiss(double now) noexcept { dismissed_ = now; }
-  /// Returns the newest messages to show at the tool, one per line, newest last. Equal messages are merged.
+  /// Returns the newest messages to show at the tool, at most k_max_shown, one per line, newest last. Equal
+  /// messages are merged.
   std::string shown(double now) const;
-  /// Returns the most urgent level of the messages of shown().
+  /// Returns the most urgent level of the messages of shown(); EventLevel::record if there are no messages.
   workbench::EventLevel shown_level(double now) const;
   const std::deque<Entry>& log() const noexcept { return log_; }
-  /// Returns the number of entries ever added; changes with the log.
+  /// Returns the number of entries added so far, including those that the log no longer keeps.
   std::size_t count() const noexcept { return count_; }
 
  private:

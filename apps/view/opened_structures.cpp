@@ -26,11 +26,12 @@ namespace {
 
 constexpr double k_margin = 12;  // mm around an opening in which structures are meshed
 constexpr int k_halo = 3;        // voxels around a chunk that its surface and normals depend on
-// Level of the surface, of 64; below one half, so that smoothing does not remove a nerve of one voxel.
+// Level of the surface in the smoothed labels, which are 0 to 64. It is below one half, so that smoothing
+// does not remove a nerve of one voxel.
 constexpr double k_level = 27;
-constexpr int k_membrane = 3;          // voxels; a flap strips a membrane of this thickness off a structure
+constexpr int k_membrane = 3;          // voxels; removed structure of at most this depth counts as a membrane
 constexpr double k_normal_voxels = 6;  // radius around a vertex in which labels determine its normal
-constexpr int k_torn_near = 3;         // voxels around a deep cut in which shallow cuts are drawn as well
+constexpr int k_torn_near = 3;         // voxels around a deep cut within which shallow cuts are drawn too
 constexpr double k_two_pi = 6.283185307179586;
 constexpr int k_backing = k_membrane + 1;  // voxels within which a membrane needs intact matter
 
@@ -58,7 +59,7 @@ void for_voxels(const VoxelBox& box, const Each& each) {
 
 }  // namespace
 
-/// All structures as one solid: separate surfaces would coincide where structures touch.
+/// All structures as one solid. Separate surfaces would coincide between structures that touch.
 struct OpenedStructures::Solid {
   Solid(const haptics::TouchScene& touched, const std::vector<int>& labels);
   /// Meshes the structures near changed voxels.
@@ -79,7 +80,7 @@ struct OpenedStructures::Solid {
   bool is_deep(const ivec3& v) const;
   /// Returns true if structures remain beneath a removed voxel, close enough for a membrane.
   bool is_backed(const volume::Version& version, const ivec3& v) const;
-  /// Sets the drawn labels in a box: structures without the cuts that are drawn.
+  /// Sets the drawn labels in a box: 1 in structures, 0 elsewhere and in the cuts that are drawn.
   void cut(const volume::Version& version, const VoxelBox& box);
   /// Smooths the drawn labels in a box, to remove their steps.
   void smooth(const VoxelBox& box);
@@ -89,22 +90,24 @@ struct OpenedStructures::Solid {
     return std::max(k_normal_voxels * std::cbrt(base->frame.voxel_mm3()),
                     1.5 * std::max({spacing.x, spacing.y, spacing.z}));
   }
-  /// Returns the label of the matter just below a point of the surface; nullopt if it is no structure.
+  /// Returns the label of the first structure within two voxels below a point of the surface; nullopt if
+  /// there is no structure.
   std::optional<int> label_below(const dvec3& at, const dvec3& normal) const;
+  /// Sets the colours of the vertices from the labels below the surface.
   void paint(DrawMesh& mesh) const;
-  /// Shades a mesh by the labels within some voxels, and by the shadow of bone alone: the surface of labels
-  /// is terraced.
+  /// Sets the normals of a mesh from the drawn labels within normal_reach(), and its openness from bone
+  /// alone: the surface of the labels is terraced and would shade itself. `light`: the bone.
   void shade(DrawMesh& mesh, const haptics::TouchScene& light, const volume::Version& version) const;
 
   std::shared_ptr<const volume::Volume> base;
   std::size_t shape;  ///< shape number in the picture
   std::vector<int> labels;
-  std::array<bool, 256> is_structure_label{}, is_in_gaps{};  ///< by label value
-  std::vector<dvec3> colours;                                ///< by label value
-  std::shared_ptr<volume::Volume> drawn;
+  std::array<bool, 256> is_structure_label{}, is_in_gaps{};    ///< by label value
+  std::vector<dvec3> colours;                                  ///< by label value
+  std::shared_ptr<volume::Volume> drawn;                       ///< drawn labels; its voxels: smoothed labels
   std::vector<std::shared_ptr<const volume::Occupancy>> bone;  ///< occludes the light
-  std::set<std::tuple<int, int, int>> meshed;                  ///< chunks
-  std::vector<ivec3> around;                                   ///< voxels that a normal depends on
+  std::set<std::tuple<int, int, int>> meshed;                  ///< chunks that mesh() has meshed
+  std::vector<ivec3> around;  ///< offsets of the voxels that a normal depends on
   volume::NetScratch scratch;
 };
 
@@ -144,12 +147,13 @@ bool OpenedStructures::Solid::is_deep(const ivec3& v) const {
 }
 
 bool OpenedStructures::Solid::is_backed(const volume::Version& version, const ivec3& v) const {
-  ivec3 inward(0);  // toward the middle of the structures around
+  ivec3 inward(0);  // toward the middle of the structures around v
   any_in_ball(v, k_backing, [&](const ivec3& near) {
     if (is_structure(near)) inward += near - v;
     return false;
   });
-  // Accept matter within 60 degrees of that direction; the stumps of a cut nerve are sideways.
+  // Only matter within 60 degrees of `inward` counts. The stumps of a cut nerve are to the side and do not
+  // count.
   return any_in_ball(v, k_backing, [&](const ivec3& near) {
     if (!is_structure(near) || !version.is_kept(near)) return false;
     const dvec3 offset(near - v), in(inward);
@@ -261,10 +265,10 @@ std::optional<int> OpenedStructures::Solid::label_below(const dvec3& at, const d
 }
 
 void OpenedStructures::Solid::paint(DrawMesh& mesh) const {
-  // Labels change in steps of a voxel. The shares of the labels around a vertex make their borders smooth;
-  // their cubes keep the borders narrow.
+  // Labels change in steps of a voxel. Mixing the colours by the shares of the labels around a vertex makes
+  // the borders smooth. The third power of the shares keeps the borders narrow.
   struct Near {
-    double right, up;  ///< voxels
+    double right, up;  ///< offset along the surface, voxels
     double weight;
   };
   static const std::vector<Near> k_near = [] {
@@ -300,7 +304,7 @@ void OpenedStructures::Solid::paint(DrawMesh& mesh) const {
 
 void OpenedStructures::Solid::shade(DrawMesh& mesh, const haptics::TouchScene& light,
                                     const volume::Version& version) const {
-  std::fill(mesh.freshness.begin(), mesh.freshness.end(), 0.0f);  // no cut faces: steps would count as such
+  std::fill(mesh.freshness.begin(), mesh.freshness.end(), 0.0f);  // structures have no cut colour
   const double reach = normal_reach();
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const dvec3 at(mesh.vertices[i]), old(mesh.normals[i]);
@@ -310,13 +314,13 @@ void OpenedStructures::Solid::shade(DrawMesh& mesh, const haptics::TouchScene& l
       const ivec3 v = glm::clamp(middle + offset, ivec3(0), base->size - 1);
       if (drawn->labels[drawn->index(v.x, v.y, v.z)] == 0) continue;
       const dvec3 d = base->frame.world_from_volume(dvec3(middle + offset)) - at;
-      // The weight ends smoothly: the set of voxels jumps with the vertex.
+      // The weight falls smoothly to 0, because the set of voxels changes abruptly from vertex to vertex.
       const double weight = std::max(0.0, 1 - glm::dot(d, d) / (reach * reach));
       outward -= weight * weight * d;
     }
     const double length = glm::length(outward);
-    // Near edges and in cuts the surface itself has the better normal.
-    constexpr double k_turned = 0.2;  // cosine
+    // Near edges and in cuts the normal of the mesh is better.
+    constexpr double k_turned = 0.2;  // least cosine between the two normals
     if (length > 1e-9 && glm::dot(outward, old) > k_turned * length)
       mesh.normals[i] = glm::vec3(outward / length);
     mesh.openness[i] = openness_at(light, version, base->frame.volume_from_world(at), dvec3(mesh.normals[i]));
@@ -338,7 +342,7 @@ void OpenedStructures::request_all(const std::shared_ptr<const volume::Version>&
   if (labels_.empty()) return;
   if (are_gaps_waiting_) version_ = version, start();
   if (version->is_uncut()) return;
-  // Chunk by chunk, which is the granularity of requests.
+  // Find the box of the cuts chunk by chunk: structures are meshed in whole chunks.
   const volume::CutLattice& lattice = version->lattice();
   VoxelBox opened{ivec3(0), ivec3(-1)};
   for_voxels({ivec3(0), (scene_->base->size - 1) / volume::k_chunk}, [&](const ivec3& chunk) {

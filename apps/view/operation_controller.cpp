@@ -113,7 +113,7 @@ void OperationController::go_to_stroke(std::size_t strokes) {
 std::string OperationController::fault_text() const {
   const std::uint32_t faults = state_.newest.faults & haptics::k_latched_faults;
   if (faults == 0) {
-    // Name the structure that was entered last; of several, the innermost.
+    // Name the structure that was entered last; of several entered in the same tick, the least deep one.
     const sim::ForbiddenWatch* deepest = nullptr;
     for (const sim::ForbiddenWatch& watch : state_.watches)
       if (watch.is_inside && (deepest == nullptr || watch.entered_tick > deepest->entered_tick ||
@@ -135,8 +135,9 @@ std::string OperationController::fault_text() const {
          (options_.device ? ". Press F to turn it on again." : ". It returns automatically.");
 }
 
-/// Returns the distance of a pushed probe or catheter to its planned target, or its depth without a plan; an
-/// empty text for other tools. The label at the entry states the depth in matter.
+/// Returns a text with the distance of a pushed probe or catheter to its planned target or, without a plan,
+/// with its depth along the line; empty for other tools. This depth may differ from the depth in matter,
+/// which a label of the tool's module shows.
 std::string OperationController::depth_text() const {
   constexpr double k_least = 0.5;  // mm
   if (!is_pressed_ || line_.inserted_depth() < k_least || appearance_of(state_.tool).is_drill) return "";
@@ -192,8 +193,8 @@ void OperationController::change_history(HistoryStep step) {
   send_history_steps();
 }
 
-/// Returns true if the servo has processed the release of the mouse's button, or the button is down. Always
-/// true for a haptic device, which has its own button.
+/// Returns true if the mouse's button is down, or the servo has processed its release. Always true for a
+/// haptic device, which has its own button.
 bool OperationController::is_release_processed() const {
   if (options_.device || is_pressed_) return true;
   return !mouse_.is_pressed() && state_.newest.t >= mouse_.released_at();
@@ -206,7 +207,8 @@ void OperationController::send_history_steps() {
   notices_.dismiss(seconds());
 }
 
-/// Restores the force of a mouse, which has no motors, automatically some time after a fault.
+/// Resets a latched fault of a mouse after half a second. A mouse has no motors, so the user need not confirm
+/// the reset.
 void OperationController::restore_force() {
   if (options_.device) return;
   constexpr double k_wait_seconds = 0.5;
@@ -228,7 +230,7 @@ void OperationController::frame() {
                EventLevel::danger);
   if (!options_.device) follow_cursor();
 
-  // Fetch the state of the other threads: the version, its changed chunks, the newest tick.
+  // Fetch the state of the other threads: the version, its changed voxels, the newest tick.
   state_ = live_.fetch_state();
   if (state_.refused) refused_ = state_.refused->message();
   if (state_.refused) release_handle();
@@ -267,8 +269,9 @@ void OperationController::frame() {
   if (is_cutting && drilling_ms_.size() < k_max_times) drilling_ms_.push_back(static_cast<float>(*ms));
 }
 
-/// Updates the touch of scenery by its screen depth, which is read around the hand after the view turned, or
-/// when the hand leaves the part that was read. A picture in which an object hides the hand is not adopted.
+/// Submits the screen depth of the scenery, by which the hand touches it. The depth around the hand is
+/// requested after the view or the scenery changed, or when the hand leaves the part that was read. A picture
+/// in which an object hides the hand is not submitted.
 void OperationController::touch_scenery() {
   if (scenery_ < 0) return;
   const haptics::ServoRecord& r = state_.newest;
@@ -282,23 +285,23 @@ void OperationController::touch_scenery() {
     hidden_pictures_ += is_hidden;
     constexpr double k_min = 2;  // mm
     if (!is_hidden && depth->edge > k_min) live_.submit_picture(picture, scenery_, depth->at, depth->edge);
-    // A hand that was in the scenery before the picture arrived is moved in front of it.
+    // A hand that was in the scenery before the picture arrived is moved in front of the scenery.
     const double deepest = depth_mm_ + 2 * state_.tool_radius + 4;
     if (!is_hidden && !r.has_contact && behind && *behind > -state_.tool_radius && *behind < deepest) {
       const dvec3 ahead = glm::normalize(proxy - picture.placement.position_world);
       landing_ = proxy - (*behind + state_.tool_radius + 1) * ahead;
     }
   }
-  constexpr double k_edge = 40, k_margin = 8;  // mm: edge of a request; known margin around the hand
+  constexpr double k_edge = 40, k_margin = 8;  // mm: edge of a request; margin of known depth
   const volume::Camera camera = viewport_.camera();
   const haptics::depth::DepthSet* known = nullptr;
   for (const sim::DisplayedDepths& depths : state_.depths)
     if (depths.item == scenery_) known = depths.set.get();
-  if (landing_ && known != nullptr && known->serial != touched_picture_) {
+  if (landing_ && known != nullptr && known->serial != known_depth_serial_) {
     if (!r.has_contact) live_.teleport_tool(version_->base().frame.volume_from_world(*landing_));
     landing_.reset();
   }
-  if (known != nullptr) touched_picture_ = known->serial;
+  if (known != nullptr) known_depth_serial_ = known->serial;
   const haptics::MeshTree* mesh = nullptr;
   if (state_.overlays)
     for (const sim::Overlay& overlay : *state_.overlays)
@@ -314,7 +317,7 @@ void OperationController::touch_scenery() {
     return glm::length(p - glm::clamp(p, mesh->low(), mesh->high())) < k_edge;
   };
   if (mesh == nullptr || (!is_near(hip) && !is_near(proxy))) return;
-  // The depth around this position was requested already, or the known depth contains the hand.
+  // Send no request if the depth around this position was already requested, or is known around the hand.
   const bool is_same_place = glm::length(proxy - requested_at_) < 1;
   if (is_same_view && (is_same_place || (is_known_around(hip) && is_known_around(proxy)))) return;
   requested_camera_ = camera, requested_mesh_ = mesh, requested_at_ = proxy;
@@ -343,7 +346,7 @@ double OperationController::distance_to_bodies(const Ray& ray) const {
 bool OperationController::grasp_handle() {
   const std::optional<dvec3> at = surface_point();
   if (!at || !state_.overlays) return false;
-  double nearest = std::max(4.0, 0.015 * reach_);  // mm; more from a distance
+  double nearest = std::max(4.0, 0.015 * reach_);  // mm; larger if the camera is far away
   for (const sim::Overlay& overlay : *state_.overlays)
     for (const sim::Overlay::Handle& handle : overlay.handles)
       if (const double distance = glm::length(handle.at - *at); distance < nearest)
@@ -351,7 +354,8 @@ bool OperationController::grasp_handle() {
   return has_handle();
 }
 
-/// Moves the grasped handle every third frame, so that the outline follows visibly.
+/// Sends the command that moves the grasped handle to the surface point, at most in every third frame:
+/// between two commands, the outline that depends on the handle is drawn.
 void OperationController::drag_handle() {
   constexpr int k_every = 3;
   const std::optional<dvec3> at = surface_point();
@@ -384,21 +388,23 @@ std::optional<dvec3> OperationController::picked_point() {
 }
 
 /// Returns the depth of a press into the bone under the cursor, at `hit` mm along the ray. The depth is small
-/// while the tool is deeper than that bone: the tool slipped past an edge, and a deep press would pull it to
-/// the other side.
+/// after the tool slid out of sight, and while it is deeper than that bone: it slipped past an edge, and a
+/// deep press would pull it to the other side.
 double OperationController::press_depth(const Ray& ray, double hit) const {
   constexpr double k_slip = 1.5, k_slipped_depth = 0.3;  // mm
   const haptics::ServoRecord& newest = state_.newest;
   const double tool = glm::dot(newest.proxy_world - ray.origin, ray.direction);
-  const bool has_slipped = newest.pose.is_pressed() && newest.has_contact && tool > hit + k_slip;
+  const bool has_slipped =
+      newest.pose.is_pressed() && (is_hidden_ || (newest.has_contact && tool > hit + k_slip));
   return has_slipped ? std::min(k_slipped_depth, depth_mm_) : depth_mm_;
 }
 
 void OperationController::follow_cursor() {
-  // The requested position: on the surface under the cursor, and below it while the button is down.
+  // The requested position is on the surface under the cursor, and below the surface while the button is
+  // down.
   const Ray ray = viewport_.ray_at(x_, y_);
-  // A tool with a foot works through its guide only: without a position for its foot, a press must not move
-  // it.
+  // A tool with a foot works only while its guide holds it: without a position for the foot, a press must not
+  // move the tool.
   const bool is_pressed =
       is_pressed_ && (appearance_of(state_.tool).foot.kind == FootTool::Kind::none || guide_.is_holding());
   if (carry_piece(ray)) return;
@@ -409,23 +415,24 @@ void OperationController::follow_cursor() {
     hit = body, is_soft = false;
   if (wait_outside_clip(ray, hit)) return;
   const double guided_hit = hit;
-  // In a gap the tool rests, and is pressed, on the structure in front of the bone.
+  // In a gap between bones, the tool rests on the structure in front of the bone, and is pressed onto it.
   if (!is_soft)
     if (const std::optional<double> soft = distance_to_forbidden(ray, hit))
       hit = *soft + state_.tool_radius, is_soft = !is_pressed;
-  // A working tool that broke through stops, instead of going to the far side that its hole shows.
+  // A working tool that broke through stops. It must not go to the bone on the far side, which is visible
+  // through its hole.
   constexpr double k_through = 10;  // mm
   if (is_pressed && is_over_bone_ && hit > reach_ + k_through) hit = reach_;
   if (hit >= 0) reach_ = hit;
   is_over_bone_ = hit >= 0;
   const dvec3 previous = std::exchange(under_cursor_, ray.origin + reach_ * ray.direction);
   const double radius = state_.tool_radius;  // height of a round tool's centre above the surface
-  // A ball on a slope touches before its centre is one radius from the bone under the cursor. The rays of the
-  // contact end at voxels: they may be a voxel too short.
+  // A ball on a slope touches before its centre is one radius from the bone under the cursor. The distance to
+  // the contact is computed by rays that end at voxels, so that it may be a voxel too short.
   const volume::Frame& frame = scene_->base->frame;
   const double voxel = std::max({frame.spacing().x, frame.spacing().y, frame.spacing().z});
   const auto contact = [&] { return viewport_.distance_to_contact(*version_, ray, radius, hit); };
-  constexpr double k_rest = 0.3;  // mm, of an idle tool into the bone
+  constexpr double k_rest = 0.3;  // mm by which an idle tool is requested below the surface
   double along = hit < 0      ? std::max(0.0, reach_ - radius - 8)
                  : is_pressed ? hit - radius + depth_mm_
                               : std::min(hit - radius, contact() + 0.7 * voxel) + k_rest;
@@ -442,8 +449,8 @@ void OperationController::follow_cursor() {
   if (!is_soft && !is_pressed && hit >= 0 &&
       clearance_at(ray.origin + along * ray.direction, 0) < k_least_clearance)
     along = distance_above_soft(ray, along);
-  // Over nothing, and on bone in front of which a structure was clipped, an idle tool stays in front of
-  // structures.
+  // If there is no bone under the cursor, or a structure in front of the bone may be clipped, an idle tool
+  // stays in front of structures.
   if (!is_pressed && (hit < 0 || viewport_.clip_plane()) &&
       clearance_at(ray.origin + along * ray.direction, 0) < 0)
     if (const std::optional<double> soft = distance_to_forbidden(ray, hit, Viewport::Clipping::ignored))
@@ -454,13 +461,15 @@ void OperationController::follow_cursor() {
     press = -at_cursor.depth * at_cursor.normal;
     request = under_cursor_ + radius * at_cursor.normal + press;
   }
-  // If the cursor jumps, lift the stylus over instead of dragging it through the bone.
+  // If the cursor jumps, or a forbidden structure is in between, lift the stylus over instead of dragging it
+  // along a straight line.
   constexpr double k_jump_mm = 8;
   std::optional<dvec3> jump;
   if (is_lifted_ || glm::length(under_cursor_ - previous) > k_jump_mm ||
       (!is_pressed && passes_forbidden(request_, request))) {
     double above = hit >= 0 ? std::max(0.0, std::min(along, contact() - 1.5 * frame.diagonal_mm())) : along;
-    // Between a structure and the bone behind it there may be less room.
+    // Between a structure and the bone behind it there may be less room: move the lifted position toward the
+    // requested one until it is outside the structure.
     constexpr double k_step = 0.25;  // mm
     while (!is_pressed && above < along && clearance_at(ray.origin + above * ray.direction, 0) < 0)
       above = std::min(along, above + k_step);

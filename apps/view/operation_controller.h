@@ -23,7 +23,7 @@
 
 namespace trephine::view {
 
-/// Independent of the windowing toolkit: a window calls it at its own rate. Drawing thread only.
+/// Independent of the windowing toolkit: a window calls frame() at its own rate. Drawing thread only.
 class OperationController {
  public:
   /// Borrows scene (that of options.start), recorder and window.
@@ -33,7 +33,8 @@ class OperationController {
 
   /// Requests the first pictures, and starts the servo and the edits.
   Status start();
-  /// Stops the servo and the edits, ends the recording, and returns the report, also when called again.
+  /// Stops the servo and the edits, ends the recording, and returns the report. A later call returns it
+  /// again.
   const WindowReport& finish();
 
   /// Sets the cursor: shares of the picture's width and height from the lower left. No effect while the tip
@@ -41,6 +42,7 @@ class OperationController {
   void set_cursor(double x, double y) {
     if (!is_tip_held_) x_ = x, y_ = y;
   }
+  /// Presses or releases the button of the mouse or the pedal.
   void press(bool is_down) {
     if (is_pressed_ && !is_down) {
       is_lifted_ = true;
@@ -52,13 +54,14 @@ class OperationController {
   bool is_pressed() const noexcept { return is_pressed_; }
   /// Turns the tool about its shaft, in steps of 15 degrees.
   void roll(int steps) { roll_ += steps; }
-  /// Tilts the shaft about the tip toward the right and the upper edge of the picture (degrees), at most 75
-  /// degrees from its untilted direction.
+  /// Tilts the shaft about the tip by these angles (degrees) toward the right and the upper edge of the
+  /// picture. A tilt to more than 75 degrees from the untilted direction has no effect.
   void tilt(double right, double up);
   /// Direction of the shaft before it is tilted: along the normal of the surface under the cursor, toward the
   /// viewer, or fixed.
   enum class ShaftMode : std::uint8_t { surface, viewer, fixed };
-  /// Selects the next hold and resets the tilt. A fixed shaft keeps its current direction.
+  /// Selects the next mode and resets the tilt. ShaftMode::fixed keeps the current direction of the shaft,
+  /// including its tilt.
   ShaftMode select_next_shaft_mode();
   /// Angle (degrees) between the shaft and its untilted direction.
   double tilt_angle() const;
@@ -74,13 +77,13 @@ class OperationController {
     if (!are_shown && shows_clip_volumes_) shown_.reset();
     shows_clip_volumes_ = are_shown;
   }
-  /// Sets the depth of a pressed stylus below the surface, mm; 0.5 to 12.
+  /// Sets the depth of a pressed stylus below the surface, mm; limited to 0.5 to 12.
   void set_depth(double mm);
   double depth() const noexcept { return depth_mm_; }
   /// The instrument in the hand; empty: no instrument.
   const sim::Value& tool() const noexcept { return state_.tool; }
-  /// Replaces the instrument of the hand. If the new one touches with other balls, it replaces the old one
-  /// when their offset fields are built, some seconds later.
+  /// Replaces the instrument of the hand. If the new instrument touches with other balls than the current
+  /// one, it is taken when the offset fields of these balls are built, some seconds later.
   void take_instrument(sim::Value instrument);
   /// True while an instrument waits for its offset fields.
   bool is_changing_instrument() const noexcept { return !requested_tool_.is_empty(); }
@@ -108,13 +111,14 @@ class OperationController {
   /// Returns the visible point of bone, a cut face or a body under the cursor; with a device,
   /// surface_point().
   std::optional<glm::dvec3> picked_point();
-  /// Grasps the handle of an overlay (anchor of an outline, pin of a clamp) nearest to surface_point(), which
-  /// it then follows until release_handle(). Returns false if no handle is within a few millimetres.
+  /// Grasps the handle of an overlay (anchor of an outline, pin of a clamp) that is nearest to
+  /// surface_point(). The handle follows surface_point() until release_handle() or a refused command. Returns
+  /// false if no handle is within a few millimetres.
   bool grasp_handle();
   void release_handle() { dragged_handle_ = {}; }
   bool has_handle() const noexcept { return !dragged_handle_.is_empty(); }
-  /// Undoes or redoes the last change. Right after the button was released, the request is sent only when the
-  /// last ticks of the stroke were processed, since they would cut again.
+  /// Undoes or redoes the last change. After a release of the button, the request is sent only when the servo
+  /// has processed the last ticks of the stroke: otherwise these ticks would cut after the undo.
   void undo() { change_history(HistoryStep::undo); }
   void redo() { change_history(HistoryStep::redo); }
   /// Undoes or redoes to the state with this number of strokes.
@@ -127,7 +131,7 @@ class OperationController {
     return live_.engine().forbidden();
   }
   void reset_faults() { live_.reset_faults(); }
-  /// Shows the reason why an action of the user is not possible at the tool, and logs it.
+  /// Shows, at the tool, the reason why an action of the user is not possible, and logs the reason.
   void show_refusal(const char* reason) { add_notice(reason, workbench::EventLevel::refusal); }
 
   /// Executes one frame: moves the stylus, fetches the state, and draws the picture.
@@ -137,10 +141,11 @@ class OperationController {
   int frames() const noexcept { return report_.frames; }
   /// Number of frames that were not drawn because the picture did not change.
   int frames_skipped() const noexcept { return report_.frames_skipped; }
-  /// Number of depth pictures of the scenery that were not used, since an object hid the hand in them.
+  /// Number of depth pictures of the scenery that were not used because an object hid the hand in them.
   std::uint64_t hidden_pictures() const noexcept { return hidden_pictures_; }
   haptics::ServoReport servo() const { return live_.servo_report(); }
-  /// Latched faults, or the structure that the tool is in, as text with remedies; empty without either.
+  /// Returns a text with the latched faults or else with the forbidden structure that the tool is in, and
+  /// with the remedy; empty if there is neither.
   std::string fault_text() const;
   /// Returns once the reason why the newest command was refused; empty if no command was refused.
   std::string take_refusal() { return std::exchange(refused_, {}); }
@@ -158,12 +163,13 @@ class OperationController {
   bool is_inserted() const noexcept { return line_.inserted_depth() > 0; }
   /// Returns the guide of a tool with a foot.
   const ToolGuide& guide() const noexcept { return guide_; }
-  /// Returns the name and the duration of the job that is computed, such as "cut flap, 3 s so far ...";
-  /// empty: no job, or one that began just now.
+  /// Returns the name and the duration of the job that is computed, such as "cut flap, 3 s so far ..."; empty
+  /// if there is no job, or the job began less than 0.3 s ago.
   std::string job_text() const;
-  /// Returns the messages to show at the tool: a latched fault or the structure that the tool is in, the job,
-  /// and the newest notices.
+  /// Returns the messages to show at the tool: fault_text(), job_text(), the depth of a pushed tool, and the
+  /// newest notices.
   std::string notice_text() const;
+  /// Returns the most urgent level of these messages.
   workbench::EventLevel notice_level() const;
   Viewport& viewport() noexcept { return viewport_; }
   const std::shared_ptr<const volume::Version>& version() const noexcept { return version_; }
@@ -225,7 +231,7 @@ class OperationController {
   double depth_mm_ = 2;
   double reach_ = 300;  ///< last distance of the camera from the surface under the cursor, mm
   int roll_ = 0;        ///< steps of 15 degrees
-  std::shared_ptr<const volume::Version> untouched_;  ///< determines the shaft's direction, despite cuts
+  std::shared_ptr<const volume::Version> untouched_;  ///< scan without cuts, for the shaft's direction
   glm::dvec3 shaft_{0, 0, 1};                         ///< unit, shaft of the mouse's tool before tilting
   glm::dquat tilt_{1, 0, 0, 0};
   std::vector<volume::Field> solids_;  ///< shapes that count as bone
@@ -233,8 +239,8 @@ class OperationController {
   ToolGuide guide_;
   /// A piece that the mouse holds.
   struct Carried {
-    glm::dvec3 from{0.0};          ///< mm, of the hand when it grasped the piece
-    double along = 0, lift = 0;    ///< mm: distance from the viewer when grasped; lift toward the viewer
+    glm::dvec3 from{0.0};          ///< mm, requested position when the piece was grasped
+    double along = 0, lift = 0;    ///< mm: distance of `from` from the viewer; lift toward the viewer
     haptics::Placement hand = {};  ///< the requested pose
     PieceGuard guard;
   };
@@ -243,11 +249,14 @@ class OperationController {
   std::vector<LineGuide::Line> planned_lines_;
   std::optional<StepGuide> steps_;
   std::chrono::steady_clock::time_point guided_at_;
-  bool is_over_bone_ = false;                  ///< the cursor is over bone
-  bool has_drill_stopped_ = false;             ///< the clutch of a perforator released during this press
-  double progress_at_ = 0, progress_mm3_ = 0;  ///< s, mm³: when and where a pressed burr last made progress
-  double visible_at_ = 0;   ///< s, time of the state in which a pressed tool was last visible
-  bool has_click_ = false;  ///< a press since the last frame, however short
+  bool is_over_bone_ = false;       ///< the cursor is over bone
+  bool has_drill_stopped_ = false;  ///< the clutch of a perforator released during this press
+  /// Time (s), and removed volume (mm³), when a pressed burr last made progress.
+  double progress_at_ = 0, progress_mm3_ = 0;
+  double visible_at_ = 0;           ///< s, time of the state in which a pressed tool was last visible
+  bool is_hidden_ = false;          ///< a pressed tool slid behind bone
+  glm::dvec3 hidden_ray_{0, 1, 0};  ///< direction of the cursor's ray at that time
+  bool has_click_ = false;          ///< the button was pressed since the last frame, even if released again
   bool is_tip_held_ = false, is_pressed_ = false, is_finished_ = false, is_started_ = false;
   bool shows_clip_volumes_ = false;
   bool is_face_refused_ = false;     ///< this press on a cut face was refused
@@ -255,11 +264,12 @@ class OperationController {
   volume::Camera requested_camera_;  ///< camera, position and mesh of the last depth request
   glm::dvec3 requested_at_{1e9};
   const haptics::MeshTree* requested_mesh_ = nullptr;
-  std::uint64_t hidden_pictures_ = 0, touched_picture_ = 0;
+  std::uint64_t hidden_pictures_ = 0;     ///< see hidden_pictures()
+  std::uint64_t known_depth_serial_ = 0;  ///< serial of the newest depth of the scenery
   /// Position to which the tool is moved when the next picture is adopted, in front of the scenery that it
   /// was in; mm, world.
   std::optional<glm::dvec3> landing_;
-  glm::dvec3 request_{0.0};                      ///< position in the last frame, mm, world
+  glm::dvec3 request_{0.0};                      ///< requested position in the last frame, mm, world
   glm::dvec3 under_cursor_{0.0};                 ///< point of the surface in the last frame, mm, world
   bool is_lifted_ = true;                        ///< the tool jumps to its next position
   std::optional<std::size_t> requested_stroke_;  ///< number of strokes of the requested state, until reached
@@ -267,14 +277,15 @@ class OperationController {
   std::string refused_;
   Notices notices_;
   std::chrono::steady_clock::time_point started_;
-  std::optional<std::chrono::steady_clock::time_point> fault_since_;  ///< start of a fault; for a mouse
+  /// Time at which the fault of a mouse started, or was last reset; nullopt: no fault.
+  std::optional<std::chrono::steady_clock::time_point> fault_since_;
   sim::Value dragged_handle_;   ///< command that moves the grasped point; empty: no point
   glm::dvec3 dragged_to_{0.0};  ///< last requested position
   int frames_since_drag_ = 0;
-  sim::Value requested_tool_;  ///< instrument that waits for its balls; empty: no instrument
-  int frames_without_job_ = 0;
-  std::string job_;                             ///< name of the job that is computed
-  double job_started_ = 0;                      ///< seconds()
+  sim::Value requested_tool_;   ///< instrument that waits for its offset fields; empty: no instrument
+  int frames_without_job_ = 0;  ///< frames without pending jobs since `requested_tool_` was requested
+  std::string job_;             ///< name of the job that is computed
+  double job_started_ = 0;      ///< s, start of that job as seconds()
   std::shared_ptr<const sim::Overlays> shown_;  ///< overlays in the picture
   std::vector<float> frame_ms_, drilling_ms_;   ///< times of frames, and of frames with a cut
   WindowReport report_;

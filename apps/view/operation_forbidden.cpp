@@ -31,8 +31,8 @@ double OperationController::clearance_at(const dvec3& tip, double expected) cons
   return clearance;
 }
 
-/// Returns the distance (mm) along the ray, at most `along`, at which the tool keeps clear of all forbidden
-/// structures, where no bone holds it.
+/// Returns the largest distance (mm) along the ray, up to `along`, at which an idle tool keeps clear of all
+/// forbidden structures. For rays on which the tool does not rest on bone.
 double OperationController::distance_above_soft(const Ray& ray, double along) const {
   constexpr int k_max_steps = 20;
   for (int i = 0; i < k_max_steps; ++i) {
@@ -45,18 +45,18 @@ double OperationController::distance_above_soft(const Ray& ray, double along) co
 
 /// Returns the distance (mm) along the ray at which a tool that moves along it meets a forbidden structure
 /// before the bone at `hit` (negative: no bone), such as the dural sac between two vertebrae; nullopt if it
-/// meets no structure. A clip plane opens structures too, unless it is ignored.
+/// meets no structure. The search starts at the clip plane, unless the clip plane is ignored.
 std::optional<double> OperationController::distance_to_forbidden(const Ray& ray, double hit,
                                                                  Viewport::Clipping clipping) const {
   constexpr double k_before = 2, k_step = 0.25;  // mm: least distance before the bone, shortest step
-  // A working tool may go to the bone behind an opened structure.
+  // A pressed tool may go through a structure that the clip plane opens, to the bone behind it.
   const auto clip = clipping == Viewport::Clipping::applied ? viewport_.clip_plane() : std::nullopt;
   if (live_.engine().forbidden().empty() || (clip && is_pressed_)) return std::nullopt;
   double begin = 0;
   if (clip)
     if (const double across = glm::dot(ray.direction, clip->normal); std::abs(across) > 1e-9)
       begin = std::max(0.0, glm::dot(clip->at - ray.origin, clip->normal) / across);
-  // The part of the ray in the ball around the scan.
+  // Search only the part of the ray in the ball around the scan.
   const volume::Volume& base = *scene_->base;
   const dvec3 last(base.size - 1);
   const double middle = glm::dot(base.frame.world_from_volume(0.5 * last) - ray.origin, ray.direction),
@@ -81,9 +81,9 @@ bool OperationController::passes_forbidden(const dvec3& from, const dvec3& to) c
   return false;
 }
 
-/// Holds a tool outside the whole anatomy where it would pass hidden matter: over a cut face, which cannot be
-/// worked on, and idle if there are structures between the clip plane and the bone at `hit`. Returns false if
-/// the path is free.
+/// Holds a tool in front of the whole anatomy if it would pass through clipped matter on its way. This is so
+/// if the cursor is over a cut face, which cannot be worked on. For an idle tool, it is also so if there is a
+/// structure between the clip plane and the bone at `hit`. Returns false if the tool is not held.
 bool OperationController::wait_outside_clip(const Ray& ray, double hit) {
   if (!is_pressed_) is_face_refused_ = false;
   // A guided tool is independent of the cursor: a probe or a catheter stays in its track.
@@ -92,7 +92,7 @@ bool OperationController::wait_outside_clip(const Ray& ray, double hit) {
   if (!face && (is_pressed_ || hit < 0 || !distance_to_forbidden(ray, hit))) return false;
   constexpr double k_away = 5;  // mm
   double outer = viewport_.distance_to_solid(*version_, ray, Viewport::Clipping::ignored);
-  if (face && outer < 0) outer = *face;  // a face of soft tissue, without bone on the line of sight
+  if (face && outer < 0) outer = *face;  // the face shows soft tissue, and no bone is on the line of sight
   if (outer < 0 || (!face && outer >= hit)) return false;
   if (face && is_pressed_ && !std::exchange(is_face_refused_, true))
     show_refusal(

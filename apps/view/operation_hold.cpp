@@ -20,7 +20,7 @@ using workbench::seconds_since;
 void OperationController::take_instrument(sim::Value instrument) {
   const sim::InstrumentType* type =
       options_.catalogue ? options_.catalogue->find_instrument(instrument.name()) : nullptr;
-  // Parameters that need no other balls are applied at once.
+  // Parameters that do not change the balls with which the tool touches are applied at once.
   const bool is_same = type != nullptr && !is_changing_instrument() && !state_.tool.is_empty() &&
                        state_.tool.name() == instrument.name() && !needs_other_balls(*type, instrument);
   if (type == nullptr || is_same) return apply(std::move(instrument));
@@ -45,23 +45,25 @@ void OperationController::follow_instrument_change() {
     requested_tool_ = {};
 }
 
-/// Turns the shaft along the normal of the surface; a round tool is tilted so that its cut is visible. The
-/// shaft always points toward the viewer. While the button is pressed, it turns no faster than a wrist.
+/// Turns the shaft along the normal of the surface, or toward the viewer in ShaftMode::viewer. A round tool
+/// is tilted so that its cut is visible. The shaft is at most 63 degrees (1.1 radians) from the direction to
+/// the viewer. While the button is pressed, it turns by at most 0.01 radians per frame.
 void OperationController::follow_surface(const Ray& ray, bool is_over_bone, bool is_soft) {
   const ToolAppearance tool = appearance_of(state_.tool);
   const bool is_kerrison = tool.foot.kind == FootTool::Kind::kerrison;
   if (!is_over_bone && !is_kerrison) return;
   if (shaft_mode_ == ShaftMode::fixed) return;
   std::optional<dvec3> normal = viewport_.mean_surface_normal(*untouched_, ray);
-  // Near an edge the bone has no defined direction: use the mean with the viewing direction.
+  // Near an edge, where a Kerrison works, the surface has no definite normal: use the mean of the normal and
+  // the direction to the viewer.
   if (is_kerrison) normal = glm::normalize(normal.value_or(-ray.direction) - ray.direction);
-  // The bone around a gap does not show how the gap is entered.
+  // A gap is entered along the line of sight: the normal of the bone around it does not give that direction.
   if (is_soft) normal = -ray.direction;
   if (!normal) return;
   dvec3 target = shaft_mode_ == ShaftMode::viewer ? -ray.direction
                  : tool.is_ball                   ? Viewport::shaft_direction(*normal, -ray.direction)
                                                   : *normal;
-  constexpr double k_flattest = 1.1;  // radians between the shaft and the direction to the viewer
+  constexpr double k_flattest = 1.1;  // radians, largest angle from the direction to the viewer
   if (const double slope = std::acos(std::clamp(glm::dot(target, -ray.direction), -1.0, 1.0));
       slope > k_flattest) {
     const dvec3 aside = target - glm::dot(target, ray.direction) * ray.direction;
@@ -78,9 +80,10 @@ void OperationController::follow_surface(const Ray& ray, bool is_over_bone, bool
   if (angle > 1e-6) shaft_ = glm::normalize(shaft_ + std::min(1.0, k_max / angle) * (target - shaft_));
 }
 
-/// Returns the index of the body that the hand holds, or touches; -1 for none.
+/// Returns the index of the body that the hand holds or else touches; -1 if there is no such body.
 int OperationController::body_at_hand() const {
-  const int count = state_.overlays ? static_cast<int>(state_.bodies.size()) : 0;  // the first overlays
+  // The overlays of bodies come first, in the order of `bodies`.
+  const int count = state_.overlays ? static_cast<int>(state_.bodies.size()) : 0;
   for (int i = 0; i < count; ++i)
     if ((*state_.overlays)[static_cast<std::size_t>(i)].holder == 0) return i;
   const int touched = state_.newest.shape - haptics::item_count(*scene_);  // bodies follow the scene's items
@@ -103,15 +106,17 @@ bool OperationController::put_piece_back() {
   const int body = body_at_hand();
   if (body < 0 || !(*state_.overlays)[static_cast<std::size_t>(body)].is_detached) return false;
   if ((*state_.overlays)[static_cast<std::size_t>(body)].holder == 0) apply(sim::ReleaseBody());
-  // The surface of a piece is in the frame in which it was detached.
+  // The surface of a piece is stored in the world coordinates at which it was detached: the identity pose
+  // puts it back.
   apply(sim::PlaceBody{state_.bodies[static_cast<std::size_t>(body)], dvec3(0), {1, 0, 0, 0}});
   add_notice("The piece goes back to its place.");
   return true;
 }
 
-/// Moves a held piece parallel to the picture, in the orientation of the hand. It is lifted toward the viewer
-/// as far as it is moved, out of its place and over the bone around it, and stops at bone and forbidden
-/// structures. Returns false if the hand holds no piece.
+/// Moves a held piece parallel to the picture, in the orientation of the hand. The piece is also lifted
+/// toward the viewer, by the largest distance so far from where it was grasped, at most 20 mm. It thus leaves
+/// its gap and passes over the surrounding bone. It stops at bone and forbidden structures. Returns false if
+/// the hand holds no piece.
 bool OperationController::carry_piece(const Ray& ray) {
   const sim::Overlay* held = nullptr;
   if (state_.overlays)
@@ -125,7 +130,7 @@ bool OperationController::carry_piece(const Ray& ray) {
     carried_ = Carried{request_, glm::dot(request_ - ray.origin, ray.direction), 0,
                        haptics::placement_of(state_.newest.pose), PieceGuard(*held->surface, held->grip)};
   const bool is_in_picture = x_ >= 0 && x_ <= 1 && y_ >= 0 && y_ <= 1;
-  if (!is_in_picture) return true;  // it stays where it is
+  if (!is_in_picture) return true;  // the piece keeps its pose
   constexpr double k_highest = 20;  // mm
   const dvec3 aside = ray.origin + carried_->along * ray.direction;
   carried_->lift = std::max(carried_->lift, std::min(k_highest, glm::distance(aside, carried_->from)));
@@ -134,7 +139,7 @@ bool OperationController::carry_piece(const Ray& ray) {
     return is_bone(at) || std::any_of(live_.engine().forbidden().begin(), live_.engine().forbidden().end(),
                                       [&](const auto& structure) { return structure->contains(at); });
   };
-  // Up first: in its gap a piece has no room to the side.
+  // Lift the piece first: in its gap it has no room to the side.
   const double up = -glm::dot(target.position_world - carried_->hand.position_world, ray.direction);
   if (up > 0) {
     const haptics::Placement above{carried_->hand.position_world - up * ray.direction, target.rotation};
@@ -159,12 +164,12 @@ std::function<bool(const dvec3&)> OperationController::bone_in(const volume::Ver
 }
 
 /// Returns the depth of a press at the bone under the cursor, and the outward direction; the tool is pressed
-/// in the opposite direction. The outward direction is that to the viewer. On a slope it is tilted toward the
-/// normal of the uncut surface, until the tool rests within 0.5 mm of the cursor. On an edge the depth is
-/// smaller, since a deep press would pull the tool around it.
+/// in the opposite direction. The outward direction is the direction to the viewer. On a slope, it is tilted
+/// toward the normal of the uncut surface, until the tool rests within 0.5 mm of the cursor. On an edge of
+/// bone the depth is smaller, because a deep press would pull the tool around the edge.
 OperationController::Press OperationController::press_at(const Ray& ray, double hit) const {
   const double depth = press_depth(ray, hit);
-  // The bone around the point: it lies on the other side of the surface.
+  // Sum of the offsets of the uncut bone around the point: it points into the bone.
   constexpr double k_reach = 2.5, k_step = 0.5;  // mm
   const dvec3 at = ray.origin + hit * ray.direction;
   dvec3 bone(0);
@@ -182,17 +187,17 @@ OperationController::Press OperationController::press_at(const Ray& ray, double 
                         [&](const volume::Field& solid) { return solid.value(p) >= 0; }))
           bone += offset, ++solid_count;
       }
-  // Within a hole, the uncut surface has no direction.
-  constexpr double k_least = 0.2;
+  // In the middle of uncut bone, as in a drilled hole, the sum is small and gives no normal.
+  constexpr double k_least = 0.2;  // share of the length for a half-space
   if (glm::length(bone) < k_least * size) return {-ray.direction, depth};
   const dvec3 normal = -glm::normalize(bone);
   const double slope = glm::dot(normal, -ray.direction);
-  // Deep in a hole the nearest uncut surface is that on the other side of the bone.
+  // Deep in a hole, the nearest uncut surface may be the one on the far side of the bone.
   if (slope < 0) return {-ray.direction, depth};
-  // Bone fills half of a ball on a flat surface, and less of a ball on an edge.
-  constexpr double k_edge = 0.4, k_edge_depth = 1.5;  // share of the ball; mm
+  // Bone fills half of a ball around a point of a flat surface, and less of a ball around a point of an edge.
+  constexpr double k_edge = 0.4, k_edge_depth = 1.5;  // share of the ball; mm, largest depth on an edge
   const double pressed = solid_count < k_edge * all ? std::min(depth, k_edge_depth) : depth;
-  constexpr double k_aside = 0.5;  // mm, of the resting tool from the cursor
+  constexpr double k_aside = 0.5;  // mm, largest offset of the resting tool from the cursor
   const double sine = std::min(1.0, k_aside / pressed);
   const dvec3 aside = -ray.direction - slope * normal;
   if (glm::length(aside) <= sine) return {-ray.direction, pressed};
@@ -225,14 +230,14 @@ OperationController::ShaftMode OperationController::select_next_shaft_mode() {
 void OperationController::move_tip(double right, double up) {
   const volume::Camera camera = viewport_.camera();
   const double height =
-      camera.height * reach_ / std::max(1.0, camera.distance);  // of the picture at the tip, mm
+      camera.height * reach_ / std::max(1.0, camera.distance);  // height of the picture at the tip, mm
   const double width = height * camera.columns / camera.rows;
   x_ = std::clamp(x_ + right / width, 0.0, 1.0);
   y_ = std::clamp(y_ + up / height, 0.0, 1.0);
 }
 
-/// Returns the point where the ray meets bone; if the ray passes an edge of bone, a nearby point of the
-/// edge's surface.
+/// Returns the point where the ray meets bone. If the ray passes an edge of bone within 4 mm, returns a point
+/// on the bone at that edge.
 std::optional<dvec3> OperationController::bone_near(const Ray& ray, double hit) {
   constexpr int k_rays = 8;
   constexpr double k_around = 4, k_behind = 5;  // mm
@@ -258,7 +263,7 @@ glm::dquat OperationController::turn_along(const dvec3& shaft) const {
   return glm::dquat(up, shaft) * glm::angleAxis(k_roll * roll_, up);
 }
 
-/// True if a new event has this name.
+/// True if an event of the newest state has this name.
 bool OperationController::has_event(std::string_view name) const {
   return std::any_of(state_.events.begin(), state_.events.end(),
                      [name](const sim::Event& event) { return event.value.name() == name; });
@@ -319,9 +324,13 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   return true;
 }
 
-/// Shows a message if a pressed tool works behind bone, where the user cannot see it.
+/// Stops the press of a tool that slid behind bone, where the user cannot see it, and shows a message. The
+/// press continues when the button is pressed again, or when the cursor moves.
 void OperationController::watch_sight(const Ray& ray, bool is_pressed) {
-  constexpr double k_seconds = 1, k_cover = 1;  // s; mm of bone in front of a hidden tool, at least
+  constexpr double k_seconds = 0.2, k_cover = 1;  // s; mm, least thickness of bone in front of a hidden tool
+  constexpr double k_moved = 1;                   // mm, of the cursor at the distance of the bone
+  if (is_hidden_ && (!is_pressed || reach_ * glm::distance(ray.direction, hidden_ray_) > k_moved))
+    is_hidden_ = false, visible_at_ = state_.newest.t;
   const dvec3 sight = state_.newest.proxy_world - ray.origin;
   const double distance = glm::length(sight);
   const double bone = is_pressed && distance > 0
@@ -329,12 +338,12 @@ void OperationController::watch_sight(const Ray& ray, bool is_pressed) {
                           : -1;
   const bool is_visible = bone < 0 || bone > distance - state_.tool_radius - k_cover;
   if (is_visible) visible_at_ = state_.newest.t;
-  if (state_.newest.t - visible_at_ < k_seconds) return;
-  visible_at_ = 1e9;  // once, until it is visible again
-  show_refusal("The tool works behind bone, out of sight. Release the button, or turn the picture.");
+  if (is_hidden_ || state_.newest.t - visible_at_ < k_seconds) return;
+  is_hidden_ = true, hidden_ray_ = ray.direction;
+  show_refusal("The tool slid behind bone, out of sight, and stopped. Move the cursor, or turn the picture.");
 }
 
-/// Shows a message if a pressed burr removes hardly any bone: below a pressure it rubs and does not cut.
+/// Shows a message if a pressed burr removes hardly any bone: below a certain force it rubs and does not cut.
 void OperationController::watch_progress(bool is_pressed) {
   constexpr double k_seconds = 2, k_least = 0.5;  // s; mm³ in this time
   const haptics::ServoRecord& newest = state_.newest;
@@ -345,7 +354,7 @@ void OperationController::watch_progress(bool is_pressed) {
     return;
   }
   if (newest.t - progress_at_ < k_seconds) return;
-  progress_at_ = 1e9;  // once, until the burr makes progress again
+  progress_at_ = 1e9;  // no second message until the burr made progress again
   show_refusal(workbench::format_text("The burr rubs and hardly cuts at %.1f N. %s",
                                       glm::length(newest.force_world),
                                       options_.device ? "Press harder." : "Raise Press with PgDn.")

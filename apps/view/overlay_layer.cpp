@@ -170,7 +170,7 @@ struct OverlayLayer::Parts {
     bool is_shown = false;
   };
   std::map<const haptics::MeshTree*, Surface> surfaces;
-  /// Other actors; recreated each time, because they are few.
+  /// Other actors; each show() creates them again, because they are few.
   std::vector<vtkSmartPointer<vtkProp>> others;
   LabelLayer labels;
 };

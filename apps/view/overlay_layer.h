@@ -12,7 +12,8 @@ class vtkRenderer;
 
 namespace trephine::view {
 
-/// Draws overlays in a renderer. Drawing thread only. A surface is prepared once, also if it moves.
+/// Draws overlays in a renderer. Drawing thread only. The actor of a surface is created once, even if the
+/// surface moves.
 class OverlayLayer {
  public:
   /// `letters`: renderer of the labels; null: `renderer`.
@@ -33,7 +34,7 @@ class OverlayLayer {
   void show(std::span<const sim::Overlay> overlays, std::span<const haptics::Placement> hands);
   /// Number of drawn objects: surfaces, sets of lines, skins, handles and labels.
   std::size_t size() const noexcept;
-  /// Labels of the overlays; call lay_out() before each frame.
+  /// Labels of the overlays. Call LabelLayer::lay_out() before each frame.
   LabelLayer& labels() noexcept;
 
  private:

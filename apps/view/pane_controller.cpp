@@ -66,7 +66,7 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
       const bool has_changed = !old_section || old_section->at != section->at ||
                                old_section->normal != section->normal ||
                                old_section->is_clipping != section->is_clipping;
-      // Skip the initial empty settings.
+      // Skip the default section of an operation in which no section was set.
       if (!has_changed || (is_first && section->normal == dvec3(0, 0, 1) && section->at == dvec3(0)))
         continue;
       panes_.turn_section(section->normal);
@@ -81,7 +81,7 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
       shots_ = arm->shots;
       if (arm->shots > 0) {
         char text[80];
-        // Show the time, since a live exposure has no number of images.
+        // Show the time instead of the number of images, because live X-rays have no such number.
         std::snprintf(text, sizeof text, "   X-ray %.1f s, %.0f mGy cm\u00b2", arm->seconds,
                       arm->area_product);
         panes_.set_xray_note(text);
@@ -91,7 +91,7 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
   followed_.assign(settings.begin(), settings.end());
 }
 
-/// Shows the tool, as steel, in X-rays at the position at which it is drawn.
+/// Shows the tool in X-rays, as steel, at its position in the 3-D view.
 void PaneController::show_tool_in_xrays(const PaneInput& input) {
   const sim::Value tool = input.tool != nullptr && input.is_tool_there ? *input.tool : sim::Value();
   if (!(tool == shadow_of_)) {
@@ -137,9 +137,10 @@ void PaneController::rest(std::span<const std::shared_ptr<const sim::Value>> set
       confirm_live_shots(arm->shots);
 }
 
-/// Counts reported live exposures, which have their images already, among the shots of the operation.
+/// Adds reported live exposures that the operation has executed to the known shots. Their images were shown
+/// live, so these shots need no image.
 void PaneController::confirm_live_shots(std::int64_t shots) {
-  // A replay takes no images while it rests, and undone shots are not repeated.
+  // In a replay, and after an undo, adopt the number of shots without images.
   if (!shots_ || !apply || shots < *shots_) shots_ = shots;
   for (; *shots_ < shots && unconfirmed_shots_ > 0; ++*shots_) --unconfirmed_shots_;
 }
@@ -171,7 +172,7 @@ void PaneController::shoot() {
   if (!panes_.is_hounsfield()) return panes_.shoot();  // shows the reason
   place_arm();
   if (apply)
-    apply(fluoroscopy::Shoot());  // follow() takes the image when the command was executed
+    apply(fluoroscopy::Shoot());  // follow() takes the image after the command is executed
   else
     panes_.shoot();
 }

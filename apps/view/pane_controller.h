@@ -1,5 +1,5 @@
 // PaneController: makes panes follow the settings of an operation or a replay (focus, pose of the C-arm,
-// shots), and passes the user's actions to it.
+// shots), and sends the user's actions to the operation.
 #pragma once
 
 #include <functional>
@@ -20,7 +20,7 @@ struct PaneInput {
   bool is_changed = false;                                      ///< matter changed since the last frame
   const sim::Overlays* overlays = nullptr;                      ///< null: no overlays
   std::shared_ptr<const volume::SurgicalPlan> plan;             ///< null: no plan
-  std::span<const std::shared_ptr<const sim::Value>> settings;  ///< of modules
+  std::span<const std::shared_ptr<const sim::Value>> settings;  ///< settings of modules
   std::span<const std::shared_ptr<const sim::Forbidden>> forbidden;
   const haptics::ServoRecord& newest;
   double touch_radius = 0;    ///< mm, of the ball with which the tool touches; 0: a point
@@ -47,18 +47,19 @@ class PaneController {
   bool frame(const PaneInput& input);
   /// Replaces frame() while no pane is visible and no shot is due: ends live X-rays.
   void rest(std::span<const std::shared_ptr<const sim::Value>> settings);
-  /// True if the operation made a shot whose image was not requested. A replay has none.
+  /// True if the operation has executed a shot whose image is not taken yet. False in a replay.
   bool is_shot_due(std::span<const std::shared_ptr<const sim::Value>> settings) const;
 
-  /// Makes the focus follow the contact point while the tool touches.
+  /// True: the focus follows the contact point while the tool touches, or the tip of an inserted tool.
   bool follows_tool = true;
   /// Tip of the tool and a point up its shaft; null if unknown.
   const std::array<glm::dvec3, 2>* tool() const noexcept { return tool_ ? &*tool_ : nullptr; }
 
-  // The C-arm. Does not expose a scan without Hounsfield units.
+  // C-arm. Without Hounsfield units, the X-ray pane shows the reason why there is no image.
   void set_preset(std::size_t preset);
   void shoot();
-  /// Switches live X-rays. Reports each live second as one shot of `k_pulses` pulses of `k_pulse`.
+  /// Switches live X-rays on or off. Reports each live second as one shot of `k_pulses` pulses of `k_pulse`
+  /// s.
   void set_live(bool is_live);
   static constexpr double k_pulses = 15, k_pulse = 0.008;  ///< pulses per second; duration of a pulse, s
 
@@ -77,14 +78,15 @@ class PaneController {
   void report_exposure();
 
   sim::Value shadow_of_;                             ///< instrument of `shadow_`
-  std::shared_ptr<const haptics::MeshTree> shadow_;  ///< surface of the instrument; null: none
+  std::shared_ptr<const haptics::MeshTree> shadow_;  ///< surface of the instrument; null: no instrument
   imaging::Panes panes_;
   std::optional<std::array<glm::dvec3, 2>> tool_;
   std::vector<std::shared_ptr<const sim::Value>> followed_;  ///< settings of the last frame
-  std::optional<std::int64_t> shots_;  ///< shots of the last frame; nullopt before the first frame
-  bool is_placed_ = false;             ///< the operation has the pose of the C-arm
-  int unconfirmed_shots_ = 0;          ///< live exposures that were reported but not confirmed yet
-  double exposed_ = 0;                 ///< duration of live X-rays not yet reported, s
+  /// Known shots of the operation: each further shot needs an image. nullopt before the first frame.
+  std::optional<std::int64_t> shots_;
+  bool is_placed_ = false;     ///< the pose of the C-arm was sent to the operation, or set by it
+  int unconfirmed_shots_ = 0;  ///< live exposures that were reported but not confirmed yet
+  double exposed_ = 0;         ///< duration of live X-rays not yet reported, s
   std::optional<Clip> clip_;
 };
 

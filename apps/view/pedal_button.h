@@ -20,8 +20,8 @@ class PedalButton {
     if (pedal_) pedal_->close();
     pedal_.reset();
   }
-  /// Returns the state of the button if it changed since the last call. A pedal that does not respond is
-  /// released and closed.
+  /// Returns the state of the button if it changed since the last call. `t`: time, s. A pedal that does not
+  /// respond is closed, and its button counts as released.
   std::optional<bool> change(double t) {
     if (!pedal_) return std::nullopt;
     haptics::Pose pose;

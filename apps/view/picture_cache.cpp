@@ -12,7 +12,7 @@ namespace trephine::view {
 
 namespace {
 
-/// Internal format of the depth buffer that is drawn into; 0 if unknown.
+/// Returns the internal format of the depth buffer of the current draw framebuffer; 0 if unknown.
 int current_depth_format() {
   GLint type = 0, name = 0, format = 0;
   glGetFramebufferAttachmentParameteriv(GL_DRAW_FRAMEBUFFER, GL_DEPTH_ATTACHMENT,

@@ -8,8 +8,9 @@ class vtkRenderWindow;
 
 namespace trephine::view {
 
-/// One colour and one depth image of the size and format of the current draw framebuffer. All calls require a
-/// current GL context, inside a render; never multisampled.
+/// One colour and one depth image with the size and depth format of the draw framebuffer, which must not be
+/// multisampled. Call save(), restore() and blend() while VTK renders; they and release() require a current
+/// GL context.
 class PictureCache {
  public:
   PictureCache();
@@ -17,13 +18,15 @@ class PictureCache {
   PictureCache(const PictureCache&) = delete;
   PictureCache& operator=(const PictureCache&) = delete;
 
-  /// Copies the framebuffer. Returns false if this GL cannot (the formats differ): then redraw everything.
+  /// Copies the draw framebuffer. Returns false if OpenGL cannot copy its format; the caller then draws
+  /// everything again in each frame.
   bool save(int width, int height);
-  /// Copies colour and depth back to the framebuffer.
+  /// Copies colour and depth back to the draw framebuffer. No effect if is_filled() is false.
   void restore() const;
-  /// Draws the picture over the framebuffer where it is nearer than that, with an opacity from 0 to 1.
+  /// Draws the picture over the framebuffer, with an opacity from 0 to 1, where the picture is nearer.
   void blend(vtkRenderWindow* window, double opacity);
   bool is_filled() const noexcept { return is_filled_; }
+  /// Marks the picture as outdated: is_filled() returns false until the next save().
   void forget() noexcept { is_filled_ = false; }
   /// Frees the GL resources; the context must still exist.
   void release();

@@ -94,7 +94,7 @@ void PictureText::update() {
   show_scale();
 }
 
-/// Sets the letters at the picture's edges, as on slices.
+/// Sets the letters at the picture's edges to the patient's directions, as on slices.
 void PictureText::show_directions() {
   double right[3], up[3], out[3];
   vtkCamera* camera = renderer_->GetActiveCamera();
@@ -108,11 +108,11 @@ void PictureText::show_directions() {
         imaging::direction_letters(i % 2 == 0 ? directions[i / 2] : -directions[i / 2]).c_str());
 }
 
-/// Draws the scale bar in the lower right; it is valid at the focal point.
+/// Draws the scale bar in the lower right. Its length is valid at the depth of the camera's focal point.
 void PictureText::show_scale() {
   const int* size = renderer_->GetSize();
   vtkCamera* camera = renderer_->GetActiveCamera();
-  constexpr double k_half_degree = 3.14159265358979 / 360, k_share = 0.16;  // largest share of the width
+  constexpr double k_half_degree = 3.14159265358979 / 360, k_share = 0.16;  // of the picture's width
   const double pixel =
       2 * camera->GetDistance() * std::tan(camera->GetViewAngle() * k_half_degree) / std::max(1, size[1]);
   const int mm = imaging::bar_length(k_share * size[0] * pixel);

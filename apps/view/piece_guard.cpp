@@ -48,7 +48,7 @@ dvec3 PieceGuard::normal(const Placement& hand, const Obstacle& is_obstacle) con
 }
 
 Placement PieceGuard::move(const Placement& from, const Placement& to, const Obstacle& is_obstacle) {
-  constexpr double k_step = 1, k_longest = 30, k_least = 0.02;  // mm
+  constexpr double k_step = 1, k_longest = 30, k_least = 0.02;  // mm: step, longest and shortest motion
   constexpr int k_slides = 4, k_halvings = 5;
   contacts_ = 0;
   dvec3 rest = to.position_world - from.position_world;
@@ -84,7 +84,7 @@ Placement PieceGuard::move(const Placement& from, const Placement& to, const Obs
     const double inward = glm::dot(rest, out);
     if (out == dvec3(0) || inward >= 0) break;
     rest -= inward * out;
-    // Away from the surface, on which the next step would end again.
+    // Move the piece off the surface: otherwise the next step would end there again.
     constexpr double k_off = 0.05;  // mm
     if (const Placement off{pose.position_world + k_off * out, pose.rotation}; fits(off, is_obstacle))
       pose = off;

@@ -10,8 +10,8 @@
 
 namespace trephine::view {
 
-/// A mouse has no force that stops a hand. The piece is represented by samples of its vertices, so parts of
-/// the anatomy that are thinner than the distance of two samples may enter it.
+/// A mouse has no force that stops the hand, so the guard stops the piece. Samples of its vertices represent
+/// the piece: a part of the anatomy that fits between two samples may enter it.
 class PieceGuard {
  public:
   /// Returns true if a point (world, mm) is in matter that stops the piece.
@@ -21,8 +21,8 @@ class PieceGuard {
   PieceGuard(const haptics::MeshTree& surface, const haptics::Placement& grip);
 
   /// Returns the pose that the hand reaches on its way to `to`, at most 30 mm per call. A sample that is in
-  /// an obstacle at `from`, as in the gap of a kerf, does not stop the piece. The piece turns only where
-  /// there is room.
+  /// an obstacle at `from`, as in the gap of a kerf, does not stop the piece. The piece turns at the start of
+  /// the motion, and only if it fits there.
   haptics::Placement move(const haptics::Placement& from, const haptics::Placement& to,
                           const Obstacle& is_obstacle);
   /// Number of samples that stopped the last move.
@@ -34,7 +34,7 @@ class PieceGuard {
 
   std::vector<glm::dvec3> samples_;    ///< mm, in the frame of the hand
   std::vector<bool> is_free_;          ///< per sample: outside obstacles at the start of a move
-  std::vector<std::size_t> stopping_;  ///< samples that met an obstacle at the last position
+  std::vector<std::size_t> stopping_;  ///< samples in an obstacle at the pose of the last fits()
   std::size_t contacts_ = 0;
 };
 

@@ -17,11 +17,11 @@ namespace trephine::view {
 class PositionMarking {
  public:
   struct Request {
-    std::string title;  ///< "Ruler"
-    std::size_t least = 1, most = std::numeric_limits<std::size_t>::max();
-    /// Quantity shown while the positions are marked: length of the line; the same with the word
-    /// "straight", for commands that measure along a surface; length of the closed line; or angle at the
-    /// second position.
+    std::string title;  ///< for the prompt, such as "Ruler"
+    std::size_t least = 1, most = std::numeric_limits<std::size_t>::max();  ///< numbers of positions
+    /// Quantity that is shown while the positions are marked. `length`: length of the line. `straight`:
+    /// length of the line with the word "straight", for commands that measure along a surface. `outline`:
+    /// length of the closed line. `angle`: angle at the second position.
     enum class Quantity { length, straight, outline, angle } quantity = Quantity::length;
   };
   using Positions = std::vector<glm::dvec3>;  ///< world, mm
@@ -29,7 +29,7 @@ class PositionMarking {
   /// Starts again with no positions. `done`: called with the positions when there are `most`, or by finish().
   void begin(Request request, std::function<void(const Positions&)> done);
   bool is_active() const noexcept { return done_ != nullptr; }
-  /// Marks a position. Has no effect if it is that of the last one.
+  /// Marks a position. Has no effect within 0.05 mm of the previous position.
   void add(const glm::dvec3& at);
   /// Removes the last position; without positions, cancels the marking.
   void remove_last();
@@ -39,7 +39,7 @@ class PositionMarking {
   const Positions& positions() const noexcept { return positions_; }
   /// Returns a prompt for the next action of the user; empty if there is no marking.
   std::string prompt() const;
-  /// Returns the marked positions, and the line between them and on to `next`, with its quantity.
+  /// Returns the marked positions, the line through them and on to `next`, and the quantity of this line.
   sim::Overlays overlays(const std::optional<glm::dvec3>& next) const;
 
  private:

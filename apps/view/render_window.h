@@ -12,9 +12,9 @@ class vtkRenderer;
 
 namespace trephine::view {
 
-/// True if there is an X display to open a window on.
+/// True if the environment variable DISPLAY names an X display. Does not connect to it.
 bool has_display();
-/// Error for a window without a display.
+/// Returns the error of a window that needs a display if there is no display.
 Error no_display();
 
 /// Owns an OpenGL context and a VTK window that draws into it. One thread.

@@ -60,7 +60,8 @@ void ReplayController::update_force_parts() {
   auto parts = replay_->force_parts(next - 1, hand());
   force_parts_.reset();
   if (parts) force_parts_ = std::move(parts).value();
-  (void)replay_->seek(next);  // after all hands of the tick; it was there before
+  // Replay the other hands of the tick. The replay was at `next` before, so this does not fail.
+  (void)replay_->seek(next);
   shown_.reset();
 }
 
@@ -77,7 +78,7 @@ Status ReplayController::frame(double elapsed) {
   has_changed_ = changed.low.x <= changed.high.x;
   viewport_.request(version, changed);
   const glm::dvec3 viewer = -viewport_.ray_at(0.5, 0.5).direction;
-  // Show the tool of that tick.
+  // Show the tool of the current tick.
   viewport_.set_contact_tool(*replay_->engine().tool(static_cast<std::size_t>(hand())).scene->tool);
   if (replay_->next_tick() == 0)
     viewport_.view().show(StylusState{.is_visible = false});
@@ -87,7 +88,7 @@ Status ReplayController::frame(double elapsed) {
         appearance_of(replay_->engine().now().settings.hands[static_cast<std::size_t>(hand())].parameters),
         *version, viewer);
   update_force_parts();
-  if (shown_ != replay_->next_tick()) {  // the engine's overlays include the poses of held bodies
+  if (shown_ != replay_->next_tick()) {  // the engine's overlays are already at the poses of held bodies
     sim::Overlays overlays = replay_->engine().overlays();
     for (sim::Overlay& overlay : overlays) overlay.holder = -1;
     if (shows_clip_volumes_)

@@ -1,4 +1,4 @@
-// ReplayController: plays a recorded session in a picture: at any speed, paused, or at any moment.
+// ReplayController: plays a recorded session in a picture, with a speed, a pause and jumps to any time.
 #pragma once
 
 #include <memory>
@@ -14,14 +14,15 @@ namespace trephine::view {
 /// Independent of the windowing toolkit. Drawing thread only. Borrows scene, replay and window.
 class ReplayController {
  public:
-  /// `rate_hz`, `seconds`: rate and duration of the session. `summary`: its active hands and marks.
+  /// `rate_hz`, `seconds`: rate and duration of the session. `summary`: active hands and marks of the
+  /// session.
   ReplayController(const haptics::TouchScene& scene, sim::Replay& replay, double rate_hz, double seconds,
                    workbench::SessionSummary summary, vtkRenderWindow* window);
 
   void start();
   void play(bool is_playing) { is_playing_ = is_playing; }
   bool is_playing() const noexcept { return is_playing_; }
-  /// Sets the speed relative to real time; 0.1 to 100.
+  /// Sets the speed relative to real time; limited to 0.1 to 100.
   void set_speed(double speed);
   double speed() const noexcept { return speed_; }
   Status seek(double seconds);
@@ -32,13 +33,15 @@ class ReplayController {
   Status frame(double elapsed);
   /// True if matter changed in the newest frame.
   bool has_changed() const noexcept { return has_changed_; }
-  /// Returns the newest tick of the active hand.
+  /// Returns the record of the shown tick of the active hand.
   const haptics::ServoRecord& record() const noexcept { return replay_->record(hand()); }
   /// Steps of the session's procedure; null without a procedure.
   const StepGuide* steps() const noexcept { return steps_ ? &*steps_ : nullptr; }
-  /// Computes the parts of the force of the shown tick while the replay is paused, and draws them.
+  /// Sets whether the parts of the force of the shown tick are computed and drawn. They are computed only
+  /// while the replay is paused.
   void explain_force(bool is_explained);
-  /// Parts of the force of the shown tick; empty while the replay plays, or without explain_force().
+  /// Parts of the force of the shown tick; nullopt while the replay plays, before the first tick, or if
+  /// explain_force() is off.
   const std::optional<haptics::ForceParts>& force_parts() const noexcept { return force_parts_; }
   /// Scene of the hand in the shown tick.
   std::shared_ptr<const haptics::TouchScene> touch_scene() const { return replay_->servo_hand()->scene; }
@@ -62,12 +65,12 @@ class ReplayController {
   std::optional<StepGuide> steps_;
   void update_force_parts();
 
-  bool has_picture_ = false;  ///< the anatomy was drawn; a replay starts with it
+  bool has_picture_ = false;  ///< the whole anatomy is computed; the replay plays from then on
   bool is_playing_ = true, has_changed_ = false, shows_clip_volumes_ = false, is_force_explained_ = false;
   std::optional<haptics::ForceParts> force_parts_;
-  std::uint64_t explained_tick_ = 0;  ///< next tick of the replay for which `force_parts_` was computed
+  std::uint64_t explained_tick_ = 0;  ///< next_tick() for which `force_parts_` was computed; 0: no tick
   double speed_ = 1, now_ = 0;
-  std::optional<std::uint64_t> shown_;  ///< tick of the shown overlays
+  std::optional<std::uint64_t> shown_;  ///< next_tick() of the replay when the overlays were shown
 };
 
 }  // namespace trephine::view

@@ -24,9 +24,10 @@ using haptics::depth::DepthPicture;
 
 namespace {
 
-constexpr int k_max = 160;  // largest width and height that is read, in pixels; the limit of a command
+constexpr int k_max = 160;  // pixels, largest width and height: the picture must fit into a command
 
-/// Converts the picture's camera to that of depth pictures (x right, y down, z ahead), with all its pixels.
+/// Converts the camera of the window to a camera of depth pictures (x right, y down, z ahead) with all pixels
+/// of the window, and its pose.
 std::pair<DepthCamera, haptics::Placement> camera_of(vtkCamera* camera, const int* size) {
   double at[3], ahead[3], up[3];
   camera->GetPosition(at);
@@ -86,7 +87,8 @@ void ScreenDepth::read_after(vtkRenderer*, vtkRenderWindow*) {
   ++counters_.reads;
 }
 
-/// Reads the depth into a buffer in graphics memory; restores every binding.
+/// Starts to copy the depth into a buffer in graphics memory: 0 before, 1 after the scenery. Restores every
+/// binding.
 void ScreenDepth::read(std::size_t buffer) {
   const DepthCamera& c = pending_->picture.camera;
   GLint from = 0, to = 0, pack = 0, alignment = 4;
@@ -124,7 +126,7 @@ std::optional<ScreenDepth::Reading> ScreenDepth::take_result() {
                        read[buffer].data());
   }
   glBindBuffer(GL_PIXEL_PACK_BUFFER, static_cast<GLuint>(pack));
-  // Scenery is visible where the depth decreased. GL stores rows bottom up.
+  // Scenery is visible where drawing it decreased the depth. OpenGL stores rows from the bottom up.
   std::vector<double> depths(count, 0);
   for (int row = 0; row < c.height; ++row)
     for (int column = 0; column < c.width; ++column) {

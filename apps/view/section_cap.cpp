@@ -21,7 +21,7 @@ using Pixel = std::array<std::uint8_t, 4>;
 namespace {
 
 constexpr double k_pixel = 0.35;  // mm, least size of a pixel
-constexpr double k_dense = 1300;  // HU, of compact bone
+constexpr double k_dense = 1300;  // HU at which bone has the colour of compact bone
 const dvec3 k_compact(0.93, 0.89, 0.79), k_cancellous(0.80, 0.62, 0.46), k_marrow(0.62, 0.31, 0.25);
 
 Pixel opaque(const dvec3& colour) {
@@ -76,7 +76,7 @@ class Matter {
  private:
   struct Solid {
     volume::Field field;
-    std::optional<dvec3> colour;  ///< empty: that of bone
+    std::optional<dvec3> colour;  ///< nullopt: the colour of bone
   };
 
   dvec3 bone_colour(const dvec3& p) const {
@@ -89,8 +89,8 @@ class Matter {
     return scan_.labels[scan_.index(inside.x, inside.y, inside.z)];
   }
 
-  /// Returns the label with the largest weight around a point. The weights fall over more than a voxel, so
-  /// that borders have no steps.
+  /// Returns the label with the largest weight around a point. The weight of a voxel falls with its distance
+  /// from the point (Gaussian, 0.9 voxels), so that borders have no steps.
   std::size_t label_at(const dvec3& p) const {
     const ivec3 low(glm::floor(p));
     const std::size_t first = voxel_label(low);
@@ -132,7 +132,7 @@ CapImage cap_image(const haptics::TouchScene& scene, const volume::Version& vers
   image.normal_world = plane.normal;
   const dvec3 axis = std::abs(plane.normal.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, 1, 0);
   const dvec3 right = glm::normalize(glm::cross(axis, plane.normal)), up = glm::cross(plane.normal, right);
-  // The rectangle of the scan's box, seen along the normal.
+  // Compute the rectangle of the scan's box, as seen along the normal.
   glm::dvec2 low(1e300), high(-1e300);
   double nearest = 1e300, farthest = -1e300;
   for (int corner = 0; corner < 8; ++corner) {
@@ -149,7 +149,7 @@ CapImage cap_image(const haptics::TouchScene& scene, const volume::Version& vers
   image.rows = std::clamp(static_cast<int>(std::ceil((high.y - low.y) / pixel)), 1, max_pixels);
   image.corner_world = plane.at + low.x * right + low.y * up;
   image.right_world = image.columns * pixel * right, image.up_world = image.rows * pixel * up;
-  // Transparent pixels have the colour of bone: interpolation makes no dark edge.
+  // Transparent pixels have the colour of bone, so that interpolation makes no dark edge.
   Pixel empty = opaque(k_compact);
   empty[3] = 0;
   image.pixels.assign(static_cast<std::size_t>(image.columns) * static_cast<std::size_t>(image.rows), empty);

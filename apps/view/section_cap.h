@@ -31,12 +31,12 @@ CapImage cap_image(const haptics::TouchScene& scene, const volume::Version& vers
                    int max_pixels);
 inline constexpr int k_cap_pixels = 1000, k_coarse_cap_pixels = 250;
 
-/// Returns true if the image has matter at a position (world, mm) in its plane.
+/// Returns true if cap_image() shows matter at a position (world, mm) in its plane.
 bool has_cap_at(const haptics::TouchScene& scene, const volume::Version& version,
                 const std::vector<Structure>& structures, const glm::dvec3& at_world);
 
-/// Makes the images on another thread; the newest request replaces those that wait. No cost before the first
-/// request. Borrows the scene. Call on the drawing thread only.
+/// Computes images of cut faces on another thread; a new request replaces a waiting one. No cost before the
+/// first request. Borrows the scene. Call on the drawing thread only.
 class SectionCap {
  public:
   explicit SectionCap(const haptics::TouchScene& scene) : scene_(&scene) {}
@@ -44,12 +44,13 @@ class SectionCap {
   SectionCap(const SectionCap&) = delete;
   SectionCap& operator=(const SectionCap&) = delete;
 
-  /// `is_moved`: plane or structures changed, so that the image of an unfinished request is not used.
+  /// Requests an image. `is_moved`: the plane or the structures changed, so that images of previous requests
+  /// are discarded.
   void request(std::shared_ptr<const volume::Version> version, std::vector<Structure> structures,
                const volume::Openings::Plane& plane, bool is_moved = true);
-  /// Discards the requests and their images.
+  /// Discards all requests and their images.
   void clear();
-  /// Returns the image of the newest request once it is finished.
+  /// Returns the newest finished image once. Without `is_moved`, it may be the image of a previous request.
   std::optional<CapImage> take();
   /// Waits until the newest request is finished.
   void finish();

@@ -35,7 +35,8 @@ namespace {
 
 constexpr int k_head = 44, k_foot = 34;  // pixels above and below panels
 
-/// Legend of a picture's lines: each name once, in rows that fit into the picture's width.
+/// Legend of a picture: names of lines, and numbered names of labels without room. Each name occurs once, in
+/// rows that fit into the picture's width.
 struct Legend {
   struct Entry {
     std::string name;
@@ -46,7 +47,7 @@ struct Legend {
   std::vector<Entry> entries;
   int rows = 0;
 
-  /// `names`: of the labels of each panel; those without room are listed by their number.
+  /// `names`: placed labels of each panel. `width`: width of the picture, pixels.
   Legend(const std::vector<Panel>& panels, const std::vector<std::vector<imaging::PlacedLabel>>& names,
          int width) {
     std::set<std::string> known;
@@ -69,8 +70,8 @@ struct Legend {
 
 constexpr int k_label_size = 14;
 
-/// Places the names of each panel, in pixels from the lower left of the panel's square. Numbers of names
-/// without room differ between panels.
+/// Places the labels of each panel, in pixels from the lower left of the panel's square. A label without room
+/// gets a number, which occurs only once in the picture.
 std::vector<std::vector<imaging::PlacedLabel>> place_names(const std::vector<Panel>& panels, int edge) {
   std::vector<std::vector<imaging::PlacedLabel>> names;
   int number = 1;
@@ -79,7 +80,7 @@ std::vector<std::vector<imaging::PlacedLabel>> place_names(const std::vector<Pan
                                 return 0.55 * k_label_size * static_cast<double>(text.size());
                               }};
     space.first_number = number;
-    // Letters at the edges, foot and scale bar.
+    // Labels avoid the letters at the edges, the foot and the scale bar.
     constexpr double k_letter = 22;
     for (const glm::dvec2& at :
          {glm::dvec2(12 + k_letter / 2, 0.5 * edge), glm::dvec2(edge - 12 - k_letter / 2, 0.5 * edge),
@@ -114,7 +115,7 @@ void add_text(vtkRenderer* to, const std::string& text, double x, double y, int 
   style->SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
   style->SetVerticalJustificationToCentered();
   style->SetBackgroundColor(0.07, 0.07, 0.08);
-  style->SetBackgroundOpacity(0.4);  // for bright pictures
+  style->SetBackgroundOpacity(0.4);  // so that text is readable on bright pictures
   if (align == Align::right) style->SetJustificationToRight();
   if (align == Align::centre) style->SetJustificationToCentered();
   to->AddActor2D(actor);
@@ -163,7 +164,7 @@ void add_line(vtkRenderer* to, const Panel::Line& line, double least) {
   to->AddActor(actor);
 }
 
-/// Adds straight lines over the picture, in its pixels.
+/// Adds straight lines over the whole picture; positions and width in its pixels.
 void add_segments(vtkRenderer* to, const std::vector<imaging::Segment>& segments, double width,
                   const Panel::Colour& colour) {
   vtkNew<vtkPoints> points;
@@ -184,7 +185,7 @@ void add_segments(vtkRenderer* to, const std::vector<imaging::Segment>& segments
   to->AddActor2D(actor);
 }
 
-/// Adds a scale bar with end marks; positions in pixels of the picture.
+/// Adds a scale bar with end marks; positions in pixels of the whole picture.
 void add_bar(vtkRenderer* to, double left, double right, double y) {
   add_segments(
       to, {{{{left, y}, {right, y}}}, {{{left, y - 4}, {left, y + 4}}}, {{{right, y - 4}, {right, y + 4}}}},

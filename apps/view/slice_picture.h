@@ -6,8 +6,10 @@
 
 namespace trephine::view {
 
-/// Draws panels in rows of at most three, as PNG. `edge`: pixels along the edge of a panel. Error: no OpenGL.
+/// Draws panels in rows of at most three, as PNG. `edge`: pixels along the edge of a panel. Error if
+/// OpenGL is not available.
 Result<std::string> slices_png(const std::vector<imaging::Panel>& panels, int edge = 520);
+/// Writes slices_png() to a file, atomically.
 Status write_slices(const std::vector<imaging::Panel>& panels, const std::string& path, int edge = 520);
 
 }  // namespace trephine::view

@@ -1,5 +1,5 @@
-// Start page of the simulator: procedures on built-in cases, recorded sessions, and own scans. For the
-// thread of the window.
+// Start page of the simulator: procedures on built-in cases, recorded sessions, and the user's own scans.
+// Call on the thread of the window.
 #pragma once
 
 #include <functional>
@@ -13,29 +13,31 @@ namespace trephine::view {
 
 /// A case to begin with.
 struct StartTile {
-  std::string title, text;  ///< "Craniotomy"; one or two sentences
-  std::string picture;      ///< name of a picture of the window's library, such as "craniotomy"
-  std::string source;       ///< "head", a folder or a file
+  std::string title, text;  ///< such as "Craniotomy"; one or two sentences
+  std::string picture;      ///< name of a picture in the library of the window, such as "craniotomy"
+  std::string source;       ///< name of a built-in case such as "head", a folder or a file
   std::string procedure;    ///< empty: free practice
 };
 
 /// A recorded session of the user.
 struct StartSession {
   std::string file;
-  std::string title;  ///< of its procedure, or of its case
-  std::string when;   ///< "2026-11-27 14:03"
-  double seconds = 0;
-  bool is_interrupted = false;  ///< its program ended without closing it
+  std::string title;            ///< title of its procedure, or of its case
+  std::string when;             ///< start, such as "2026-11-27 14:03"
+  double seconds = 0;           ///< duration, s
+  bool is_interrupted = false;  ///< the program ended without closing the session
 };
 
 struct StartPageOptions {
   std::string problem;  ///< reason why the last choice could not be opened; empty: no problem
   std::vector<StartTile> tiles;
   std::vector<StartSession> sessions;                           ///< newest first
-  std::vector<std::pair<std::string, std::string>> procedures;  ///< names and titles, for an own scan
+  std::vector<std::pair<std::string, std::string>> procedures;  ///< names and titles, for the user's own scan
   std::optional<double> seconds;                                ///< closes the page after this time, s
+  /// Returns true if the page is to be closed; called regularly.
   std::function<bool()> should_close = [] { return false; };
-  /// PNG file at the end; empty: no picture. Without `seconds` it is drawn into memory, without a window.
+  /// PNG file of the page, written when it closes; empty: no file. Without `seconds`, the page is drawn into
+  /// memory and no window is opened.
   std::string screenshot;
   bool is_offscreen() const { return !screenshot.empty() && !seconds; }
 };
@@ -43,12 +45,12 @@ struct StartPageOptions {
 struct StartChoice {
   enum class Kind { none, operation, resume, replay };
   Kind kind = Kind::none;
-  std::string path;       ///< of the scan or the session
-  std::string procedure;  ///< of an operation; empty: that of its case
+  std::string path;       ///< path of the scan or the session
+  std::string procedure;  ///< procedure of an operation; empty: that of the case
 };
 
-/// Shows the page until the user chooses or closes it. Error: no display, or the full window is not
-/// installed.
+/// Shows the page until the user makes a choice or closes the page. Error: no display, or the full window is
+/// not installed.
 Result<StartChoice> choose_start(const StartPageOptions& options);
 
 /// Entry point of the window's library.

@@ -20,7 +20,7 @@ void StepGuide::follow(sim::LiveSession& session, const sim::LiveState& state, d
     enter(state);
   if (!(newest == known_)) known_ = std::move(newest), is_outdated_ = true;
   take_reasons();
-  constexpr double k_time_interval = 1;  // s, if a condition depends on the time
+  constexpr double k_time_interval = 1;  // s between requests if a condition depends on time
   const double elapsed = seconds - requested_at_;
   const bool is_due =
       (is_outdated_ && elapsed >= k_interval) || (depends_on_time() && elapsed >= k_time_interval);
@@ -38,7 +38,7 @@ void StepGuide::show(const sim::ProcedurePosition& position) {
   ++revision_;
 }
 
-/// Enters another step. It is not known yet which of its next steps are allowed.
+/// Follows a change of the current step. At first, no next step counts as allowed.
 void StepGuide::enter(const sim::LiveState& state) {
   index_ = static_cast<std::size_t>(state.step);
   visits_ = state.step_visits;
@@ -51,7 +51,7 @@ void StepGuide::enter(const sim::LiveState& state) {
     next_.push_back(
         {transition.to, title_of(procedure().steps[static_cast<std::size_t>(to)]), false, false, {}});
   }
-  reasons_ = {};  // of the previous step
+  reasons_ = {};  // discards reasons for the next steps of the previous step
   requested_at_ = -1;
   ++revision_;
 }
@@ -64,7 +64,7 @@ void StepGuide::request_reasons(sim::LiveSession& session) {
   ++request_count_;
 }
 
-/// Takes an answer that is ready.
+/// Adopts the requested reasons if they are available. Does not wait.
 void StepGuide::take_reasons() {
   if (!reasons_.valid() || reasons_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
   const std::vector<Status> reasons = reasons_.get();
@@ -86,7 +86,7 @@ bool StepGuide::needs_empty_hand(const std::string& step) const {
                      [&](const Next& next) { return next.step == step && next.needs_empty_hand; });
 }
 
-/// True if a condition of a next step changes without a command, an event or a cut.
+/// True if a condition of a next step can change without a command, an event or a cut.
 bool StepGuide::depends_on_time() const {
   for (const StepTransition& transition : step().transitions)
     for (const volume::StepCondition& condition : transition.conditions)
@@ -102,7 +102,7 @@ Result<sim::Value, std::string> StepGuide::allowed_parameters(const sim::Instrum
   };
   const Status error = check(usual);
   if (!error) return usual;
-  // An entry may require other parameters.
+  // An entry of the step or of the procedure may require other parameters.
   for (const std::vector<std::string>* entries : {&step().instruments, &procedure().instruments})
     for (const std::string& entry : *entries) {
       const auto [name, words] = sim::split_name(entry);

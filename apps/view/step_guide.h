@@ -1,5 +1,5 @@
-// StepGuide: follows the procedure of an operation for a display: its current step, the next ones, and the
-// reasons why they cannot begin yet.
+// StepGuide: follows the procedure of an operation for a display: the current step, the possible next steps,
+// and the reasons why these cannot begin yet.
 #pragma once
 
 #include <future>
@@ -17,23 +17,23 @@ class StepGuide {
  public:
   /// A step that can be requested from the current one.
   struct Next {
-    std::string step;   ///< name
-    std::string title;  ///< in the user's words
-    bool is_allowed = false;
-    bool needs_empty_hand = false;  ///< the step does not allow the instrument, which is removed first
-    std::string reason;             ///< sentences; empty if the step is allowed, or not known yet
+    std::string step;               ///< name
+    std::string title;              ///< in the user's words
+    bool is_allowed = false;        ///< the step can begin, perhaps after the instrument is removed
+    bool needs_empty_hand = false;  ///< the step does not allow the current instrument: remove it first
+    std::string reason;  ///< sentences; empty if the step is allowed, or the reason is not known yet
     friend bool operator==(const Next&, const Next&) = default;
   };
 
-  /// `plan`: with a procedure.
+  /// `plan`: a plan with a procedure; not null.
   explicit StepGuide(std::shared_ptr<const volume::SurgicalPlan> plan) : plan_(std::move(plan)) {}
 
-  /// Follows a fetched state, once per frame. Requests the reasons of refusals from the edit thread after the
-  /// state changed, at most every k_interval, and each second if a condition depends on time.
-  /// `seconds`: time of the frame.
+  /// Follows a fetched state; call once per frame. After a change of the state, asks the edit thread for the
+  /// reasons why next steps are refused, at most once per k_interval. If a condition depends on time, also
+  /// asks once per second. `seconds`: time of the frame.
   void follow(sim::LiveSession& session, const sim::LiveState& state, double seconds);
-  static constexpr double k_interval = 0.2;  ///< s
-  /// Follows the position of a replay, which requests no step.
+  static constexpr double k_interval = 0.2;  ///< s, least time between two requests
+  /// Follows the position of a replay. There, no step can be requested: next() is empty.
   void show(const sim::ProcedurePosition& position);
 
   const volume::SurgicalProcedure& procedure() const noexcept { return plan_->procedure; }
@@ -51,13 +51,14 @@ class StepGuide {
     return step.title.empty() ? step.name : step.title;
   }
 
-  /// Returns the parameters with which the current step allows an instrument: its usual ones if possible. The
-  /// error is a sentence with the reason.
+  /// Returns the parameters with which the current step allows an instrument: the default parameters if
+  /// possible. The error is a sentence with the reason why the step does not allow the instrument.
   Result<sim::Value, std::string> allowed_parameters(const sim::InstrumentType& instrument) const;
-  /// Returns the reason why the current step does not allow a command, in a sentence; empty if it does.
+  /// Returns a sentence with the reason why the current step does not allow a command; empty if it is
+  /// allowed.
   std::string reason_against(const sim::ValueType& command) const;
 
-  /// Changes with the current step, the visited steps and the next steps.
+  /// Returns a number that grows when the current step, the visited steps or the next steps change.
   std::uint64_t revision() const noexcept { return revision_; }
   /// Number of requests to the edit thread so far.
   std::uint64_t request_count() const noexcept { return request_count_; }
@@ -82,9 +83,9 @@ class StepGuide {
   std::size_t index_ = 0;
   std::vector<std::uint32_t> visits_;
   std::vector<Next> next_;
-  Signature known_;           ///< of the last request
-  bool is_outdated_ = false;  ///< the state changed since that request
-  double requested_at_ = -1;  ///< s
+  Signature known_;           ///< signature of the last followed state
+  bool is_outdated_ = false;  ///< the signature changed since the last request
+  double requested_at_ = -1;  ///< s, time of the last request in this step; negative: no request
   std::future<std::vector<Status>> reasons_;
   std::uint64_t revision_ = 0, request_count_ = 0;
 };

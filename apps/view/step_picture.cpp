@@ -24,7 +24,7 @@ using glm::dvec2;
 using imaging::PictureBox;
 using imaging::StepDiagram;
 
-/// Paints a diagram; VTK's y is up.
+/// Paints a diagram. y is down in the diagram and up in VTK.
 class DiagramItem : public vtkContextItem {
  public:
   static DiagramItem* New();

@@ -8,7 +8,8 @@
 
 namespace trephine::view {
 
-/// Draws a diagram into memory and writes a PNG. Error (missing here): no OpenGL.
+/// Draws a diagram into memory and writes a PNG. Error (ErrorKind::missing_here)
+/// if OpenGL is not available.
 Status write_steps(const imaging::StepDiagram& diagram, const std::string& path);
 
 }  // namespace trephine::view

@@ -30,7 +30,7 @@
 namespace trephine::view {
 
 namespace {
-constexpr int k_peels = 6;  // translucent surfaces one behind the other that are sorted
+constexpr int k_peels = 6;  // largest number of translucent surfaces, one behind the other, that are sorted
 }  // namespace
 
 struct StructureLayer::Parts {
@@ -74,7 +74,7 @@ StructureLayer::Parts::Shown& StructureLayer::Parts::at(int id) {
 void StructureLayer::Parts::apply(const Shown& shown) {
   shown.actor->SetVisibility(shown.triangles > 0 && shown.opacity > 0);
   shown.actor->GetProperty()->SetOpacity(shown.opacity);
-  // The far side of a translucent surface would show as a second one.
+  // The far side of a translucent structure would be visible as a second surface.
   shown.actor->GetProperty()->SetBackfaceCulling(shown.opacity < 1);
   const bool is_any_translucent = std::any_of(structures.begin(), structures.end(), [](const auto& entry) {
     return entry.second.opacity > 0 && entry.second.opacity < 1;
@@ -118,8 +118,8 @@ StructureLayer::StructureLayer(vtkRenderWindow* window, vtkRenderer* renderer)
       [](vtkObject*, unsigned long, void* parts, void*) { static_cast<Parts*>(parts)->begin_frame(); });
   end->SetCallback(
       [](vtkObject*, unsigned long, void* parts, void*) { static_cast<Parts*>(parts)->end_drawing(); });
-  // After the bone's layer, which sets the camera's clipping range.
-  constexpr float k_after = -2;  // priority
+  // Low priority: the bone layer sets the camera's clipping range first.
+  constexpr float k_after = -2;
   p.observer = window->AddObserver(vtkCommand::StartEvent, begin, k_after);
   renderer->AddObserver(vtkCommand::EndEvent, end);
 }
@@ -176,7 +176,7 @@ void StructureLayer::show_cap(const CapImage& image) {
     p.cap = vtkSmartPointer<vtkActor>::New();
     p.cap->GetProperty()->SetAmbient(0.45);
     p.cap->GetProperty()->SetDiffuse(0.6);
-    // Pixels without matter are not drawn; between pixels, alpha is interpolated.
+    // Pixels without matter are not drawn. Between pixels alpha is interpolated: draw from 0.5 on.
     p.cap->GetShaderProperty()->AddFragmentShaderReplacement("//VTK::TCoord::Impl", true,
                                                              "//VTK::TCoord::Impl\n"
                                                              "  if (gl_FragData[0].a < 0.5) discard;\n"

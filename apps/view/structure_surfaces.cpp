@@ -21,23 +21,25 @@ using volume::VoxelBox;
 
 namespace {
 
-constexpr double k_max_samples = 2.4e7;  // of the grid on which a structure is meshed
-constexpr int k_border = 4;              // samples of air around the structure
+constexpr double k_max_samples = 2.4e7;  // largest number of samples of a structure's grid
+constexpr int k_border = 4;              // empty samples around the structure
 constexpr double k_normal_sigma = 1.8;   // samples; blur of the field from which normals are computed
-constexpr double k_full = 1000;          // value of a sample inside
+constexpr double k_full = 1000;          // value of a sample that is entirely inside the structure
 // Least share of solid voxels in a solid sample; small, so that thin parts remain.
 constexpr double k_solid_share = 0.3;
-// Least cosine between the normals of the net and of the blurred field; below it, as on thin layers, that of
-// the net is used.
+// Least cosine between the normal of the surface net and the normal of the blurred field. Below it, as on
+// thin layers, the normal of the net is used.
 constexpr double k_least_cosine = 0.2;
 
-/// Shares of kept voxels with a label, on a grid with a spacing of `stride` voxels.
+/// Samples with a spacing of `stride` voxels. The value of a sample is the share of its stride^3 voxels that
+/// have the label and are not removed.
 struct LabelGrid {
   ivec3 low;  ///< voxel of the first sample
   int stride;
   ivec3 size;
   std::vector<float> values;
 
+  /// Returns the position of a sample in the volume frame of the scan.
   dvec3 voxel_of(const dvec3& sample) const {
     return dvec3(low) + static_cast<double>(stride) * sample + 0.5 * (stride - 1);
   }
@@ -72,7 +74,7 @@ LabelGrid sample_label(const volume::Volume& scan, const volume::Version& versio
   return grid;
 }
 
-/// Trilinear value; 0 outside the grid.
+/// Returns the trilinear value at p (in samples); 0 outside the grid.
 double value_at(const LabelGrid& grid, const dvec3& p) {
   const ivec3 low(glm::floor(p));
   const dvec3 t = p - dvec3(low);
@@ -87,7 +89,7 @@ double value_at(const LabelGrid& grid, const dvec3& p) {
   return sum;
 }
 
-/// Direction (world) in which the field falls most steeply.
+/// Returns the direction (world, not unit) in which the values fall most steeply.
 dvec3 outward_at(const LabelGrid& grid, const volume::Frame& frame, const dvec3& p) {
   dvec3 slope;
   for (int a = 0; a < 3; ++a) {
@@ -126,7 +128,7 @@ DrawMesh structure_surface(const volume::Volume& scan, const volume::Version& ve
                  [](float share) {
                    return static_cast<std::int16_t>(std::lround(k_full * static_cast<double>(share)));
                  });
-  // Meshes the smoothed solid; smoothing moves no sample across the surface.
+  // Mesh the smoothed solid. Smoothing leaves solid samples inside the surface, and others outside.
   const auto bits =
       volume::Occupancy::build(samples.value(), volume::Shape{.low = k_full * k_solid_share}, 1);
   const auto soft = volume::SoftField::build(bits, 1);

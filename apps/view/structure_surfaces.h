@@ -10,12 +10,12 @@
 
 namespace trephine::view {
 
-/// Returns the boxes of the voxels with each label, by label value; low > high for labels without voxels.
+/// Returns the box of the voxels of each label, by label value; low > high for labels without voxels.
 std::vector<volume::VoxelBox> label_boxes(const volume::Volume& scan);
 
-/// Returns the smooth, closed surface of the voxels with a label in `box` that a version keeps, of at most
-/// about k_structure_triangles; empty if there are no such voxels. Threads of one voxel may vanish in labels
-/// whose box has more than 2.4e7 voxels.
+/// Returns a smooth, closed surface around the voxels in `box` that have a label and that a version keeps.
+/// The surface has about k_structure_triangles triangles at most; it is empty if there are no such voxels. In
+/// a box of more than 2.4e7 voxels, parts that are one voxel thick may vanish.
 DrawMesh structure_surface(const volume::Volume& scan, const volume::Version& version, int label,
                            const volume::VoxelBox& box);
 inline constexpr std::size_t k_structure_triangles = 150000;
@@ -33,9 +33,10 @@ class StructureSurfaces {
     int label = 0;
     DrawMesh mesh;
   };
-  /// Requests the surface of a label in a version; replaces an unfinished request of the same label.
+  /// Requests the surface of a label in a version. Replaces a waiting request of the same label, but not one
+  /// that is being computed.
   void request(int label, std::shared_ptr<const volume::Version> version);
-  /// Returns true if voxels of a label are in a box.
+  /// Returns true if a box contains a voxel of a label in the scan, removed or not.
   bool has_voxels(int label, const volume::VoxelBox& box);
   /// Returns the surfaces finished since the last call.
   std::vector<Surface> take();
@@ -49,7 +50,7 @@ class StructureSurfaces {
   void collect();
 
   const volume::Volume* scan_;
-  std::vector<volume::VoxelBox> boxes_;  ///< by label value; empty before the first request
+  std::vector<volume::VoxelBox> boxes_;  ///< by label value; empty before their first use
   std::map<int, std::shared_ptr<const volume::Version>> waiting_;
   std::future<Surface> job_;
   std::vector<Surface> done_;

@@ -15,7 +15,7 @@ namespace {
 struct NamedColour {
   const char* part;
   dvec3 colour;
-  bool is_in_gaps = false;  ///< visible between the vertebrae of a spine without openings
+  bool is_in_gaps = false;  ///< visible through the gaps between vertebrae before bone is removed
 };
 constexpr NamedColour k_structures[] = {
     {"dural", {0.70, 0.73, 0.80}, true}, {"dura", {0.70, 0.73, 0.80}},
@@ -48,7 +48,8 @@ bool is_soft(const volume::Volume& scan, const volume::Shape& shape) {
          find_structure(name_of(scan, shape.label)) != nullptr;
 }
 
-/// Returns the colour of a touched bone, by its number among the shapes.
+/// Returns the colour of a touched bone: that of its label in the scan, otherwise the tint of `number`, its
+/// index among the touched shapes.
 dvec3 bone_shape_colour(const volume::Volume& scan, const volume::Shape& shape, std::size_t number) {
   const auto label = static_cast<std::size_t>(std::max(shape.label, 0));
   const bool has_colour = shape.is_label() && label < scan.label_colours.size();
@@ -80,8 +81,9 @@ std::array<bool, 256> structures_in_gaps(const volume::Volume& scan) {
 }
 
 namespace {
-/// Returns true if the scene has models of a label's structures, such as "L4 left nerve root" of
-/// "nerve_root". They are drawn in place of the label: two surfaces at one position would flicker.
+/// Returns true if the scene has models of the structures of a label, such as the model "L4 left nerve root"
+/// for the label "nerve_root". These models are drawn in place of the label, because two surfaces at the same
+/// position would flicker.
 bool has_models_of(const haptics::TouchScene& scene, std::string label) {
   std::replace(label.begin(), label.end(), '_', ' ');
   return std::any_of(scene.items.begin(), scene.items.end(), [&](const haptics::TouchItem& item) {
@@ -90,7 +92,8 @@ bool has_models_of(const haptics::TouchScene& scene, std::string label) {
   });
 }
 
-/// Returns the label values of a scan that are not touched and not given as models, where `is_wanted(name)`.
+/// Returns the label values of a scan that are not touched, have no models, and have a name for which
+/// is_wanted(name) returns true.
 template <class IsWanted>
 std::vector<int> untouched_labels(const haptics::TouchScene& scene, const IsWanted& is_wanted) {
   std::vector<int> labels;
@@ -107,7 +110,7 @@ std::vector<int> untouched_labels(const haptics::TouchScene& scene, const IsWant
   return labels;
 }
 
-/// Returns, by label value, the labels that have voxels.
+/// Returns an array indexed by label value: true for labels that have voxels.
 std::array<bool, 256> labels_with_voxels(const volume::Volume& scan) {
   std::array<bool, 256> result{};
   for (const std::uint8_t label : scan.labels.span()) result[label] = true;
@@ -174,7 +177,7 @@ Status set_opacities(std::vector<Structure>& structures, std::span<const Structu
       return Error{.what = "a single bone can only be shown or hidden",
                    .found = request.name + ", translucent",
                    .expected = "0 or 100 %",
-                   .remedy = "make all bone translucent, by the name bone"};
+                   .remedy = "to make all bone translucent, set the opacity of the structure bone"};
     found->opacity = request.opacity;
   }
   return {};

@@ -1,5 +1,6 @@
-// StylusStyle: mouse controls of the picture: left presses the stylus, middle tilts it, right turns the
-// picture, Shift + right moves it; the wheel sets the depth, with the middle button roll, with Ctrl zoom.
+// StylusStyle: mouse controls of the picture. The left button presses the stylus, the middle button tilts the
+// stylus, and the right button turns the picture, or moves the picture with Shift. The wheel sets the depth
+// of the stylus; it rolls the stylus while the middle button is down, and zooms with Ctrl.
 #pragma once
 
 #include <algorithm>
@@ -11,17 +12,22 @@
 
 namespace trephine::view {
 
-/// Translates mouse and keys to callbacks; VTK's own key bindings are disabled.
+/// Translates mouse and key events to callbacks; VTK's own key bindings are disabled.
 class StylusStyle : public vtkInteractorStyleTrackballCamera {
  public:
   static StylusStyle* New();
   vtkTypeMacro(StylusStyle, vtkInteractorStyleTrackballCamera)
 
+      /// The left button was pressed (true) or released. If on_shift_press is set, a press with Shift calls
+      /// it in place of on_press, and a release calls both.
       std::function<void(bool)> on_press = [](bool) {},
                                 on_shift_press;
+  /// The wheel was turned by one step: 1 forward, -1 backward. on_roll: while the middle button was down.
   std::function<void(int)> on_wheel = [](int) {}, on_roll = [](int) {};
-  /// Zooms in (1) or out (-1) toward a position in the picture: shares from the lower left.
+  /// Zooms in (1) or out (-1) toward a position in the picture. The position is given as shares of the width
+  /// and the height, from the lower left corner.
   std::function<void(int, double, double)> on_zoom = [](int, double, double) {};
+  /// A key was pressed: its VTK key symbol, and true if Ctrl was down.
   std::function<void(const std::string&, bool)> on_key = [](const std::string&, bool) {};
   /// The middle button was pressed or released.
   std::function<void(bool)> on_tilt = [](bool) {};

@@ -9,7 +9,7 @@ using glm::dvec3;
 
 namespace {
 
-/// Colours that any colour vision distinguishes: bone and cut also differ in lightness.
+/// Colours that users with any colour vision can distinguish. Bone and cut surfaces also differ in lightness.
 constexpr Tint k_tints[] = {{{0.84, 0.71, 0.55}, {0.95, 0.90, 0.80}, {0.55, 0.20, 0.15}, {0.86, 0.60, 0.48}},
                             {{0.35, 0.55, 0.75}, {0.55, 0.75, 0.92}, {0.16, 0.30, 0.50}, {0.30, 0.48, 0.70}},
                             {{0.80, 0.62, 0.20}, {0.95, 0.80, 0.35}, {0.50, 0.36, 0.05}, {0.70, 0.52, 0.12}},

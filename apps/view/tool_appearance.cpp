@@ -14,7 +14,7 @@ namespace {
 
 constexpr double k_right_angle = 1.5707963267948966;
 
-/// Visible parameters of a tool.
+/// Parameters of a tool that determine its appearance.
 struct Fields {
   explicit Fields(const sim::Value& tool) {
     if (tool.is_empty()) return;
@@ -41,7 +41,8 @@ struct Fields {
       {"lead", &lead},         {"width", &width},   {"opening", &opening}, {"jaw", &jaw}};
 };
 
-/// Adds an arc between two angles (rad) around a ball's centre; angle 0 is its lowest point.
+/// Adds an arc between two angles (rad) to a profile. The centre of the arc is `middle` mm along the axis and
+/// `offset` mm from it; angle 0 is the lowest point of the arc.
 void add_arc(std::vector<dvec2>& profile, double middle, double radius, double from, double to,
              double offset = 0) {
   constexpr int k_steps = 12;
@@ -79,7 +80,7 @@ ToolPart drum(double radius, double end_radius, double length) {
   return part;
 }
 
-/// A rod with a round end, which is `tip` mm along the axis.
+/// Returns a rod whose round end has its lowest point `tip` mm along the axis.
 ToolPart round_rod(double radius, double tip, double length) {
   ToolPart part;
   part.is_cutting = false;
@@ -89,7 +90,7 @@ ToolPart round_rod(double radius, double tip, double length) {
   return part;
 }
 
-/// A ball around the origin, truncated at height `top`.
+/// Returns a ball around the origin, truncated at height `top`.
 ToolPart ball_to(double radius, double top) {
   ToolPart part;
   part.is_fluted = true;
@@ -97,7 +98,8 @@ ToolPart ball_to(double radius, double top) {
   part.profile.push_back({part.profile.back().x, 0});
   return part;
 }
-/// A tapered body between a ball around the origin and a smaller ball that ends at height `top`.
+/// Returns a tapered body between a ball around the origin and a smaller ball of radius `end`, which ends at
+/// height `top`.
 ToolPart between_balls(double radius, double end, double top) {
   ToolPart part;
   part.is_fluted = true;
@@ -121,7 +123,7 @@ ToolAppearance ball_appearance(double radius) {
 
 std::optional<volume::TurnedSolid> solid_of(const ToolAppearance& tool) {
   if (tool.parts.empty()) return std::nullopt;
-  constexpr double k_shaft = 110, k_neck = 0.05;  // mm: length of shaft and grip, of the change of radius
+  constexpr double k_shaft = 110, k_neck = 0.05;  // mm: length of shaft and grip; length of the taper to it
   constexpr int k_facets = 24;
   const double radius = std::max(0.3, tool.radius), shaft = std::max(0.3, tool.shaft_radius),
                low = tool.is_ball ? -radius : 0, from = std::max(tool.shaft_from, low + 1.5 * radius);
@@ -193,7 +195,8 @@ ToolAppearance appearance_of(const sim::Value& parameters) {
     tool.shaft_from = (f.length > 0 ? f.length : 3 * radius) - radius;
     tool.parts = {between_balls(radius, 0.6 * radius, tool.shaft_from)};
   } else if (f.shape.empty() && f.length > f.diameter) {
-    // A probe is held at its tip, or at the centre of its lowest ball.
+    // The origin of a probe is its tip; for a probe that is guided by walls, it is the centre of the round
+    // end.
     const double tip = f.guide == "walls" ? -radius : 0;
     tool.parts = {round_rod(radius, tip, f.length)};
     tool.shaft_from = tip + f.length;

@@ -33,19 +33,22 @@ struct ToolAppearance {
   bool is_drill = false;      ///< an inserted tool that drills its own hole
 };
 
-/// Derives the look from the fields "diameter", "shape" (sphere, cylinder, barrel, match-head) and "length";
-/// a "foot" adds a foot below the bit, "inner" and "lead" a drill ahead of it; "diameter" and "length"
-/// alone give a probe, "width", "opening" and "jaw" two jaws. Without these fields the tool is a fine tip of
-/// radius 0 without parts.
+/// Returns the appearance of a tool, derived from these fields of its parameters:
+/// - "diameter", "shape" (sphere, cylinder, barrel, match-head) and "length": a burr;
+/// - "diameter", "length" and "foot": a craniotome, with a foot below its bit;
+/// - "diameter", "inner" and "lead": a perforator, whose inner drill is ahead of the outer one;
+/// - "diameter" and a greater "length", without "shape": a probe;
+/// - "width", "opening" and "jaw": a rongeur with two jaws, or a Kerrison if "kind" is kerrison.
+/// Without these fields the tool is a point of radius 0 without parts.
 ToolAppearance appearance_of(const sim::Value& parameters);
 ToolAppearance ball_appearance(double radius);
-/// Returns the closed surface of a tool's end and shaft as solids of revolution, for X-rays, in the frame of
+/// Returns a closed solid of revolution that approximates a tool's end and shaft in X-rays, in the frame of
 /// the hand; nullopt for a tool without parts.
 std::optional<volume::TurnedSolid> solid_of(const ToolAppearance& tool);
-/// Half of the field "diameter", mm; 0 without that field.
+/// Returns half of the field "diameter", mm; 0 without that field.
 double drawn_radius(const sim::Value& parameters);
-/// Changes the first number field by 0.5 of its unit per step, within its range. Returns false if there is no
-/// such field.
+/// Changes the first number field by 0.5 of its unit per step. The number stays in its range and is at least
+/// 0.5. Returns false if there is no number field.
 bool step_first_number(sim::Value& parameters, int steps);
 
 }  // namespace trephine::view

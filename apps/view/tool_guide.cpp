@@ -17,7 +17,7 @@ double distance_to_ray(const dvec3& p, const ToolGuide::Input& input) {
   return glm::length(glm::cross(p - input.ray_origin, input.ray_direction));
 }
 
-/// True if there is no bone along the axis of a craniotome's bit and at its foot.
+/// Returns true if there is no bone along the axis of a craniotome, through its foot and its bit.
 bool is_axis_free(const BoneTest& is_bone, const FootTool& tool, const dvec3& at, const dvec3& shaft) {
   for (double h = -0.5 * tool.thickness; h < tool.length; h += 0.25)
     if (is_bone(at + h * shaft)) return false;
@@ -45,9 +45,10 @@ void ToolGuide::forget() {
   candidate_.reset(), edge_.clear(), search_failure_.clear(), message_.clear();
 }
 
-/// True if the position, the bone or the shaft changed since the last search, and a search is not too soon.
+/// Returns true if the position, the bone or the shaft changed since the last search, and either the button
+/// was just pressed or at least 0.05 s have passed. The caller must then search.
 bool ToolGuide::is_search_due(const dvec3& at, const Input& input) {
-  constexpr double k_moved = 0.2, k_cosine = 0.9998, k_often = 0.05;  // mm; 1 degree; s
+  constexpr double k_moved = 0.2, k_cosine = 0.9998, k_often = 0.05;  // mm; cosine of about 1 degree; s
   const bool has_changed = glm::length(at - searched_at_) > k_moved || searched_in_ != input.version ||
                            glm::dot(searched_shaft_, input.shaft) < k_cosine;
   const bool is_click = input.is_pressed && !was_pressed_;

@@ -18,9 +18,9 @@ class ToolGuide {
  public:
   struct Input {
     FootTool tool;
-    glm::dvec3 ray_origin{0.0}, ray_direction{0, 0, -1};  ///< of the cursor, world; unit vector
+    glm::dvec3 ray_origin{0.0}, ray_direction{0, 0, -1};  ///< ray through the cursor, world; unit direction
     std::optional<glm::dvec3> surface;                    ///< point where the ray meets bone
-    std::optional<glm::dvec3> old_surface;                ///< point where it met the bone as scanned
+    std::optional<glm::dvec3> old_surface;                ///< point where the ray meets the bone as scanned
     glm::dvec3 shaft{0, 0, 1};                            ///< direction of the shaft without a guide; unit
     glm::dvec3 tip{0.0};                                  ///< current position of the tool
     bool is_pressed = false;
@@ -33,8 +33,10 @@ class ToolGuide {
     bool is_pressed = false;
     bool is_jump = false;  ///< the tool is lifted over to this pose, not moved through bone
   };
-  /// Returns the pose of the tool in this frame; nullopt: the cursor determines it. A search calls `is_bone`
-  /// up to 50,000 times; it runs after the cursor moved, at most 20 times per second.
+  /// Returns the pose of the tool in this frame; nullopt: the cursor determines the pose. `is_bone` tests the
+  /// current bone, `was_bone` the bone as scanned. A search calls `is_bone` up to 50,000 times. A search runs
+  /// after the cursor, the bone or the shaft changed, at most 20 times per second and at a press of the
+  /// button.
   std::optional<Pose> follow(const BoneTest& is_bone, const BoneTest& was_bone, const Input& input);
   /// Slides the foot of a held Kerrison farther under the bone, 0.5 mm per step; a held craniotome does not
   /// slide. Returns false if no tool is held at rest.
@@ -42,7 +44,7 @@ class ToolGuide {
   /// Releases the tool to the cursor.
   void release();
   bool is_holding() const noexcept { return state_ != State::free; }
-  /// Line along the edge under which the foot goes, or is.
+  /// Line along the edge of bone under which the foot is, or goes at the next press; empty: no edge.
   const std::vector<glm::dvec3>& edge() const noexcept { return edge_; }
   /// Returns once the reason why the tool was released or did not follow.
   std::string take_message() { return std::exchange(message_, {}); }
@@ -60,7 +62,7 @@ class ToolGuide {
 
   State state_ = State::free;
   FootPose pose_;
-  std::optional<FootPose> candidate_;  ///< for the next press, found for the cursor at `searched_at_`
+  std::optional<FootPose> candidate_;  ///< pose for the next press, found by a search at `searched_at_`
   std::string search_failure_;
   std::vector<glm::dvec3> path_, edge_;
   glm::dvec3 at_{0.0}, searched_at_{1e9};

@@ -74,7 +74,7 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   const auto start = Clock::now();
   auto surface = make_offscreen(1200, 900);
   if (!surface) return surface.error();
-  // Translucent bone is drawn by the layers of a live picture.
+  // Only a live picture has the layers that draw translucent bone.
   const bool is_live = !options.opacities.empty();
   Viewport picture(scene, surface.value()->window(), is_live);
   if (Status error = picture.set_opacities(options.opacities)) return *error;
@@ -228,8 +228,8 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
 
 namespace {
 
-/// Returns an entry point of the window's library; null if it is not installed. The library remains loaded:
-/// Qt does not support unloading before the program ends.
+/// Returns an entry point of the window's library; null if the library is not installed. The library remains
+/// loaded, because Qt does not support unloading before the program ends.
 void* window_entry(const char* name) {
   void* library = dlopen(TREPHINE_WINDOW_LIBRARY, RTLD_NOW | RTLD_GLOBAL);
   return library ? dlsym(library, name) : nullptr;

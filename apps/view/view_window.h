@@ -34,7 +34,7 @@ struct OpenedScene {
   std::string title;
   std::unique_ptr<sim::SessionWriter> recorder;
   std::string session_file;                          ///< file of the recorder; empty without a recorder
-  std::vector<std::string> in_use;                   ///< its source files, which saving does not overwrite
+  std::vector<std::string> in_use;                   ///< its source files, which saving must not overwrite
   std::shared_ptr<const volume::SurgicalPlan> plan;  ///< null: no plan
   std::shared_ptr<void> owner = nullptr;  ///< owns the data that `start` borrows; null if it borrows nothing
   double rate_hz = 1000;
@@ -54,11 +54,11 @@ struct WindowHost {
   using Listener = workbench::Listener;
   /// Opens a folder, a file, "head" or "spine". Not called on the drawing thread; one call at a time.
   std::function<Result<OpenedScene>(const std::string& source, const Listener& listener)> open;
-  /// Continues a recorded session in the same file. Its scan is that in the session, a built-in one, or the
-  /// open one.
+  /// Continues a recorded session in the same file. The scan is stored in the session, is a built-in one, or
+  /// is the scan that is open now.
   std::function<Result<OpenedScene>(const std::string& session, const Listener& listener)> resume;
-  /// Opens the last scan again with a further one, which is touched; `shape` as workbench::parse_shape reads
-  /// it.
+  /// Opens the last scan again, with a further scan that is touched. `shape`: text of the shape of the
+  /// further scan, for workbench::parse_shape().
   std::function<Result<OpenedScene>(const std::string& scan, const std::string& shape,
                                     const Listener& listener)>
       add_scan;
@@ -76,8 +76,8 @@ struct WindowHost {
   std::function<Status(const std::string& session, const std::string& scan, const std::string& page,
                        const Listener& listener)>
       report;
-  /// Plays a recording in a window of its own, and returns when that is closed, or stopped by the listener's
-  /// progress. Not called on the drawing thread. Null: no replays.
+  /// Plays a recording in a window of its own. Returns when that window is closed or the listener's progress
+  /// function stops the replay. Not called on the drawing thread. Null: no replays.
   std::function<Status(const std::string& session, const std::string& scan, const Listener& listener)> replay;
 };
 
@@ -89,11 +89,11 @@ struct WindowOptions {
   std::shared_ptr<haptics::Device> device;  ///< drives the first hand; null: the mouse
   std::shared_ptr<haptics::Device> pedal;   ///< acts as the button of the mouse; null: no pedal
   std::optional<double> seconds;            ///< closes the window after this time, s
-  /// Polled in every frame: true closes the window properly, like its close button.
+  /// Called in every frame; true closes the window, like its close button.
   std::function<bool()> should_close = [] { return false; };
   std::string screenshot;  ///< PNG file at the end; empty: no screenshot
   /// Side of the camera, as in Viewport::look_from; 0: front left above. In the full window, 0 shows a spine
-  /// from the back, and a replay from the side of its work.
+  /// from the back; a replay or a continued session is shown from the side at which its tool worked.
   char side = 0;
   std::vector<StructureOpacity> opacities = {};  ///< of structures at the start
   double free_pieces = 50;  ///< mm3; pieces of at least this size are detached after a stroke; 0: never
@@ -107,7 +107,7 @@ struct WindowOptions {
   sim::SessionWriter* recorder = nullptr;  ///< records everything; finished when the window closes
   std::string session_file;                ///< file of the recorder
   std::string scan;                        ///< path of the open scan; empty: the session contains it
-  std::vector<std::string> in_use;         ///< input files, which saving does not overwrite
+  std::vector<std::string> in_use;         ///< input files, which saving must not overwrite
   std::vector<std::string> notices;        ///< assumptions about the scan, for the log
   std::optional<WindowStart> start;        ///< the operation; nullopt: a replay, or a picture
   sim::Replay* replay = nullptr;           ///< plays this session instead of an operation
@@ -117,9 +117,10 @@ struct WindowOptions {
   workbench::SessionSummary
       summary;              ///< summary of the replay or continued session: camera, active hand, marks
   std::string layout_file;  ///< file of the pane layout; empty: not stored
-  WindowHost host;          ///< without its functions nothing else can be opened
+  WindowHost host;  ///< services of the program; if they are null, no other scan or session can be opened
   double width = 1100, height = 760;  ///< pixels
-  /// A second replay, in a window of its own that follows the time and the view of this one; null: none.
+  /// A second replay, in a window of its own, which follows the time and the view of the first window; null:
+  /// no second replay.
   struct Companion;
   std::shared_ptr<const Companion> companion;
 };
@@ -158,8 +159,8 @@ inline std::shared_ptr<const haptics::TouchScene> borrowed(const haptics::TouchS
 /// otherwise a plain window with mouse and keys: move to follow the surface, left button to press and drill,
 /// wheel for depth, right button to turn, middle to tilt the tool, Shift + right to move the picture, Ctrl +
 /// wheel to zoom; u or Ctrl+Z to undo, y or Ctrl+Y to redo; a p l r s i for views; f to clear a fault; q to
-/// quit. `scene`: for a replay or a picture; an operation has its own scene. Error: no display, or a replay
-/// without the full window.
+/// quit. `scene`: scene of a replay or of a picture; it is ignored for an operation, which has its own scene.
+/// Error: no display, or a replay without the full window.
 Result<WindowReport> run_window(std::shared_ptr<const haptics::TouchScene> scene,
                                 const WindowOptions& options);
 Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const WindowOptions& options);

@@ -75,7 +75,7 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
       box_low = glm::min(box_low, p), box_high = glm::max(box_high, p);
     }
     room_low = glm::min(room_low, box_low), room_high = glm::max(room_high, box_high);
-    // Skip a room around a head, which is not viewed from outside.
+    // Skip a large model, such as a room around the head: a view need not show all of it.
     if (glm::length(box_high - box_low) > 1.5 * glm::length(high_ - low_)) continue;
     visible_low_ = glm::min(visible_low_, box_low), visible_high_ = glm::max(visible_high_, box_high);
   }
@@ -85,8 +85,8 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
     return {bone_colour(matter), matter.normal_world};
   };
   view_.overlays().labels().is_hidden = [this](const dvec3& at) {
-    constexpr double k_deep = 6;           // mm; a point on the surface of bone is not hidden by it
-    constexpr double k_transparent = 0.5;  // opacity below which bone hides nothing
+    constexpr double k_deep = 6;           // mm; a point less deep behind the surface counts as visible
+    constexpr double k_transparent = 0.5;  // opacity of bone below which it hides no names
     const bool is_transparent = !list_.empty() && list_[0].opacity < k_transparent;
     if (!version_ || is_transparent) return false;
     const dvec3 from = camera().at, line = at - from;
@@ -164,9 +164,10 @@ void Viewport::turn(double left, double up) {
   camera->GetViewUp(screen_up.x, screen_up.y, screen_up.z);
   const dvec3 from = at - target;
   const double distance = glm::length(from);
-  // For a view along the body's axis, the picture's upper edge determines the side of the camera.
+  // In a view along the body's axis, the position of the camera does not determine the angle around this
+  // axis. The view's up vector determines the angle in its place.
   dvec3 level(from.x, from.y, 0);
-  constexpr double k_flat = 0.5;  // horizontal part of the unit vector up, above which up is across the axis
+  constexpr double k_flat = 0.5;  // the up vector (unit) is used if its horizontal part is longer
   if (glm::length(level) < 2 * k_pole * distance && std::hypot(screen_up.x, screen_up.y) > k_flat)
     level = (from.z > 0 ? -1.0 : 1.0) * dvec3(screen_up.x, screen_up.y, 0);
   const double around = std::atan2(level.y, level.x) - k_radians * left;
@@ -187,9 +188,11 @@ void Viewport::zoom(const volume::Version& version, double factor, double x, dou
   camera->GetFocalPoint(target.x, target.y, target.z);
   const double hit = distance_to_solid(version, ray), middle = glm::dot(target - ray.origin, ray.direction);
   double current = hit >= 0 ? hit : std::max(middle, k_nearest);
-  if (factor < 1) current = std::max(current, k_nearest);  // also leaves a position in or near bone
+  // A position in or very near bone must not prevent zooming out.
+  if (factor < 1) current = std::max(current, k_nearest);
   const double next = std::clamp(current / factor, std::min(current, k_nearest), k_farthest);
-  // The point under the cursor remains there, and the focal point moves to its distance.
+  // The point under the cursor keeps its position in the picture. The focal point moves to the depth of this
+  // point.
   const dvec3 position = ray.origin + (current - next) * ray.direction;
   const dvec3 forward = glm::normalize(target - ray.origin);
   const double distance = std::max(k_nearest, next * glm::dot(ray.direction, forward));
@@ -203,7 +206,7 @@ Ray Viewport::ray_at(double x, double y) {
   view_.fit_camera();
   vtkRenderer* renderer = view_.renderer();
   const int* size = window_->GetSize();
-  // Starts at the camera, because the near plane moves when the view turns.
+  // The ray starts at the camera, because the near plane moves when the view turns.
   double position[3], world[4];
   renderer->GetActiveCamera()->GetPosition(position);
   renderer->SetDisplayPoint(x * size[0], y * size[1], 1);
@@ -247,7 +250,7 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, ToolAppearance to
   stylus.has_contact = record.has_contact;
   stylus.proxy_world = record.has_contact ? record.proxy_world : stylus.hip_world;
   stylus.force_world = record.force_world;
-  if (tool.is_ball)  // a point is drawn as a fine tip
+  if (tool.is_ball)  // a ball is drawn as large as the ball that touches, and at least 0.6 mm in radius
     if (const double radius = std::max(touch_radius_, 0.6); tool.radius < radius) {
       tool = ball_appearance(radius);
       tool.parts[0].is_fluted = false;
@@ -271,9 +274,9 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, ToolAppearance to
   stylus.tool_world = stylus.proxy_world;
   if (!is_round && tool.is_ball)
     stylus.tool_world += tool.radius * (record.has_contact ? record.normal_world : shaft);
-  // The depth cue: a ring where the tool would touch the bone.
+  // As a depth cue, show a ring at the point where the tool would touch the bone.
   const Ray down{stylus.tool_world, -shaft};
-  constexpr double k_near = 15;  // mm; farther away a ring would not be seen as part of the tool
+  constexpr double k_near = 15;  // mm; at a greater distance the ring is not perceived as part of the tool
   if (const double landing = distance_to_solid(version, down);
       !record.has_contact && landing > 0 && landing < k_near) {
     stylus.has_ring = true;
@@ -372,7 +375,8 @@ std::optional<double> Viewport::draw() {
 }
 
 void Viewport::fetch_meshes() {
-  const bool is_finished = worker_->remaining() == 0;  // before take(), which then returns the last ones
+  // Read before take(): if the work is finished, this call of take() returns the last meshes.
+  const bool is_finished = worker_->remaining() == 0;
   for (const ChunkMesh& mesh : worker_->take()) view_.bone().show(mesh);
   if (const std::vector<ChunkMesh> reduced = worker_->take_reduced(); !is_finished && is_live_)
     view_.bone().show_reduced(reduced);

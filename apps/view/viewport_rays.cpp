@@ -34,7 +34,7 @@ void Viewport::follow(const volume::Version& version, const Ray& ray, const Visi
   if (clip_normal_ != dvec3(0) && clipping == Clipping::applied)
     if (const double along = glm::dot(ray.direction, clip_normal_); along > 1e-9)
       from = std::clamp(glm::dot(clip_origin_ - ray.origin, clip_normal_) / along, 0.0, k_far);
-  // A solid that the clip plane cuts is no hit: the ray must leave it first.
+  // A solid at the clip plane is not a hit: the ray must leave this solid first.
   bool is_inside = from > 0;
   volume::traverse(frame.volume_from_world(ray.origin + from * ray.direction),
                    frame.volume_from_world(ray.origin + (from + k_far) * ray.direction),
@@ -91,7 +91,7 @@ double Viewport::distance_to_contact(const volume::Version& version, const Ray& 
 }
 
 Viewport::RestingPosition Viewport::resting_position(const volume::Version& version, const Ray& ray) const {
-  constexpr double k_behind = 10;  // mm behind an opening within which structures are reachable
+  constexpr double k_behind = 10;  // mm; structures at most this far behind an opening are reachable
   const volume::Volume& base = *scene_->base;
   RestingPosition place;
   double opening = -1;  // distance at which the ray left removed matter
@@ -119,7 +119,7 @@ std::optional<dvec3> Viewport::mean_surface_normal(const volume::Version& versio
   const double middle = distance_to_solid(version, ray);
   if (middle < 0) return std::nullopt;
   const auto [right, up] = across(ray.direction);
-  // Mean plane of the surrounding points.
+  // Compute the normal of the mean plane through the surrounding points of the surface.
   dvec3 normal(0);
   std::array<std::optional<dvec3>, k_rays> points;
   for (int i = 0; i < k_rays; ++i) {

@@ -59,7 +59,7 @@ void Viewport::request_cap() {
   if (!is_live_) return;
   const std::optional<volume::Openings::Plane> plane = clip_plane();
   if (plane && version_ && !preview_) {
-    // A coarse face follows the plane at once; the fine one replaces it.
+    // A coarse cut face is shown at once when the plane moves; the fine cut face replaces it later.
     const bool is_moved = std::exchange(is_cap_moved_, false);
     if (is_moved)
       view_.structures()->show_cap(cap_image(*scene_, *version_, list_, *plane, k_coarse_cap_pixels));
@@ -69,7 +69,7 @@ void Viewport::request_cap() {
   view_.structures()->show_cap({});
 }
 
-/// True if the clip plane crosses a box of voxels.
+/// Returns true if the clip plane crosses a box of voxels.
 bool Viewport::is_clipped_in(const volume::VoxelBox& voxels) const {
   const std::optional<volume::Openings::Plane> plane = clip_plane();
   if (!plane) return false;
@@ -100,7 +100,7 @@ std::optional<volume::Openings::Plane> Viewport::clip_plane() const {
 }
 
 bool Viewport::has_whole_structures() const {
-  // A clipped picture shows its cut face, which belongs to them.
+  // The cut face of a clipped picture also shows the structures inside bone, so these are drawn whole.
   return clip_normal_ != dvec3(0) || std::any_of(list_.begin(), list_.end(), [](const Structure& s) {
            return s.is_translucent() || (s.kind == Structure::Kind::all_bone && s.opacity < 1);
          });
@@ -134,7 +134,7 @@ void Viewport::apply_opacities() {
   std::vector<int> opened;
   for (std::size_t i = 0; i < list_.size(); ++i) {
     const Structure& s = list_[i];
-    // A touched soft structure is drawn whole like the others, not with the bone.
+    // If soft structures are drawn whole, a touched one is drawn with them and not with the bone.
     if (s.shape >= 0 && (s.opacity == 0 || (has_whole && s.kind == Structure::Kind::labelled)))
       hidden.insert(static_cast<std::size_t>(s.shape));
     if (s.label < 0) continue;

@@ -1,5 +1,5 @@
-// WindowStage: states of a window: one operation at a time, opened in the background, replaced when no dialog
-// is open, ended once. Independent of the windowing toolkit.
+// WindowStage: stages of a window. A window has one operation at a time. Another operation is opened in the
+// background, and replaces the current one when no dialog is open. Independent of the windowing toolkit.
 #pragma once
 
 namespace trephine::view {
@@ -10,24 +10,25 @@ class WindowStage {
     working,     ///< an operation, a replay, or a picture
     opening,     ///< another operation is being opened in the background
     cancelling,  ///< the opening was cancelled
-    closing,     ///< everything has ended
+    closing,     ///< the window was closed
   };
   Stage stage() const noexcept { return stage_; }
   bool is_opening() const noexcept { return stage_ == Stage::opening || stage_ == Stage::cancelling; }
 
-  /// Starts opening; returns false if that is not possible now.
+  /// Starts the opening of another operation; returns false if one is being opened or the window was closed.
   bool open() noexcept {
     if (stage_ != Stage::working) return false;
     stage_ = Stage::opening;
     return true;
   }
-  /// Cancels the opening; returns false if nothing is being opened.
+  /// Cancels the opening; returns false if no operation is being opened.
   bool cancel() noexcept {
     if (!is_opening()) return false;
     stage_ = Stage::cancelling;
     return true;
   }
-  /// True if the opened operation may replace the current one: not while a dialog of the current one is open.
+  /// Returns true if an operation is being opened and no dialog is open. Only then may the opened operation
+  /// replace the current one.
   bool may_replace() const noexcept { return is_opening() && dialogs_ == 0; }
   /// Ends the opening, successful or not. Returns true if it was not cancelled.
   bool opened() noexcept {
@@ -35,7 +36,7 @@ class WindowStage {
     if (is_opening()) stage_ = Stage::working;
     return is_wanted;
   }
-  /// Closes the window; returns false if it was closed already.
+  /// Marks the window as closed; returns false if it was closed already.
   bool close() noexcept {
     const bool is_first = stage_ != Stage::closing;
     stage_ = Stage::closing;

@@ -31,13 +31,14 @@ void apply_look() {
   p.setColor(QPalette::LinkVisited, QColor(126, 190, 255));
   for (const QPalette::ColorRole role : {QPalette::Text, QPalette::ButtonText, QPalette::WindowText})
     p.setColor(QPalette::Disabled, role, QColor(128, 136, 148));
-  // The style draws the text of disabled items a second time in this colour, one pixel lower.
+  // The style draws the text of disabled items a second time in this colour, one pixel lower. The colour of
+  // the background makes this second text invisible.
   p.setColor(QPalette::Disabled, QPalette::Light, QColor(37, 42, 51));
   QApplication::setPalette(p);
 }
 
 std::unique_ptr<QApplication> begin_application(bool is_offscreen) {
-  // Qt's file dialogs store visited folders in the settings: redirect these to a temporary folder.
+  // Qt's file dialogs store visited folders in the settings. Redirect the settings to a temporary folder.
   static const QTemporaryDir k_settings;
   QSettings::setPath(QSettings::NativeFormat, QSettings::UserScope, k_settings.path());
   QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();

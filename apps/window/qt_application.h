@@ -7,8 +7,9 @@
 
 namespace trephine::view {
 
-/// Creates the application with the look of the windows, unless the program has one; then returns null. Qt
-/// stores no settings of its own. `is_offscreen`: widgets are drawn into memory, without a display.
+/// Creates the Qt application; returns null if the program already has one. In both cases, sets the look of
+/// the windows, and redirects Qt's own settings to a temporary folder. `is_offscreen`: a new application
+/// draws its widgets into memory, without a display.
 std::unique_ptr<QApplication> begin_application(bool is_offscreen = false);
 
 /// Returns the text size (points) that the application began with.
@@ -22,7 +23,7 @@ struct OpeningPage {
 };
 /// Keeps a page until take_opening_page().
 void keep_opening_page(OpeningPage page);
-/// Returns the kept page; empty if none is kept.
+/// Returns the kept page and stops keeping it; both pointers are null if no page was kept.
 OpeningPage take_opening_page();
 
 }  // namespace trephine::view

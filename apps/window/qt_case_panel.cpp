@@ -39,14 +39,15 @@ QTableWidget* make_table(const char* name, const QStringList& headers) {
   table->setSelectionMode(QAbstractItemView::NoSelection);
   table->horizontalHeader()->setSectionResizeMode(QHeaderView::ResizeToContents);
   table->horizontalHeader()->setSectionResizeMode(0, QHeaderView::Stretch);
-  // Empty boxes are hardly visible in the style of the window.
+  // Draw a border around check boxes: without it, unchecked boxes are hardly visible in the style of the
+  // window.
   table->setStyleSheet(
       "QTableWidget::indicator { width: 12px; height: 12px; border: 1px solid #9aa3b2; }"
       "QTableWidget::indicator:checked { background: #6fa8dc; }");
   return table;
 }
 
-/// Sets the height so that all rows are visible; a long table is scrolled.
+/// Sets the height so that all rows are visible, up to eight; a longer table is scrolled.
 void fit_height(QTableWidget* table) {
   constexpr int k_most = 8;  // rows
   const int row = table->rowCount() > 0 ? table->rowHeight(0) : table->fontMetrics().height();
@@ -123,9 +124,10 @@ CasePanel::CasePanel(const haptics::TouchScene& scene, const volume::SurgicalPla
   form->addRow(tr("Name"), name_);
   form->addRow(tr("Procedure"), procedure_);
   column->addLayout(form);
-  column->addWidget(new QLabel(structures_->rowCount() > 0
-                                   ? tr("Structures of the scan's labels")
-                                   : tr("This scan has no labels: nothing can be forbidden or a target.")));
+  column->addWidget(
+      new QLabel(structures_->rowCount() > 0
+                     ? tr("Structures of the scan's labels")
+                     : tr("This scan has no labels: no structure can be forbidden or a target.")));
   structures_->setVisible(structures_->rowCount() > 0);
   column->addWidget(structures_);
   column->addWidget(new QLabel(tr("Plan (double click: rename; Delete: remove)")));
@@ -149,8 +151,8 @@ CasePanel::CasePanel(const haptics::TouchScene& scene, const volume::SurgicalPla
   column->addWidget(limits_);
   row = new QHBoxLayout;
   row->addStretch(1);
-  add_button("save_case", tr("Save the case ..."), tr("Write a folder that can be handed out"),
-             [this] { on_save(); });
+  add_button("save_case", tr("Save the case ..."),
+             tr("Write the case into a new folder, which can be copied to others"), [this] { on_save(); });
   column->addLayout(row);
   column->addStretch(1);
   auto* area = new QScrollArea;
@@ -176,7 +178,7 @@ void CasePanel::choose_procedure(int index) {
   const std::string name = procedure_->itemData(index).toString().toStdString();
   request_.plan.procedure = {};
   if (auto file = data_tools::shipped_procedure(name)) request_.plan.procedure = file.value().procedure;
-  request_.plan.score.clear();  // those of the procedure are shown
+  request_.plan.score.clear();  // without own limits, the table shows those of the procedure
   fill_limits();
 }
 
@@ -204,7 +206,8 @@ void CasePanel::fill_marks() {
                 .arg(plan.outlines[i].points_world.size()));
 }
 
-/// Restores the last number of a cell whose text is no number. A decimal comma is read as a point.
+/// Stores the number of a cell. If the text of the cell is not a finite number, restores the previous number.
+/// A decimal comma is read as a decimal point.
 void CasePanel::check_number(QTableWidgetItem* item) {
   if (item->column() == finding) return;
   bool is_number = false;
@@ -279,7 +282,7 @@ void CasePanel::add(Mark mark, const std::vector<glm::dvec3>& positions) {
   if (mark == Mark::outline && positions.size() >= 3)
     plan.outlines.push_back({new_name(plan.outlines, "outline"), positions});
   fill_marks();
-  for (std::size_t i = 0; i < rows_.size(); ++i)  // the new one is the last of its kind
+  for (std::size_t i = 0; i < rows_.size(); ++i)  // the new mark is the last one of its kind
     if (rows_[i].mark == mark) marks_->setCurrentRow(static_cast<int>(i));
   on_change();
 }

@@ -1,4 +1,5 @@
-// CasePanel: makes a case of the open scan: name, procedure, forbidden structures, targets, marks and limits.
+// CasePanel: panel to make a case of the open scan: name, procedure, forbidden structures, targets, marks,
+// limits.
 #pragma once
 
 #include <QDockWidget>
@@ -23,15 +24,17 @@ class CasePanel : public QDockWidget {
  public:
   enum class Mark { trajectory, landmark, outline };
 
-  /// `plan`, `forbidden`: of the open scan, with which the case begins; null: no plan.
+  /// `plan`, `forbidden`: plan and names of the forbidden structures of the open scan, which are the initial
+  /// values of the case. Null: no plan.
   CasePanel(const haptics::TouchScene& scene, const volume::SurgicalPlan* plan,
             const std::vector<std::string>& forbidden, QWidget* parent);
-  /// Adds what the user marked: entry and target, one position, or an outline.
+  /// Adds a mark at positions (world, mm): entry and target of a trajectory, the position of a landmark, or
+  /// the positions of an outline. Too few positions add no mark.
   void add(Mark mark, const std::vector<glm::dvec3>& positions);
-  /// Returns the case so far.
+  /// Returns the case with the current entries of the panel. The entries may be incomplete.
   const workbench::CaseRequest& request();
 
-  /// Requests the positions of a mark.
+  /// The user requested a mark: the window must ask for its positions, and pass them to add().
   std::function<void(Mark)> on_mark = [](Mark) {};
   std::function<void()> on_save = [] {};
   std::function<void(const QString& reason)> on_refusal = [](const QString&) {};

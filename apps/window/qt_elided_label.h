@@ -1,4 +1,5 @@
-// ElidedLabel: one line of text. A text that does not fit ends with "..." and is complete in the tool tip.
+// ElidedLabel: one line of text. A text that does not fit is cut and ends with "..."; the tool tip shows all
+// of it.
 #pragma once
 
 #include <QLabel>

@@ -21,7 +21,7 @@ trephine::Result<trephine::view::WindowReport> trephine_run_qt_window(
   window.show();
   std::optional<MainWindow> companion;
   if (options.companion) {
-    // Side by side.
+    // Show the two windows side by side.
     companion.emplace(options.companion->scene, options.companion->options);
     companion->follow(window);
     const QRect screen = QApplication::primaryScreen()->availableGeometry();

@@ -95,7 +95,7 @@ void ForcePanel::show_parts(const std::optional<haptics::ForceParts>& parts, con
   };
   for (int i = 0; i < count; ++i) {
     const haptics::ForcePart& part = parts->parts[static_cast<std::size_t>(i)];
-    // An effect has its first word; the tool tip has its parameters.
+    // The cell of an effect shows only the first word, its name. The tool tip also shows its parameters.
     fill(i, QString::fromStdString(part.name), part.wrench, false);
     if (part.kind == haptics::ForcePart::Kind::effect)
       table_->item(i, name)->setText(QString::fromStdString(part.name).section(' ', 0, 0));

@@ -12,16 +12,17 @@ class QTableWidget;
 
 namespace trephine::view {
 
-/// States what the tool touches and why it feels its force, with a row per part, and steps from tick to tick.
+/// States what the tool touches and why the force is rendered, and shows a row per part of the force. Two
+/// buttons step from tick to tick.
 class ForcePanel : public QDockWidget {
   Q_OBJECT
 
  public:
   explicit ForcePanel(QWidget* parent);
-  /// Shows a tick. Empty parts: the replay plays, or is before its first tick.
+  /// Shows the parts of the force in one tick. Empty `parts`: the replay plays, or is before its first tick.
   void show_parts(const std::optional<haptics::ForceParts>& parts, const haptics::TouchScene& scene,
                   bool is_playing);
-  /// Goes some ticks forward or back.
+  /// The user requested to go this number of ticks forward; negative: back.
   std::function<void(int)> on_step = [](int) {};
   std::function<void(bool)> on_visible = [](bool) {};
 

@@ -141,8 +141,9 @@ void ImagePane::set_names_visible(bool is_visible) {
 }
 
 QRectF ImagePane::image_rect(const Panel& panel) const {
-  // Slices have the size of the pane, except during a resize: then they are scaled to fit, as X-rays always
-  // are. The height of the pane determines the projection of a volume rendering.
+  // X-rays are scaled to fit into the pane. Slices have the size of the pane, except during a resize, when
+  // they are also scaled to fit. A volume rendering is scaled to the height of the pane, which determines its
+  // projection.
   const double by_height = height() / static_cast<double>(panel.rows);
   const double scale = panes_->kind(index_) == PaneKind::rendering
                            ? by_height
@@ -181,7 +182,8 @@ void ImagePane::refresh(const std::array<dvec3, 2>* tool) {
   update();
 }
 
-/// Adds letters, captions and the value at the focus to `text`. Sets `bottom`, the lower edge of the legend.
+/// Adds the letters of directions, the captions and the value at the focus to `text`. Sets `bottom`, the
+/// lower edge of the legend.
 void ImagePane::add_captions(PaneText& text, const Panel& panel, const QRectF& inner, double& bottom) const {
   const PaneKind kind = panes_->kind(index_);
   text.add(inner, Qt::AlignLeft | Qt::AlignVCenter, QString::fromStdString(panel.left));
@@ -257,7 +259,7 @@ void ImagePane::paintEvent(QPaintEvent*) {
     }
     text.draw_names(*panel);
   }
-  // Crosshair of the other planes, with a gap at the focus.
+  // Draw the crosshair, which shows the other planes. It has a gap at the focus.
   if (imaging::is_planar(kind) && panel != nullptr)
     if (const auto at = panes_->pixel(index_, panes_->focus())) {
       constexpr double k_gap = 9;
@@ -268,11 +270,11 @@ void ImagePane::paintEvent(QPaintEvent*) {
       for (const QPointF& direction : {QPointF(1, 0), QPointF(-1, 0), QPointF(0, 1), QPointF(0, -1)})
         painter.drawLine(p + k_gap * direction, p + 4000 * direction);
     }
-  // The tool. Not on a held X-ray, which shows another time and another pose of the C-arm.
+  // Draw the tool, except on a held X-ray: the tool and the C-arm may have moved since its exposure.
   if (has_tool_ && panel != nullptr && (kind != PaneKind::xray || panes_->is_live())) {
     const auto tip = panes_->pixel(index_, tool_[0]), end = panes_->pixel(index_, tool_[1]);
     if (tip && end) {
-      // Faint if the tip is not in the plane.
+      // The tool is drawn faintly if its tip is not in the plane.
       constexpr double k_in_plane = 2;  // mm
       const bool is_in_plane = !plane || std::abs(plane->height(tool_[0])) < k_in_plane;
       painter.setPen(QPen(QColor(255, 170, 60, is_in_plane ? 255 : 90), 2));
@@ -398,7 +400,7 @@ void ImagePane::mouseMoveEvent(QMouseEvent* event) {
 
 void ImagePane::mouseDoubleClickEvent(QMouseEvent*) { on_maximise(); }
 
-/// Keys of 3D Slicer.
+/// Handles keys; they are those of 3D Slicer.
 void ImagePane::keyPressEvent(QKeyEvent* event) {
   switch (event->key()) {
     case Qt::Key_Right:

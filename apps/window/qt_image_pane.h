@@ -20,21 +20,23 @@ namespace trephine::view {
 class PaneText;
 
 /// Draws a pane of `panes`, and translates mouse events to calls of `panes`. In a slice, the wheel shows the
-/// next or previous slice, and zooms with Ctrl; motion with Shift sets the focus of all slices; dragging the
-/// middle button pans, the right one zooms, the left one changes the grey window. In a volume rendering,
-/// dragging turns the camera. A double click maximises the pane.
+/// next or previous slice, or zooms with Ctrl. Motion with Shift sets the focus of all slices. Dragging with
+/// the middle button pans, with the right button zooms, and with the left button changes the grey window. In
+/// a volume rendering, dragging turns the camera. A double click maximises or restores the pane.
 class ImagePane : public QWidget {
   Q_OBJECT
 
  public:
   ImagePane(imaging::Panes& panes, std::size_t index, QWidget* parent = nullptr);
 
-  /// Updates image, tool and crosshair; call in every frame. `tool`: tip and a point up its shaft, or null.
+  /// Updates image, tool and crosshair; call in every frame. `tool`: tip of the tool and a point of its shaft
+  /// (world, mm); null: no tool is drawn.
   void refresh(const std::array<glm::dvec3, 2>* tool);
   void set_kind(imaging::PaneKind kind);
   /// Lays out the controls; their height follows the font.
   void lay_out();
-  /// Shows the lines and labels of overlays that are near the plane: measurements, outlines. Null: none.
+  /// Shows lines and labels of the measurements and the plan among these overlays, if they are near the
+  /// plane. Null: no overlays.
   void set_overlays(std::shared_ptr<const sim::Overlays> overlays);
   /// Shows positions (world) that the user marks, and the line between them.
   void set_marks(std::vector<glm::dvec3> marks);
@@ -49,9 +51,10 @@ class ImagePane : public QWidget {
   std::function<void()> on_shoot = [] {};
   std::function<void(bool)> on_live = [](bool) {};
   std::function<void(int)> on_preset = [](int) {};
-  /// The user clicked at a point of the plane (world). Returns true if the click has no other effect.
+  /// The user clicked at a point of the plane (world, mm). Return true if the click must have no other
+  /// effect.
   std::function<bool(const glm::dvec3& at)> on_point = [](const glm::dvec3&) { return false; };
-  /// Turns the camera of the 3-D picture, which a volume rendering shares; degrees.
+  /// The user turned a volume rendering by these angles, degrees. It shares the camera of the 3-D picture.
   std::function<void(double left, double up)> on_turn = [](double, double) {};
 
  protected:

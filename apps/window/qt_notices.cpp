@@ -33,8 +33,8 @@ NoticeLabel::NoticeLabel(QWidget* canvas) : QLabel(canvas) {
   hide();
 }
 
-/// Returns the position of the label at a side of the tip, or at the opposite one if the picture has no room.
-/// `extra`: pixels farther above or below the tip.
+/// Returns the position of the label on a side of the tip (see `side_`), or on the opposite side if the
+/// picture has no room there. `extra`: additional distance above or below the tip, pixels.
 QPoint NoticeLabel::position_at(int side, int extra, const QPoint& tip) const {
   constexpr int k_gap = 28, k_border = 8;
   const auto along = [&](bool is_before, int at, int gap, int length, int room) {
@@ -59,7 +59,8 @@ void NoticeLabel::show_at(const QString& text, EventLevel level, const QPoint& t
     setStyleSheet(
         QString("background: #12161e; color: #ecedf4; border: 2px solid %1; border-radius: 6px").arg(border));
     setText(text);
-    // The label is as wide as its longest line; long lines wrap, also to fit into the picture.
+    // The label is as wide as its longest line if that is short. A long line wraps at half of its length
+    // plus 24 characters, and always at the width of the picture.
     int line_width = 0;
     for (const QString& line : text.split('\n'))
       line_width = std::max(line_width, fontMetrics().horizontalAdvance(line));
@@ -91,7 +92,7 @@ EventLog::EventLog(QWidget* parent) : QDockWidget("Event log", parent), list_(ne
   list_->setWordWrap(true);
   list_->setFocusPolicy(Qt::NoFocus);
   list_->setAccessibleName("Event log");
-  // At least three lines of text; the user can enlarge it by its border.
+  // The log shows at least three lines of text; the user can enlarge it by dragging its border.
   list_->setMinimumHeight(3 * list_->fontMetrics().height());
   list_->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Ignored);
   setWidget(list_);
@@ -138,8 +139,7 @@ void EventLog::show_time(const Notices& notices, double seconds) {
 
 void EventLog::showEvent(QShowEvent* event) {
   QDockWidget::showEvent(event);
-  // Eight lines at first; the user can change the height.
-  constexpr int k_lines = 8;
+  constexpr int k_lines = 8;  // initial height of the log, in lines; the user can change the height
   QTimer::singleShot(0, list_, &QListWidget::scrollToBottom);
   if (std::exchange(was_shown_, true)) return;
   // Deferred until the layout has its sizes.

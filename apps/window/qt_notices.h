@@ -18,21 +18,21 @@ class NoticeLabel : public QLabel {
 
  public:
   explicit NoticeLabel(QWidget* canvas);
-  /// Returns true if show_at() chooses a place for this text: it is not being shown, or the font or the width
-  /// of the picture changed.
+  /// Returns true if show_at() will choose a new position for this text, because the text is not shown yet,
+  /// or the font or the width of the picture changed.
   bool needs_layout(const QString& text) const {
     return !text.isEmpty() && (text != this->text() || isHidden() || widest() != widest_ || font() != font_);
   }
-  /// Shows `text` next to the tip of the tool; an empty text hides the label. A new text is placed at the
-  /// side of the tip where it covers the least of `labels`, farther away if need be, and then follows the tip
-  /// there. Positions and boxes: pixels of the canvas.
+  /// Shows `text` next to the tip of the tool; an empty text hides the label. A new text is placed on the
+  /// side of the tip, and at the distance from it, at which the text covers the least of `labels`. Then the
+  /// label follows the tip and keeps this side and distance. Positions and boxes: pixels of the canvas.
   void show_at(const QString& text, workbench::EventLevel level, const QPoint& tip,
                std::span<const QRect> labels);
 
  private:
   QPoint position_at(int side, int extra, const QPoint& tip) const;
-  int side_ = 0;   ///< of the tip: 0 lower right, 1 lower left, 2 upper right, 3 upper left
-  int extra_ = 0;  ///< pixels farther from the tip, where labels are near
+  int side_ = 0;   ///< side of the tip: 0 lower right, 1 lower left, 2 upper right, 3 upper left
+  int extra_ = 0;  ///< additional distance above or below the tip to avoid labels, pixels
   workbench::EventLevel level_ = workbench::EventLevel::record;
   /// Returns the largest width of the label in the picture, pixels.
   int widest() const { return std::max(parentWidget()->width() - 16, 80); }
@@ -40,15 +40,15 @@ class NoticeLabel : public QLabel {
   QFont font_;      ///< font at the last layout
 };
 
-/// All messages with their times, newest last. Follows the newest unless it is scrolled.
+/// All messages with their times, newest last. Scrolls to new messages unless the user has scrolled up.
 class EventLog : public QDockWidget {
   Q_OBJECT
 
  public:
   explicit EventLog(QWidget* parent);
   void update_from(const Notices& notices);
-  /// For a replay, whose messages are all known: scrolls to the last message at or before `seconds`, and
-  /// greys the later ones.
+  /// Shows the time of a replay, whose messages are all in the log from the start: scrolls to the last
+  /// message at or before `seconds`, and shows the later messages in grey.
   void show_time(const Notices& notices, double seconds);
   void clear();
 
@@ -59,7 +59,7 @@ class EventLog : public QDockWidget {
   QListWidget* list_;
   std::size_t count_ = 0;
   bool was_shown_ = false;
-  int past_ = -1;  ///< number of messages up to the time of show_time(); -1: not called
+  int past_ = -1;  ///< number of messages up to the time that show_time() showed last; -1: not called yet
 };
 
 }  // namespace trephine::view

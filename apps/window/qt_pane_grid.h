@@ -1,4 +1,5 @@
-// PaneGrid: layout of the picture and its panes: visibility, sizes, and storage of both.
+// PaneGrid: layout of the picture and its panes: which of them are visible, their sizes, and a text to store
+// both.
 #pragma once
 
 #include <QSplitter>
@@ -9,11 +10,12 @@
 
 namespace trephine::view {
 
-/// Arrangements; k_layouts has their names.
+/// Arrangements of picture and panes. k_layouts has their names in stored layouts.
 enum class Layout : std::uint8_t { picture, slices, xray, rendering, depths };
 inline constexpr std::array k_layouts{"picture", "slices", "xray", "drawn", "depths"};
 
-/// Two columns: the picture above one pane, and two panes. Borders can be dragged; any part can be maximised.
+/// Two columns: on the left the picture above one pane, on the right two panes. Borders can be dragged; the
+/// picture or any pane can be maximised.
 class PaneGrid : public QSplitter {
   Q_OBJECT
 
@@ -27,7 +29,8 @@ class PaneGrid : public QSplitter {
   Layout arrangement() const noexcept { return layout_; }
   ImagePane* pane(std::size_t i) const { return panes_[i]; }
   static constexpr std::size_t k_panes = 3;
-  /// Maximises one part (0 the picture, then the panes), or restores the arrangement.
+  /// Maximises the picture (0) or a pane (its index + 1). If this part is maximised already, restores the
+  /// arrangement.
   void maximise(int pane);
   bool is_maximised() const noexcept { return maximised_ >= 0; }
 
@@ -38,7 +41,7 @@ class PaneGrid : public QSplitter {
 
  private:
   void update_visibility();
-  /// Stores the positions of the borders between visible panes.
+  /// Stores the positions of the borders between visible parts in `shares_`.
   void store_shares();
 
   imaging::Panes* data_;
@@ -46,8 +49,10 @@ class PaneGrid : public QSplitter {
   QWidget* canvas_ = nullptr;
   std::array<ImagePane*, k_panes> panes_{};
   Layout layout_ = Layout::picture;
-  int maximised_ = -1;                        ///< maximised part; -1: no part
-  std::array<int, 3> shares_{500, 500, 500};  ///< share of the first part, thousandths: columns, left, right
+  int maximised_ = -1;  ///< maximised part; -1: no part
+  /// Share of the first part of each splitter, in thousandths: the two columns, the left column, the right
+  /// column.
+  std::array<int, 3> shares_{500, 500, 500};
 };
 
 }  // namespace trephine::view

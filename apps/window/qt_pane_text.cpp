@@ -45,12 +45,12 @@ PictureBox PaneText::box_of(const QRectF& area) const {
 }
 
 /// Places the legend into the corner where it covers the least of the image. Entries that do not fit are
-/// replaced by their number.
+/// replaced by one entry with their count.
 void PaneText::place_legend(const Panel& panel, double bottom, std::vector<Entry> entries) {
   entries_ = std::move(entries);
   legend_ = {};
   if (entries_.empty()) return;
-  constexpr double k_share = 0.3;  // of the height, so that the legend does not hide the image
+  constexpr double k_share = 0.3;  // largest height of the legend, as a share of the area for texts
   const double row = row_height(*painter_), swatch = 0.6 * row + 10 - k_margin;
   const auto most = static_cast<std::size_t>(std::max(0.0, k_share * (bottom - inner_.top()) / row));
   if (entries_.size() > most) {
@@ -86,7 +86,9 @@ void PaneText::lay_out(const Panel& panel, bool has_names, double bottom) {
   names_.clear();
   place_legend(panel, bottom, lines);
   if (!has_names) return;
-  // Names without room are listed by number in the legend, which the other names then avoid.
+  // A name without room is replaced by a number, and the legend explains the number. The legend becomes
+  // larger, and the names must be placed again to avoid it: repeat until the legend does not change, at most
+  // three times.
   constexpr int k_rounds = 3;
   for (int round = 0; round < k_rounds; ++round) {
     imaging::LabelSpace space{size_.width(), size_.height(), metrics.height() + 2,

@@ -35,7 +35,8 @@ QSize ForceBar::sizeHint() const {
 }
 
 void ForceBar::show_force(double newtons, double limit) {
-  // Repainting a widget recomposes the whole window with its picture: repaint only after visible changes.
+  // To repaint a widget, Qt composes the whole window with its picture again. Repaint only after visible
+  // changes.
   const auto hundredths = [](double n) { return std::lround(100 * n); };
   const std::array<long, 3> before{hundredths(force_), hundredths(limit_), hundredths(peak_)};
   force_ = newtons;

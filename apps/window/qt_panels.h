@@ -1,4 +1,5 @@
-// Small widgets of the window: force bar, slider with marks, fold button, help overlay.
+// Small widgets of the window: force bar, slider with marks, fold button, scrolling by the wheel, help
+// overlay.
 #pragma once
 
 #include <QSlider>
@@ -11,8 +12,8 @@ class QScrollArea;
 
 namespace trephine::view {
 
-/// Force as a bar with its limit: blue, yellow from half of the limit, with a text at the limit, so that the
-/// user does not depend on colour or length alone.
+/// Shows the force as a bar. The bar is blue, and yellow above half of the limit of the force. At the limit a
+/// text is added, so that the user does not depend on colour or length alone.
 class ForceBar : public QWidget {
   Q_OBJECT
 
@@ -30,8 +31,9 @@ class ForceBar : public QWidget {
   double force_ = 0, limit_ = 8, peak_ = 0;
 };
 
-/// A horizontal slider with marks of events: amber, or red for dangers. Tool tips show the texts of marks. A
-/// click moves the handle to the position of the click, or to a mark near it.
+/// A horizontal slider with marks: red for dangers, amber for other events, blue for notes. Tool tips show
+/// the texts of marks. A click moves the handle to the position of the click, or to a mark near this
+/// position.
 class MarkedSlider : public QSlider {
   Q_OBJECT
 
@@ -61,7 +63,7 @@ class MarkedSlider : public QSlider {
   std::vector<Mark> marks_;
 };
 
-/// A button with an arrow that shows or hides widgets, by on_fold.
+/// A button with an arrow. A click calls on_fold, which shows or hides widgets.
 class FoldButton : public QToolButton {
   Q_OBJECT
 
@@ -70,7 +72,8 @@ class FoldButton : public QToolButton {
   std::function<void(bool is_open)> on_fold = [](bool) {};
 };
 
-/// Makes the wheel scroll an area also over its boxes and sliders, whose values it then does not change.
+/// Makes the wheel scroll an area even if the cursor is over a combo box, spin box or slider in this area.
+/// The wheel then does not change the value of that widget.
 class WheelScrolls : public QObject {
   Q_OBJECT
 

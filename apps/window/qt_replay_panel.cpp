@@ -19,7 +19,7 @@ using workbench::EventLevel;
 
 namespace {
 
-constexpr double k_same_note = 0.5;  // s
+constexpr double k_same_note = 0.5;  // s; a note nearer than this is edited
 
 QPushButton* make_button(const char* name, const QString& text, const QString& tip) {
   auto* button = new QPushButton(text);
@@ -66,7 +66,8 @@ ReplayPanel::ReplayPanel(const workbench::SessionSummary& summary, double second
   else if (auto notes = data_tools::read_notes(session_))
     notes_ = std::move(notes).value();
   else
-    // An invalid file must not be replaced. The window shows the reason when it is open.
+    // An invalid file of notes must not be overwritten: disable the button. The window shows the reason once
+    // its event loop runs.
     QMetaObject::invokeMethod(
         this, [this, error = notes.error()] { note_->setEnabled(false), on_error(error); },
         Qt::QueuedConnection);
@@ -133,7 +134,7 @@ void ReplayPanel::ask_note() {
   dialog->open();
 }
 
-/// Adds, replaces or removes the note of this time.
+/// Adds, replaces or removes the note at a time (s). An empty text removes the note.
 void ReplayPanel::save_note(double seconds, const std::string& text) {
   Notes notes = notes_;
   const auto same =

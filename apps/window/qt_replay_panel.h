@@ -1,4 +1,4 @@
-// ReplayPanel: time and speed of a replay, notes of an instructor, and the continuation from a moment.
+// ReplayPanel: time and speed of a replay, notes of an instructor, and a button to continue the operation.
 #pragma once
 
 #include <QDockWidget>
@@ -29,19 +29,20 @@ class ReplayPanel : public QDockWidget {
   void control(ReplayController& replay) { replay_ = &replay; }
   /// Shows the state of the replay; call in every frame.
   void show_state();
-  /// Plays or pauses; plays again from the start at the end.
+  /// Plays or pauses the replay. At its end, plays it again from the start.
   void toggle_play();
-  /// Pauses, and asks for the text of a note at this time. A note less than half a second away is edited; an
-  /// empty text removes it.
+  /// Pauses, and asks for the text of a note at the shown time. If a note is less than half a second away,
+  /// that note is edited; an empty text removes it.
   void ask_note();
-  /// Notes by time.
+  /// Notes in the order of their times.
   const Notes& notes() const noexcept { return notes_; }
   /// Returns the notes that are shown at a time, as marks in the picture.
   static sim::Overlays marks_of(const Notes& notes, double seconds);
 
   std::function<void(const Error&)> on_error = [](const Error&) {};
   std::function<void()> on_notes = [] {};
-  /// The user continues the operation from this moment. Null: not possible, for `reason`.
+  /// Enables the button by which the user continues the operation from the shown moment, and sets the
+  /// function that the button calls. Null: disables the button, with `reason` as its tool tip.
   void allow_take_over(std::function<void()> take_over, const QString& reason);
 
  private:

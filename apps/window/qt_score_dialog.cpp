@@ -23,7 +23,8 @@ using sim::Finding;
 
 namespace {
 
-/// Draws the shape of a verdict: a disk is good, a triangle fair, a square bad, a ring was not judged.
+/// Draws the shape of a verdict: a disk for good, a triangle for fair, a square for bad, a ring for not
+/// judged.
 QIcon icon_of(Finding::Verdict verdict) {
   QPixmap pixmap(16, 16);
   pixmap.fill(Qt::transparent);
@@ -90,7 +91,7 @@ ScoreDialog::ScoreDialog(const WindowHost& host, std::function<Status(const std:
       judged_(make_table(
           "findings", {tr("Verdict"), tr("Finding"), tr("Value"), tr("Limits"), tr("Points"), tr("Reason")})),
       reported_(make_table("reported", {tr("Reported without verdict"), tr("Value")})),
-      report_(new QPushButton(tr("Write the report ..."))) {
+      report_button_(new QPushButton(tr("Write the report ..."))) {
   setObjectName("score");
   setWindowTitle(tr("Score of the operation"));
   resize(900, 640);
@@ -102,12 +103,12 @@ ScoreDialog::ScoreDialog(const WindowHost& host, std::function<Status(const std:
   status_->setObjectName("score_status");
   status_->setOpenExternalLinks(true);
   status_->setWordWrap(true);
-  report_->setObjectName("write_report");
-  report_->setEnabled(false);
-  report_->setVisible(static_cast<bool>(host_.report));
-  connect(report_, &QPushButton::clicked, this, &ScoreDialog::ask_for_report);
+  report_button_->setObjectName("write_report");
+  report_button_->setEnabled(false);
+  report_button_->setVisible(static_cast<bool>(host_.report));
+  connect(report_button_, &QPushButton::clicked, this, &ScoreDialog::ask_for_report);
   auto* buttons = new QDialogButtonBox(QDialogButtonBox::Close);
-  buttons->addButton(report_, QDialogButtonBox::ActionRole);
+  buttons->addButton(report_button_, QDialogButtonBox::ActionRole);
   connect(buttons, &QDialogButtonBox::rejected, this, &QDialog::close);
   auto* column = new QVBoxLayout(this);
   critical_->setObjectName("score_critical");
@@ -150,7 +151,7 @@ void ScoreDialog::start(const QString& text, Work work) {
   status_->setText(text);
   bar_->setValue(0);
   bar_->show();
-  report_->setEnabled(false);
+  report_button_->setEnabled(false);
   constexpr int k_poll_ms = 100;
   timer_.start(k_poll_ms);
 }
@@ -211,7 +212,7 @@ void ScoreDialog::poll() {
   bar_->hide();
   Result<sim::Score> done = work_.get();
   work_ = {};
-  report_->setEnabled(score_ || done);
+  report_button_->setEnabled(score_ || done);
   if (!done) {
     status_->setText(text_of(done.error().message()));
   } else if (is_report_) {

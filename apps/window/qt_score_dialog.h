@@ -18,14 +18,14 @@ class QTableWidget;
 
 namespace trephine::view {
 
-/// Judges a copy of the recording on another thread; the operation continues meanwhile. Verdicts have a shape
-/// and a word, so that none depends on colour.
+/// Judges a copy of the recording on another thread, while the operation continues. Each verdict has a shape
+/// and a word, so that it can be identified without its colour.
 class ScoreDialog : public QDialog {
   Q_OBJECT
 
  public:
-  /// `check_output`: returns an error if a file cannot be written or is in use. `stage`: of the window; an
-  /// operation is not replaced while a file is being chosen.
+  /// `check_output`: returns an error if a file cannot be written or is in use. `stage`: stage of the window,
+  /// which does not replace the operation while the dialog asks for a file.
   ScoreDialog(const WindowHost& host, std::function<Status(const std::string& file)> check_output,
               WindowStage& stage, QWidget* parent);
   /// Cancels the work and waits for it.
@@ -51,19 +51,19 @@ class ScoreDialog : public QDialog {
   WindowHost host_;
   std::function<Status(const std::string&)> check_output_;
   WindowStage& stage_;
-  QTemporaryDir folder_;  ///< of the copy
+  QTemporaryDir folder_;  ///< folder of the copy
   std::string scan_;
   std::shared_ptr<std::atomic<double>> share_;
   std::shared_ptr<std::atomic<bool>> is_cancelled_;
   std::future<Result<sim::Score>> work_;
-  bool is_report_ = false;  ///< the work writes a report
+  bool is_report_ = false;  ///< the last started work writes a report
   QString page_;            ///< path of that report
   std::optional<sim::Score> score_;
   QTimer timer_;
   QLabel *points_, *critical_, *status_;
   QProgressBar* bar_;
   QTableWidget *judged_, *reported_;
-  QPushButton* report_;
+  QPushButton* report_button_;
 };
 
 }  // namespace trephine::view

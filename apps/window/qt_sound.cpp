@@ -47,7 +47,8 @@ bool DrillSound::start() {
   if (device.isNull() || !device.isFormatSupported(format)) return false;
   open(QIODevice::ReadOnly);
   output_ = std::make_unique<QAudioOutput>(device, format);
-  output_->setBufferSize(2 * DrillVoice::k_rate / 20);  // 50 ms: synchronous with the picture
+  output_->setBufferSize(2 * DrillVoice::k_rate /
+                         20);  // bytes of 50 ms, which the user does not perceive as a delay
   output_->start(this);
   return output_->error() == QAudio::NoError;
 }

@@ -32,9 +32,10 @@ class DrillSound : public QIODevice {
  public:
   explicit DrillSound(QObject* parent = nullptr);
   ~DrillSound() override;
-  /// Returns false if there is no sound device.
+  /// Starts the sound. Returns false if there is no sound device or it does not support the format.
   bool start();
   void stop();
+  /// Sets the state for the next samples; parameters as in DrillVoice::fill().
   void show(double force, bool is_pressed, bool has_contact);
 
  protected:

@@ -87,7 +87,7 @@ void StartPage::fill() {
     grid->addWidget(make_tile(tile), count / k_columns, count % k_columns);
     ++count;
   }
-  // The box for an own scan fills the rest of the row.
+  // The box for the user's own scan fills the rest of the row.
   grid->addWidget(make_own_scan(), count / k_columns, count % k_columns, 1, k_columns - count % k_columns);
   for (int i = 0; i < k_columns; ++i) grid->setColumnStretch(i, 1);
   column->addLayout(grid);
@@ -102,7 +102,7 @@ void StartPage::fill() {
   layout()->addWidget(area);
 }
 
-/// A button with a picture, a title and a text.
+/// Makes a button with a picture, a title and a text.
 QWidget* StartPage::make_tile(const StartTile& tile) {
   auto* button = new QPushButton;
   button->setObjectName("tile_" + text_of(tile.procedure.empty() ? tile.source : tile.procedure));
@@ -142,7 +142,7 @@ QWidget* StartPage::make_own_scan() {
   auto* box = new QGroupBox(tr("Your own scan"));
   auto* column = new QVBoxLayout(box);
   auto* text =
-      new QLabel(tr("A folder of a scanner, a case, or a file. Choose a procedure, or operate freely."));
+      new QLabel(tr("Open a DICOM folder, a case, or a file. Choose a procedure, or operate freely."));
   text->setWordWrap(true);
   column->addWidget(text);
   procedure_ = new QComboBox;

@@ -1,4 +1,4 @@
-// StartPage: tiles of cases, the user's sessions, and buttons for own scans.
+// StartPage: tiles of operations, the user's sessions, and buttons to open the user's own scans.
 #pragma once
 
 #include <QWidget>
@@ -22,7 +22,7 @@ class StartPage : public QWidget {
   std::function<void()> on_choice = [] {};
   /// The choice; StartChoice::Kind::none before it.
   const StartChoice& choice() const noexcept { return choice_; }
-  /// Chooses a scan with the selected procedure.
+  /// Chooses the scan at a path, with the selected procedure. An empty path has no effect.
   void choose_scan(const QString& path);
 
  protected:

@@ -30,14 +30,14 @@ QLabel* make_text(const char* name) {
   return label;
 }
 
-/// Sets the weight; the size remains that of the application.
+/// Sets the weight of the font; its size remains that of the application.
 void set_bold(QLabel* label, bool is_bold) {
   QFont font;
   font.setBold(is_bold);
   label->setFont(font);
 }
 
-/// Creates a scrolled column, which never scrolls sideways.
+/// Creates a scroll area that never scrolls horizontally.
 QScrollArea* make_scrolled(const char* name, QWidget* contents) {
   auto* area = new QScrollArea;
   area->setObjectName(name);
@@ -146,8 +146,8 @@ void StepsPanel::update_from(const StepGuide& guide) {
   shown_revision_ = guide.revision();
   show_rows(guide);
   const int step = static_cast<int>(guide.index());
-  const bool has_same_buttons =
-      step == shown_step_ && buttons_.size() == guide.next().size();  // a step has its buttons in one order
+  // The buttons of a step always have the same order.
+  const bool has_same_buttons = step == shown_step_ && buttons_.size() == guide.next().size();
   if (!has_same_buttons) show_step(guide);
   shown_step_ = step;
   for (std::size_t i = 0; i < buttons_.size(); ++i) {
@@ -155,13 +155,13 @@ void StepsPanel::update_from(const StepGuide& guide) {
     buttons_[i].button->setEnabled(next.is_allowed);
     const QString reason =
         next.needs_empty_hand
-            ? tr("This step allows no tool in the hand: the tool is removed when you go on.")
+            ? tr("That step does not allow the tool in the hand: the tool is removed when you go on.")
             : text_of(next.reason);
     buttons_[i].reason->setText(reason);
     buttons_[i].reason->setVisible(!reason.isEmpty());
   }
   lay_out();
-  // The next frame shows the texts at their new positions.
+  // Lay out the texts now, so that the next frame shows them at their new positions.
   QCoreApplication::sendPostedEvents(nullptr, QEvent::LayoutRequest);
 }
 
@@ -219,17 +219,20 @@ void StepsPanel::build_buttons(const StepGuide& guide) {
   button_column_->addWidget(score_);
 }
 
-/// Fits the width to the text size, and the height of the list to its rows; the current row is visible.
+/// Fits the width of the panel to the text size, and the height of the list to its rows. Scrolls the list so
+/// that the current row is visible.
 void StepsPanel::lay_out() {
   constexpr int k_columns = 26;  // average characters
   constexpr int k_margins = 48;  // pixels above, below and between the three parts, together
   const int width = k_columns * fontMetrics().averageCharWidth();
   widget()->setMinimumWidth(width);
   const QLayout* rows = list_->widget()->layout();
-  // The scrolled widget is never smaller than its minimum, whatever its width.
+  // The scrolled widget is never lower than its minimum height, even if its rows would need less at this
+  // width.
   list_->setMaximumHeight(std::max(rows->minimumSize().height(),
                                    rows->heightForWidth(std::max(width, list_->viewport()->width()))));
-  // All steps are visible unless they need more than half of the panel, and more than the texts leave.
+  // All steps are visible unless they need both more than half of the panel and more than the space that the
+  // texts leave free.
   const QLayout* texts = details_->widget()->layout();
   const int details_height = texts->heightForWidth(std::max(width, details_->viewport()->width()));
   const int rest = widget()->height() - title_->heightForWidth(std::max(width, title_->width())) -

@@ -1,4 +1,4 @@
-// StepsPanel: the steps of a procedure, the hint of the current one, and buttons of the next ones.
+// StepsPanel: the steps of a procedure, the hint of the current step, and buttons for the next steps.
 #pragma once
 
 #include <QDockWidget>
@@ -32,13 +32,14 @@ class WrappingButton : public QPushButton {
   QString words_;
 };
 
-/// Done steps have a check mark, the current one an arrow and bold text, later ones plain text.
+/// List of steps, texts of the current step, and a button per next step. In the list, a visited step has a
+/// check mark, and the current step has an arrow and bold text.
 class StepsPanel : public QDockWidget {
   Q_OBJECT
 
  public:
   StepsPanel(const volume::SurgicalProcedure& procedure, QWidget* parent);
-  /// Shows the state of a guide to the same procedure. No cost if the state did not change.
+  /// Shows the state of a guide to the procedure of the constructor. No cost if the state did not change.
   void update_from(const StepGuide& guide);
   std::function<void(const std::string& step)> on_request = [](const std::string&) {};
   std::function<void()> on_score;  ///< null: the last step has no button for the score
@@ -63,7 +64,7 @@ class StepsPanel : public QDockWidget {
   };
   std::vector<Row> rows_;
   std::vector<Button> buttons_;
-  WrappingButton* score_ = nullptr;   ///< button of a last step; null: none
+  WrappingButton* score_ = nullptr;   ///< button that shows the score; null: not in the current step
   std::uint64_t shown_revision_ = 0;  ///< 0: nothing is shown
   int shown_step_ = -1;
   QLabel *title_ = nullptr, *hint_ = nullptr, *note_ = nullptr;

@@ -56,7 +56,8 @@ void StructurePanel::show_list(const std::vector<Structure>& structures) {
     shown->setIcon(swatch(structure.colour));
     shown->setChecked(structure.opacity > 0);
     shown->setFocusPolicy(Qt::NoFocus);
-    shown->setToolTip(tr("Show or hide this structure in the picture. Touch does not change."));
+    shown->setToolTip(
+        tr("Show or hide this structure in the picture. The tool still touches the same structures."));
     grid->addWidget(shown, row, 0);
     if (structure.kind == Structure::Kind::one_bone) {
       connect(shown, &QCheckBox::toggled, this,

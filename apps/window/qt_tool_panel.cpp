@@ -60,7 +60,7 @@ QString label_of(const sim::Field& field) {
 }
 
 namespace {
-/// Adds a button to a line edit, by which the user marks the positions of its field in the picture.
+/// Adds a button to a line edit. By this button the user marks the positions of the field in the picture.
 void add_mark_button(QLineEdit* line, const sim::Field& field, const FieldForm::Mark& mark) {
   QPixmap cross(16, 16);
   cross.fill(Qt::transparent);
@@ -176,7 +176,7 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, const Mark& ma
       });
     }
   }
-  show(sim::Value(value_));  // with the names that boxes selected
+  show(sim::Value(value_));  // value_ now has the names that combo boxes selected
   if (expert_ == nullptr) return;
   more_ = new FoldButton("more_settings", tr("More settings"));
   more_->on_fold = [this](bool is_open) {
@@ -346,7 +346,7 @@ void ToolPanel::show(const sim::Value& tool) {
   if (instrument_box_) {
     const int index = instrument_box_->findData(tool.is_empty() ? QString("") : text_of(tool.name()));
     instrument_box_->setCurrentIndex(index);
-    // An instrument that is chosen again has its last parameters, until another step determines them.
+    // An instrument that is selected again has its last parameters, until a step of a procedure sets others.
     if (!tool.is_empty() && index >= 0) instruments_[static_cast<std::size_t>(index)] = tool;
   }
   const bool is_same_type = form_ && !tool.is_empty() && form_->value().is_of(tool.type());

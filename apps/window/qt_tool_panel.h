@@ -23,7 +23,7 @@ QString words_of(std::string_view name);
 QString label_of(const sim::Field& field);
 /// Returns true if a field holds a list of positions.
 bool is_point_list(const sim::Field& field);
-/// Sets the positions of a field of a value: one, or a list.
+/// Sets a field of a value to a list of positions, or to the first position if it is a field of one position.
 void set_positions(sim::Value& value, const sim::Field& field, const std::vector<glm::dvec3>& places);
 
 /// A row for each field of a value. Each widget is named after its field.
@@ -33,7 +33,7 @@ class FieldForm : public QWidget {
  public:
   /// Returns the names to choose from for a text field; empty: the user types the text.
   using Offer = std::function<QStringList(sim::FieldInfo::Names)>;
-  /// Called to mark the positions of a field in the picture.
+  /// Lets the user mark the positions of a field in the picture.
   using Mark = std::function<void(const sim::Field&)>;
   /// `mark` null: positions can only be typed.
   explicit FieldForm(const sim::Value& value, const Offer& offer = {}, const Mark& mark = {},
@@ -41,7 +41,7 @@ class FieldForm : public QWidget {
   const sim::Value& value() const { return value_; }
   /// Shows a value without calling on_change.
   void show(const sim::Value& value);
-  /// Shows the rows of expert fields.
+  /// Shows the rows of expert fields, if there are any.
   void show_more();
   /// Changes the first number field by `steps` steps.
   void step(int steps);
@@ -90,7 +90,8 @@ class ToolPanel : public QWidget {
   /// Shows the instrument in the hand; empty: no instrument.
   void show(const sim::Value& tool);
   void step(int steps);
-  /// Parameters with which an instrument may be taken, or the reason why it may not.
+  /// Returns the parameters with which the user may select an instrument, or the reason why this is not
+  /// allowed.
   using Permission = std::function<Result<sim::Value, std::string>(const sim::InstrumentType&)>;
   /// Disables instruments that are not permitted, with the reason as tool tip, and offers "No tool". Null:
   /// all instruments are permitted.

@@ -55,9 +55,9 @@ MainWindow::MainWindow(std::shared_ptr<const haptics::TouchScene> scene, const W
   build_menu();
   servo_ = new QLabel;
   servo_->setObjectName("servo");
-  fault_ = new QLabel;
-  fault_->setObjectName("fault");
-  fault_->setMinimumWidth(fault_->fontMetrics().horizontalAdvance(tr("drawing, %1 %").arg(99)));
+  state_text_ = new QLabel;
+  state_text_->setObjectName("fault");
+  state_text_->setMinimumWidth(state_text_->fontMetrics().horizontalAdvance(tr("drawing, %1 %").arg(99)));
   notice_ = new ElidedLabel;
   notice_->setObjectName("notice");
   statusBar()->addWidget(servo_);
@@ -73,7 +73,7 @@ MainWindow::MainWindow(std::shared_ptr<const haptics::TouchScene> scene, const W
   connect(cancel_, &QPushButton::clicked, this, &MainWindow::cancel_opening);
   statusBar()->addPermanentWidget(opening_bar_);
   statusBar()->addPermanentWidget(cancel_);
-  statusBar()->addPermanentWidget(fault_);
+  statusBar()->addPermanentWidget(state_text_);
   build_panes();
   panes_.apply = [this](sim::Value command) {
     if (operation_) operation_->apply(std::move(command));
@@ -147,7 +147,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   const bool is_from_back = options_.side == 'P' || (options_.side == 0 && volume::is_spine(*scene_->base));
   picture->look_from(is_from_back ? 'P' : options_.side);
   set_from_back(is_from_back);
-  // A device starts in front of the camera.
+  // Start after the camera is aimed, because a haptic device begins in front of the camera.
   if (operation_)
     if (const Status error = operation_->start()) show_error(*error);
   if (options_.side == 0 && options_.summary.work_position)
@@ -252,7 +252,8 @@ void MainWindow::set_clip() {
                         followed_clip_ ? followed_clip_->normal : panes.section_normal()});
 }
 
-/// Reports disconnected parts, such as a table or a head holder, after the picture was drawn.
+/// After the picture was drawn, searches for large disconnected parts, such as a table or a head holder, and
+/// reports them.
 void MainWindow::report_disconnected_parts() {
   if (!has_checked_parts_ && !parts_.valid() && viewport()->is_complete()) {
     has_checked_parts_ = true;
@@ -263,7 +264,7 @@ void MainWindow::report_disconnected_parts() {
   }
   if (!parts_.valid() || parts_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
   const auto [scene, is_other_large] = parts_.get();
-  if (!is_other_large || scene != scene_ || !operation_) return;  // another scan was opened meanwhile
+  if (!is_other_large || scene != scene_ || !operation_) return;  // another scan was opened during the search
   const char* text =
       "The solid shape has disconnected parts, such as a table, a head holder or another bone. To omit them, "
       "check \"Largest part only\" and press \"Use\".";
@@ -338,7 +339,7 @@ void MainWindow::tick() {
   report_disconnected_parts();
 }
 
-/// Says that the anatomy is being drawn, until it is for the first time.
+/// Shows the progress of drawing until the anatomy has been drawn once.
 void MainWindow::show_drawing() {
   if (drawing_ == nullptr) return;
   if (viewport()->is_whole()) {
@@ -430,17 +431,17 @@ void MainWindow::show_state() {
     const std::string fault = operation_->fault_text();
     const double share = viewport()->drawn_share();
     const Status recording = options_.recorder ? options_.recorder->status() : std::nullopt;
-    fault_->setText(!fault.empty() ? QString::fromStdString("\u26a0 " + fault)
-                    : recording
-                        ? QString::fromStdString("\u26a0 " + recording->what + ": " + recording->found)
-                    : record.is_escaping                   ? QString("guiding the tool out of restored bone")
-                    : operation_->is_changing_instrument() ? ""
-                    : operation_->state().pending_jobs > 0 ? QString::fromStdString(operation_->job_text())
-                    : share < 1 ? QString("drawing, %1 %").arg(static_cast<int>(100 * share))
-                    : panes_.panes().is_waiting() ? tr("computing images ...")
-                                                  : tr("ready"));
+    state_text_->setText(
+        !fault.empty()       ? QString::fromStdString("\u26a0 " + fault)
+        : recording          ? QString::fromStdString("\u26a0 " + recording->what + ": " + recording->found)
+        : record.is_escaping ? QString("guiding the tool out of restored bone")
+        : operation_->is_changing_instrument() ? ""
+        : operation_->state().pending_jobs > 0 ? QString::fromStdString(operation_->job_text())
+        : share < 1                            ? QString("drawing, %1 %").arg(static_cast<int>(100 * share))
+        : panes_.panes().is_waiting()          ? tr("computing images ...")
+                                               : tr("ready"));
     const QString style = fault.empty() && !recording ? "" : "color: #f6c944; font-weight: bold";
-    if (fault_->styleSheet() != style) fault_->setStyleSheet(style);
+    if (state_text_->styleSheet() != style) state_text_->setStyleSheet(style);
   } else {
     show_replay_state();
   }
@@ -459,7 +460,7 @@ WindowReport MainWindow::finish() {
 
 void MainWindow::closeEvent(QCloseEvent* event) {
   save_layout();
-  // Show a message if the user closes the window; a program or a time limit must not wait for a dialog.
+  // Show a message only if the user closes the window: a program or a time limit must not wait for a dialog.
   if (const QString session = saved_session();
       !session.isEmpty() && !is_ended_by_program_ && (event->spontaneous() || is_quitting_)) {
     const WindowStage::Dialog dialog(stage_);

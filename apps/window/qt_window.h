@@ -47,17 +47,19 @@ class MainWindow : public QMainWindow {
   Q_OBJECT
 
  public:
-  /// Borrows the data that the options borrow.
+  /// The data that the options borrow must outlive the window.
   MainWindow(std::shared_ptr<const haptics::TouchScene> scene, const WindowOptions& options);
   ~MainWindow() override;
 
-  /// Opens another scan in the background; after an error, which is shown, the old operation continues.
+  /// Opens another scan in the background. If this fails, the error is shown and the current operation
+  /// continues.
   void open_source(const QString& source);
   /// Continues a recorded session, which is opened in the background.
   void resume_session(const QString& session);
   /// Plays a recorded session in a window of its own.
   void watch_session(const QString& session);
-  /// Starts again with a further scan to touch. `shape` as in WindowHost::add_scan.
+  /// Starts the operation again on the untouched scan, with a further scan to touch. `shape` as in
+  /// WindowHost::add_scan.
   void add_scan(const QString& scan, const QString& shape);
   Status check_save(const std::string& file, data_tools::OutputKind kind) const;
   Status save_volume(const QString& path);
@@ -71,7 +73,8 @@ class MainWindow : public QMainWindow {
   /// Exactly one of operation() and replay() is not null.
   OperationController* operation() noexcept { return operation_.get(); }
   ReplayController* replay() noexcept { return replay_.get(); }
-  /// Makes this replay follow the time and the view of another one, which must outlive it, and close with it.
+  /// Makes the replay of this window follow the time and the view of the replay of `leader`. This window
+  /// closes when `leader` closes; `leader` must outlive this window.
   void follow(MainWindow& leader);
   QVTKOpenGLNativeWidget* canvas() noexcept { return canvas_; }
   PaneGrid* panes() noexcept { return grid_; }
@@ -81,7 +84,7 @@ class MainWindow : public QMainWindow {
   void cancel_opening();
   /// Ends the operation and returns the report of the window.
   WindowReport finish();
-  /// Error of the requested screenshot.
+  /// Error of the screenshot that the options request; empty: no error.
   const Status& screenshot_error() const noexcept { return screenshot_error_; }
 
  protected:
@@ -114,7 +117,7 @@ class MainWindow : public QMainWindow {
   void build_measure_menu();
   QStringList names_of(sim::FieldInfo::Names kind);
   void show_message(const QString& text);
-  /// Message that is shown until a new tool can be used.
+  /// Returns the message that is shown until a new tool is ready.
   static QString preparing_text() { return tr("Preparing the tool ..."); }
   void show_refusal(const QString& reason);
   void follow_cursor();
@@ -152,14 +155,15 @@ class MainWindow : public QMainWindow {
   void tick();
   void adopt_opened();
   void start_opening(std::function<Result<OpenedScene>(const WindowHost::Listener&)> open);
-  /// Frozen current state for files; later cuts do not change it.
+  /// Returns the current state for a file; later cuts do not change it.
   std::shared_ptr<const volume::Version> frozen_version();
   void show_state();
   /// File of the current session; empty if there are no strokes or no recording.
   QString saved_session() const;
   QString ask_session(const QString& title);
   void collect_replays();
-  /// Adds the assumptions about the scan to the log, and shows the one about its shape.
+  /// Adds the assumptions about the scan to the log, and shows the assumption about its shape in the status
+  /// line.
   void show_assumptions();
   void show_notices();
   void press_deeper(int steps);
@@ -171,7 +175,7 @@ class MainWindow : public QMainWindow {
   void report_disconnected_parts();
   void preview_shape();
   void use_shape();
-  /// Asks whether the operation may start again on the untouched scan, if something was cut.
+  /// Returns true if the operation may start again on the untouched scan. Asks the user if something was cut.
   bool may_restart();
   void forget_preview();
   void set_clip();
@@ -181,11 +185,11 @@ class MainWindow : public QMainWindow {
                          Status (MainWindow::*save)(const QString&));
   std::shared_ptr<const volume::Version> version() const;
   Viewport* viewport();
-  /// True if the canvas can be drawn into.
+  /// Returns true if the canvas can be drawn into.
   bool is_drawable() const;
   void set_from_back(bool is_from_back);
-  /// Turns the picture to a side. Shows a message if the panes then show the patient's sides the other way
-  /// round.
+  /// Turns the picture to a side. Shows a message if the panes then show the patient's left on the other side
+  /// than the picture does.
   void look_from(char side);
 
   WindowOptions options_;
@@ -199,7 +203,7 @@ class MainWindow : public QMainWindow {
   PaneGrid* grid_ = nullptr;
   std::optional<PaneController::Clip> followed_clip_;
   PositionMarking marking_;
-  std::string marking_prompt_;              ///< shown by prompt_
+  std::string marking_prompt_;              ///< text that prompt_ shows
   std::optional<glm::dvec3> marking_next_;  ///< position under the cursor, where the shown line ends
   QLabel* prompt_ = nullptr;
   /// A scan that is being opened on another thread.
@@ -228,26 +232,27 @@ class MainWindow : public QMainWindow {
   DrillSound sound_;
   WindowReport report_;
   Status screenshot_error_;
-  bool is_quitting_ = false;          ///< closed by the menu
-  bool is_ended_by_program_ = false;  ///< closed by a signal or a time limit, without a dialog
+  bool is_quitting_ = false;          ///< the menu closes the window
+  bool is_ended_by_program_ = false;  ///< a signal or a time limit closes the window, without a dialog
   bool has_first_frame_ = false, is_sound_on_ = false, is_previewing_ = false;
-  /// Result of the search for disconnected parts: the searched scene, and true if one of them is large.
+  /// Result of the search for disconnected parts: the searched scene, and true if a part other than the
+  /// largest is large.
   std::future<std::pair<std::shared_ptr<const haptics::TouchScene>, bool>> parts_;
   bool has_checked_parts_ = false;
   ReplayPanel* replay_panel_ = nullptr;  ///< null without a replay
   ForcePanel* force_panel_ = nullptr;    ///< null without a replay
   std::vector<glm::dvec3> shown_note_marks_;
-  MainWindow* leader_ = nullptr;        ///< whose time this replay follows; null: none
-  std::uint64_t leader_view_time_ = 0;  ///< of the view of the leader that was copied last
+  MainWindow* leader_ = nullptr;        ///< window whose replay this replay follows; null: no such window
+  std::uint64_t leader_view_time_ = 0;  ///< modification time of the leader's camera when it was copied last
   CasePanel* case_panel_ = nullptr;     ///< null until it is requested
   Notices replay_notices_;              ///< events and notes of a replay, by its time
-  std::optional<QPoint> cursor_;        ///< last position on the canvas
+  std::optional<QPoint> cursor_;        ///< last position of the cursor on the canvas
   QSize cursor_canvas_;                 ///< size of the canvas at that position
   std::chrono::steady_clock::time_point opened_at_, last_tick_, servo_shown_at_;
   QTimer timer_, preview_timer_;
 
   ForceBar* force_bar_ = nullptr;
-  QLabel *removed_ = nullptr, *servo_ = nullptr, *fault_ = nullptr, *notice_ = nullptr,
+  QLabel *removed_ = nullptr, *servo_ = nullptr, *state_text_ = nullptr, *notice_ = nullptr,
          *history_text_ = nullptr;
   QScrollArea* panel_ = nullptr;
   ToolPanel* tool_panel_ = nullptr;
@@ -262,7 +267,7 @@ class MainWindow : public QMainWindow {
   QProgressBar* opening_bar_ = nullptr;
   QPushButton* cancel_ = nullptr;
   QAction *from_back_ = nullptr, *undo_action_ = nullptr, *redo_action_ = nullptr;
-  /// Action that sends a command of a module, which a step of a procedure may not allow.
+  /// Action that sends a command of a module. A step of a procedure can forbid the command.
   struct CommandAction {
     QAction* action;
     QMenu* menu;
@@ -272,17 +277,18 @@ class MainWindow : public QMainWindow {
   QAction* next_step_action_ = nullptr;  ///< null in a replay
   StepsPanel* steps_panel_ = nullptr;    ///< null: no procedure
   int shown_step_ = -1;
-  bool is_next_step_requested_ = false;  ///< the next step begins when its conditions are known
+  bool is_next_step_requested_ = false;  ///< go_to_next_step() runs again in the next frame
   ScoreDialog* score_ = nullptr;         ///< null until it is requested
   HelpOverlay* help_ = nullptr;
   NoticeLabel* tool_notice_ = nullptr;
-  QLabel* drawing_ = nullptr;  ///< null when the anatomy was drawn once
+  QLabel* drawing_ = nullptr;  ///< progress of drawing; null after the anatomy was drawn once
   EventLog* log_ = nullptr;
 };
 
-/// Sets a dark palette with high contrast, against which bone is bright.
+/// Sets a dark palette with high contrast, so that bone appears bright.
 void apply_look();
-/// Layout file in the folder of the user's settings; empty if there is no such folder.
+/// Returns the path of the layout file in the folder of the user's settings; empty if there is no such
+/// folder.
 std::string default_layout_file();
 
 }  // namespace trephine::view

@@ -54,7 +54,7 @@ void MainWindow::ask_and_save_case() {
   QString folder;
   {
     const WindowStage::Dialog dialog(stage_);
-    folder = QFileDialog::getExistingDirectory(this, tr("Folder in which the folder of the case is written"));
+    folder = QFileDialog::getExistingDirectory(this, tr("Choose where to create the folder of the case"));
   }
   if (folder.isEmpty()) return;
   QString name = text_of(case_panel_->request().name).toLower();

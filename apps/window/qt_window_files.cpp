@@ -141,7 +141,7 @@ void MainWindow::cancel_opening() {
   notice_->setText(tr("Cancelling ..."));
 }
 
-/// Replaces the operation by the opened one when that is ready and no dialog about the old one is open.
+/// Replaces the operation by the opened one when the opened one is ready and no dialog of the window is open.
 void MainWindow::adopt_opened() {
   if (!is_opening()) return;
   opening_bar_->setValue(static_cast<int>(100 * *opening_.share));
@@ -159,7 +159,7 @@ void MainWindow::adopt_opened() {
     if (const Status& ended = operation_->finish().recording_error) show_error(*ended);
   operation_.reset();
   recorder_ = std::move(o.recorder);
-  // Keep the data that the previous operation borrowed until the end of this function.
+  // Until the end of this function, keep the data that the previous operation borrowed.
   const std::shared_ptr<void> previous_owner = std::exchange(owner_, std::move(o.owner));
   options_.rate_hz = o.rate_hz;
   options_.force = o.force;
@@ -237,7 +237,7 @@ Status MainWindow::save_session(const QString& path) {
                  .kind = ErrorKind::missing_here};
   if (QFileInfo(path) == QFileInfo(QString::fromStdString(options_.session_file)))
     return std::nullopt;  // already saved there
-  // The recorder writes whole blocks, so that a copy made meanwhile is valid.
+  // The recorder writes whole blocks, so a copy is valid even if it is made while the recording continues.
   const std::string file = path.toStdString();
   if (Status error = check_save(file, data_tools::OutputKind::any)) return error;
   return data_tools::write_atomically(file, [&](const std::string& temporary) -> Status {

@@ -16,9 +16,9 @@ namespace trephine::view {
 bool MainWindow::eventFilter(QObject* object, QEvent* event) {
   // The picture gets the keyboard focus when the cursor enters it.
   if (object == canvas_ && event->type() == QEvent::Enter) canvas_->setFocus();
-  // The picture is outdated until it has the new size.
-  if (object == canvas_ && event->type() == QEvent::Resize && fault_->text() == tr("ready"))
-    fault_->setText(tr("drawing"));
+  // The picture is outdated until it is drawn in the new size.
+  if (object == canvas_ && event->type() == QEvent::Resize && state_text_->text() == tr("ready"))
+    state_text_->setText(tr("drawing"));
   return QMainWindow::eventFilter(object, event);
 }
 
@@ -37,7 +37,8 @@ void MainWindow::tilt(double right, double up) {
 void MainWindow::undo() {
   const sim::LiveState& state = operation_->state();
   operation_->undo();
-  if (state.can_undo || state.removed_mm3 > 0) return;  // removed matter: a stroke may still be ending
+  // If matter was removed, a stroke that is still ending may be undone next: show no refusal.
+  if (state.can_undo || state.removed_mm3 > 0) return;
   show_refusal(
       tr("There is no change of bone or bodies to undo. Injuries stay recorded; anchors, pins and "
          "measurements are removed with their own commands."));
@@ -63,8 +64,8 @@ void MainWindow::turn(double right, double up) {
 
 /// Handles arrows, W A S D, and Shift with the letter of a side. Returns false for other keys.
 bool MainWindow::move_by_key(const QKeyEvent* event) {
-  const bool is_fine = (event->modifiers() & Qt::ShiftModifier) != 0,
-             is_turn = (event->modifiers() & Qt::ControlModifier) != 0;
+  const bool has_shift = (event->modifiers() & Qt::ShiftModifier) != 0,
+             has_control = (event->modifiers() & Qt::ControlModifier) != 0;
   if (event->modifiers() & Qt::AltModifier) return false;
   glm::dvec2 direction(0);
   switch (event->key()) {
@@ -85,15 +86,15 @@ bool MainWindow::move_by_key(const QKeyEvent* event) {
   }
   if (direction != glm::dvec2(0)) {
     constexpr double k_turn = 20;  // pixels
-    const double mm = is_fine ? 0.2 : 1;
-    if (is_turn)
+    const double mm = has_shift ? 0.2 : 1;
+    if (has_control)
       turn(-k_turn * direction.x, -k_turn * direction.y);
     else if (operation_)
       operation_->move_tip(mm * direction.x, mm * direction.y);
     return true;
   }
-  if (is_turn) return false;
-  if (is_fine && event->key() < 128 &&
+  if (has_control) return false;
+  if (has_shift && event->key() < 128 &&
       std::string("APLRSI").find(static_cast<char>(event->key())) != std::string::npos) {
     look_from(static_cast<char>(event->key()));
     return true;
@@ -113,14 +114,16 @@ bool MainWindow::move_by_key(const QKeyEvent* event) {
   }
 }
 
-/// Moves the tool to the cursor, which is read directly, because its last event may belong to another widget.
+/// Moves the tool to the cursor. The position of the cursor is read directly, because another widget may have
+/// received the last event of the mouse.
 void MainWindow::follow_cursor() {
   const QPoint at = canvas_->mapFromGlobal(QCursor::pos());
   if (canvas_->width() < 2 || canvas_->height() < 2) return;  // not laid out yet
   if (!canvas_->isVisible()) {
     operation_->set_cursor(-10, -10);  // the picture is hidden by a pane: touch nothing
     cursor_.reset();
-  } else if (cursor_ != at || cursor_canvas_ != canvas_->size()) {  // while it rests, keys may move the tip
+  } else if (cursor_ != at || cursor_canvas_ != canvas_->size()) {
+    // A resting cursor does not move the tool, because keys may move the tip.
     operation_->set_cursor(static_cast<double>(at.x()) / canvas_->width(),
                            1 - static_cast<double>(at.y()) / canvas_->height());
     cursor_ = at, cursor_canvas_ = canvas_->size();
@@ -133,7 +136,8 @@ void MainWindow::show_refusal(const QString& reason) {
   if (operation_) operation_->show_refusal(reason.toUtf8().constData());
 }
 
-/// Shows the reason why the command of this key is disabled. Returns false if it is not such a key.
+/// Shows the reason why the command of a key is disabled. Returns false if the key is not that of a disabled
+/// command with a reason.
 bool MainWindow::explain_disabled(const QKeyEvent* event) {
   const QKeySequence key(static_cast<int>(event->modifiers()) | event->key());
   for (const CommandAction& one : command_actions_)
@@ -227,8 +231,8 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
   }
 }
 
-/// Stops drilling when the window is deactivated, because later releases of keys and buttons are not
-/// reported.
+/// Stops drilling when the window is deactivated, because the window then receives no releases of keys and
+/// buttons.
 bool MainWindow::event(QEvent* event) {
   const bool is_deactivated = event->type() == QEvent::WindowDeactivate || event->type() == QEvent::Hide;
   if (is_deactivated && operation_) operation_->press(false), operation_->release_handle();

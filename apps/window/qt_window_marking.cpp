@@ -12,7 +12,8 @@ namespace trephine::view {
 
 using glm::dvec3;
 
-/// Lets the user mark positions for `done`, in place of drilling.
+/// Lets the user mark positions, and passes them to `done`. Until then, clicks mark positions and do not
+/// drill.
 void MainWindow::begin_marking(PositionMarking::Request request,
                                std::function<void(const PositionMarking::Positions&)> done) {
   if (!operation_) return;
@@ -24,14 +25,14 @@ void MainWindow::begin_marking(PositionMarking::Request request,
 /// Marks the position under the cursor.
 void MainWindow::mark_picked_point() {
   if (!operation_) return;
-  follow_cursor();  // it may have moved since the last frame
+  follow_cursor();  // the cursor may have moved since the last frame
   if (const std::optional<dvec3> at = operation_->picked_point())
     marking_.add(*at);
   else
     show_refusal(tr("Point at a position on the bone, or click in a slice."));
 }
 
-/// Handles the keys of a marking. Returns false for other keys, and without a marking.
+/// Handles the keys of a marking. Returns false for other keys, and if no marking is active.
 bool MainWindow::mark_by_key(const QKeyEvent* event) {
   if (!marking_.is_active()) return false;
   switch (event->key()) {
@@ -131,7 +132,7 @@ void MainWindow::build_measure_menu() {
               begin_marking(request, [this, type, kind](const PositionMarking::Positions& positions) {
                 sim::Value command = sim::Value::of(*type);
                 if (command.set("kind=" + kind)) return;
-                // A tape and an outline lie on the shape of their first position.
+                // A tape and an outline lie on the shape at their first position.
                 const std::size_t item = viewport()->shape_near(positions.front());
                 if (command.set("item=" + std::to_string(item))) return;
                 for (const sim::Field& field : type->schema->fields)

@@ -115,7 +115,7 @@ void MainWindow::build_panes_menu() {
     if (operation_) operation_->apply(ct_viewer::LookAt{panes_.panes().focus()});
   });
   add(menu, "open_at_section", tr("&Clip the picture at the section"), {}, [this] {
-    // The last entry of the clip box.
+    // Select the last entry of the clip box, "Clip at the section".
     clip_->setCurrentIndex(clip_->count() - 1);
     set_clip();
   });
@@ -139,7 +139,8 @@ void MainWindow::look_from(char side) {
         tr("The panes show the patient's left on the left. To mirror them: Slices > View from the back."));
 }
 
-/// Builds the menu of the scan's labels, each shown, translucent or hidden in the ray-cast image.
+/// Builds the menu of the scan's labels. Each label can be shown, translucent or hidden in the volume
+/// rendering.
 void MainWindow::fill_structures(QMenu* menu) {
   menu->clear();
   const std::vector<std::string>& names = scene_->base->label_names;
@@ -154,8 +155,8 @@ void MainWindow::fill_structures(QMenu* menu) {
   }
 }
 
-/// Previews the range of values that the transfer function shows. The user can apply it like a range that was
-/// set by hand.
+/// Previews the range of values that the transfer function shows as a solid shape. The user can apply this
+/// range like one that was set by hand.
 void MainWindow::preview_visible_values() {
   const auto window =
       volume::window_of_opacity(panes_.panes().transfer(*scene_->base), imaging::k_touch_opacity);
@@ -196,7 +197,7 @@ void MainWindow::show_scan_facts() {
   box->open();
 }
 
-/// Updates the panes for one frame, if one is visible or an X-ray is due.
+/// Updates the panes for one frame, if a pane is visible or an X-ray is due.
 void MainWindow::show_panes(double elapsed) {
   const bool sees_depths =
       grid_->arrangement() != Layout::picture && panes_.panes().shows(imaging::PaneKind::depths);
@@ -246,7 +247,7 @@ void MainWindow::show_panes(double elapsed) {
   if (clip_->currentIndex() == at_section) set_clip();  // the section follows the focus
 }
 
-/// Says how to move the clip plane if it is that of the section and no pane shows a section.
+/// Explains how to move the clip plane if it is the plane of the section and no pane shows a section.
 void MainWindow::explain_section_clip() {
   if (clip_->currentIndex() != clip_->count() - 1) return;
   for (std::size_t i = 0; i < PaneGrid::k_panes; ++i)

@@ -26,7 +26,7 @@ namespace trephine::view {
 
 namespace {
 
-constexpr int k_usual_press = 4;  // half millimetres below the surface
+constexpr int k_usual_press = 4;  // depth of a press below the surface, in units of 0.5 mm
 
 void set_up(QSlider* slider, const char* name, int low, int high, int value) {
   slider->setObjectName(name);
@@ -73,7 +73,7 @@ void MainWindow::build_panel() {
   tool_panel_->on_change = [this](sim::Value instrument) {
     if (!operation_) return;
     if (instrument.is_empty()) return operation_->remove_instrument();
-    // The press that suits one tool may be dangerous with another one.
+    // A depth of press that suits one tool may be dangerous with another one.
     if (operation_->tool().is_empty() || operation_->tool().name() != instrument.name())
       depth_->setValue(k_usual_press);
     operation_->take_instrument(std::move(instrument));
@@ -204,7 +204,7 @@ void MainWindow::build_panel() {
   auto* hint = new QLabel(tr("F1: keys and mouse"));
   hint->setEnabled(false);
   column->addWidget(hint);
-  // In a low window the panel scrolls.
+  // The panel scrolls if the window is not high enough.
   panel_ = new QScrollArea;
   panel_->setWidget(panel);
   panel_->setWidgetResizable(true);
@@ -216,7 +216,8 @@ void MainWindow::build_panel() {
   addDockWidget(Qt::RightDockWidgetArea, dock);
 }
 
-/// Fits the width of the panel to its contents. It never shrinks: the picture would move under the cursor.
+/// Fits the width of the panel to its contents. The width never shrinks, because the picture would move under
+/// the cursor.
 void MainWindow::fit_panel() {
   // Deferred until the widgets have their style.
   QTimer::singleShot(0, panel_, [panel = panel_] {
@@ -226,7 +227,8 @@ void MainWindow::fit_panel() {
   });
 }
 
-/// Builds the panel of the history: a slider through the strokes, and their memory.
+/// Builds the panel of the history: a slider through the changes, the memory of the history, and a
+/// comparison.
 void MainWindow::build_history_panel() {
   auto* dock = new QDockWidget(tr("History"), this);
   dock->setObjectName("history_dock");
@@ -294,6 +296,7 @@ void MainWindow::ask_and_compare() {
     if (!operation_ || index < 0) return;
     const sim::LiveSession::HistoryState& other = others[static_cast<std::size_t>(index)];
     // compare() draws into memory with its own GL context, and a thread has one current context at a time.
+    // Release the context of the canvas first.
     canvas_->makeCurrent();
     canvas_->doneCurrent();
     const auto png = compare(operation_->scene(), {other.name, other.version, {}},
@@ -308,7 +311,7 @@ void MainWindow::ask_and_compare() {
   connect(with, QOverload<int>::of(&QComboBox::currentIndexChanged), dialog, draw);
   dialog->resize(760, 900);
   dialog->show();
-  // Initially compare with the previous stroke, if there is one.
+  // Initially compare with the previous state.
   const int last = static_cast<int>(std::distance(states.begin(), now)) - 1;
   with->setCurrentIndex(std::max(0, last));
   QTimer::singleShot(0, dialog, [draw, with] { draw(with->currentIndex()); });

@@ -1,4 +1,4 @@
-// Replay of a session in MainWindow: its panel, events, notes, forces, and the continuation from a moment.
+// Replay of a session in MainWindow: panel, events, notes, forces, and continuation of the operation.
 #include <QLabel>
 #include <algorithm>
 #include <cmath>
@@ -46,7 +46,7 @@ void MainWindow::begin_replay(vtkRenderWindow* window) {
   collect_replay_notices();
 }
 
-/// Collects the events and notes of the session, by time.
+/// Collects the events and notes of the session in the order of their times.
 void MainWindow::collect_replay_notices() {
   std::vector<Notices::Entry> entries;
   for (const auto& mark : options_.summary.marks)
@@ -75,10 +75,10 @@ void MainWindow::show_replay_state() {
   }
   servo_->setText(tr("Replay at %1 Hz").arg(options_.rate_hz, 0, 'f', 0));
   const double share = viewport()->drawn_share();
-  fault_->setText(replay_->record().faults & haptics::k_latched_faults
-                      ? tr("\u26a0 the force was off at this time")
-                  : share < 1 ? QString("drawing, %1 %").arg(static_cast<int>(100 * share))
-                              : "");
+  state_text_->setText(replay_->record().faults & haptics::k_latched_faults
+                           ? tr("\u26a0 the force was off at this time")
+                       : share < 1 ? QString("drawing, %1 %").arg(static_cast<int>(100 * share))
+                                   : "");
 }
 
 void MainWindow::follow(MainWindow& leader) {
@@ -86,7 +86,8 @@ void MainWindow::follow(MainWindow& leader) {
   replay_panel_->hide();
 }
 
-/// Goes to the time of the leader, copies its view if that changed, and closes with it.
+/// Goes to the time of the leader's replay, and copies the leader's view if it changed. Closes this window if
+/// the leader was closed.
 void MainWindow::follow_leader() {
   if (!leader_->isVisible()) {
     leader_ = nullptr;
@@ -102,7 +103,7 @@ void MainWindow::follow_leader() {
     viewport()->view().renderer()->GetActiveCamera()->ShallowCopy(view);
 }
 
-/// Shows or hides the parts of the force of a replay, which is paused to show them.
+/// Shows or hides the parts of the force of a replay. Pauses the replay when they are shown.
 void MainWindow::toggle_force_panel() {
   if (force_panel_ == nullptr) return;
   force_panel_->setVisible(force_panel_->isHidden());

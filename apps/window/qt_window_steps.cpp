@@ -10,7 +10,8 @@
 
 namespace trephine::view {
 
-/// Shows a panel if the operation has a procedure; otherwise all instruments and commands are enabled.
+/// Shows the panel of steps if the operation or the replay has a procedure. Otherwise enables all instruments
+/// and commands of an operation.
 void MainWindow::begin_steps() {
   delete steps_panel_;
   steps_panel_ = nullptr;
@@ -34,7 +35,7 @@ const StepGuide* MainWindow::steps() const {
   return operation_ ? operation_->steps() : replay_ ? replay_->steps() : nullptr;
 }
 
-/// Updates the panel, and after a change of the step also instruments and commands.
+/// Updates the panel. After a change of the step, also enables the instruments and commands that it allows.
 void MainWindow::show_steps() {
   if (steps_panel_ == nullptr) return;
   const StepGuide& guide = *steps();
@@ -71,7 +72,7 @@ void MainWindow::allow_everything() {
   }
 }
 
-/// Requests the first next step that is allowed, or shows why no step is.
+/// Requests the first next step that is allowed. If no next step is allowed, shows the reason.
 void MainWindow::go_to_next_step() {
   if (!operation_ || operation_->steps() == nullptr) return;
   const std::vector<StepGuide::Next>& all = operation_->steps()->next();
@@ -107,7 +108,7 @@ void MainWindow::show_score() {
         this);
   score_->show();
   score_->raise();
-  // The recorder has written the last ticks by then.
+  // Wait until the recorder has written the last ticks.
   QTimer::singleShot(std::chrono::milliseconds(200), score_,
                      [this] { score_->judge(QString::fromStdString(options_.session_file), options_.scan); });
 }

@@ -12,7 +12,7 @@ namespace trephine::workbench {
 
 namespace {
 
-/// Returns an error unless all positions of the plan are in the scan.
+/// Returns an error if a position of the plan is outside the scan.
 Status check_inside(const volume::SurgicalPlan& plan, const volume::Volume& scan) {
   Status error;
   const auto check = [&](const std::string& name, const glm::dvec3& world) {
@@ -22,7 +22,7 @@ Status check_inside(const volume::SurgicalPlan& plan, const volume::Volume& scan
         error = Error{.what = "a position of the plan is outside the scan",
                       .where = name,
                       .expected = "a position in the scan",
-                      .remedy = "mark it again"};
+                      .remedy = "remove this mark, and mark the position again"};
   };
   for (const volume::PlannedTrajectory& t : plan.trajectories)
     check(t.name, t.entry_world), check(t.name, t.target_world);
@@ -32,8 +32,8 @@ Status check_inside(const volume::SurgicalPlan& plan, const volume::Volume& scan
   return error;
 }
 
-/// Returns an error unless no two marks have one name, limits can give points, and no structure is both
-/// forbidden and a target.
+/// Returns an error if two marks have the same name, the limits of a finding are invalid, or a structure is
+/// both forbidden and a target.
 Status check_request(const CaseRequest& request) {
   std::set<std::string> names;
   Status error;
@@ -74,7 +74,7 @@ Result<data_tools::CasePlan> case_plan_of(const CaseRequest& request, const hapt
   data_tools::CasePlan plan;
   static_cast<volume::SurgicalPlan&>(plan) = request.plan;
   plan.name = request.name;
-  // Hounsfield units are those of a CT; the file of another scan does not state its modality here.
+  // Only a CT has Hounsfield units. The modality of other scans is not known here.
   plan.modality = scan.is_hounsfield ? "CT" : "";
   plan.is_hounsfield = scan.is_hounsfield;
   plan.label_names = scan.label_names;

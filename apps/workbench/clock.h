@@ -1,4 +1,4 @@
-// Clock of windows and commands, for durations.
+// Monotonic clock, with which windows and commands measure durations.
 #pragma once
 
 #include <chrono>

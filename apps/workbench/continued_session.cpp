@@ -2,12 +2,13 @@
 
 #include "data-tools/files/atomic_file.h"
 #include "modules/catalogue.h"
+#include "volume/base/text.h"
 
 namespace trephine::workbench {
 
 Result<ContinuedSession> continue_session(const std::string& path, const SourceChoice& case_source,
                                           bool is_live, const Listener& listener) {
-  // The session is locked before it is read, so that no other program writes to it meanwhile.
+  // Lock the session before reading it, so that no other program writes to it until the writer is closed.
   auto lock = sim::SessionLock::acquire(path);
   if (!lock) return lock.error();
   auto opened = open_session(path, case_source, listener);
@@ -37,7 +38,7 @@ Result<ContinuedSession> continue_session(const std::string& path, const SourceC
   if (is_live && !(header.rate_hz >= 250 && header.rate_hz <= 10000))
     return Error{.what = "this session cannot be continued in the window",
                  .where = where,
-                 .found = std::to_string(header.rate_hz) + " Hz",
+                 .found = rounded_text(header.rate_hz) + " Hz",
                  .expected = "250 to 10000 Hz",
                  .remedy = "continue with a recorded path (option path PATH.csv)"};
   if (Status error = replay.seek(session->reader->tick_count())) return *error;

@@ -17,9 +17,10 @@ struct ContinuedSession {
   const sim::SessionHeader& header() const { return session->reader->header(); }
 };
 
-/// Replays a session of one hand to its end and begins to append to it. Error if its scan is not found (see
-/// open_session()), it has several hands, another version recorded it, it is damaged, its replay differs from
-/// the recording, or, for `is_live`, a servo cannot run at its rate.
+/// Replays a session of one hand to its end and begins to append to it. Error if another program writes to
+/// the session, its scan is not found (see open_session()), the session has several hands, another version
+/// recorded it, it is damaged, or its replay differs from the recording. With `is_live`, also an error if a
+/// servo cannot run at the rate of the session (250 to 10000 Hz).
 Result<ContinuedSession> continue_session(const std::string& path, const SourceChoice& case_source,
                                           bool is_live, const Listener& listener = {});
 

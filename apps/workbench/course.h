@@ -1,4 +1,4 @@
-// Course: the scores of all sessions of a folder, for a table or a page with learning curves.
+// Scores of all sessions of a folder (a course), for a table or a page with learning curves.
 #pragma once
 
 #include <string>
@@ -10,11 +10,11 @@ namespace trephine::workbench {
 
 /// A session of a folder, without the name of its file, which may identify a patient.
 struct CourseSession {
-  std::string title;                  ///< of its procedure; empty: no title
-  std::string date;                   ///< on which its file was last changed, "2026-11-27" (UTC)
+  std::string title;                  ///< title of its procedure; empty: no title
+  std::string date;                   ///< day on which its file was last changed, "2026-11-27" (UTC)
   double dt = 0;                      ///< s, period of its ticks
   std::optional<SessionScore> score;  ///< empty: see `error`
-  std::string error;
+  std::string error;                  ///< reason why there is no score
 };
 
 /// Scores the sessions of a folder, in the order of the names of their files. `case_source`: scan of sessions

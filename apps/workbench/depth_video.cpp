@@ -100,7 +100,7 @@ Result<DepthVideo> record_video(const std::vector<ModelChoice>& choices, const V
   video.width = request.width, video.height = request.height;
   video.fx = video.fy = 0.5 * request.width / std::tan(0.5 * request.angle * 3.14159265358979323846 / 180);
   video.cx = 0.5 * (request.width - 1), video.cy = 0.5 * (request.height - 1);
-  // 16 bits for twice the distance of the target.
+  // The 16 bits of a pixel cover at least twice the distance of the target, in steps of whole micrometres.
   video.mm_per_step = std::max(0.001, std::ceil(2 * distance / 65535 * 1000) / 1000);
   video.position = request.from;
   const dvec3 forward = to_target / distance;

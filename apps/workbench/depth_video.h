@@ -7,12 +7,14 @@
 
 namespace trephine::workbench {
 
-/// Converts a video to a touchable stream. `is_repeating`: the first picture follows the last, after the mean
-/// interval of the pictures unless the video states another.
+/// Converts a video to a touchable stream. The stream repeats if `is_repeating` is set or the video states a
+/// period. If it states no period, the first picture follows the last one after the mean interval of the
+/// pictures. A single picture does not repeat.
 Result<std::shared_ptr<const haptics::depth::DepthStream>> stream_of(data_tools::DepthVideo video,
                                                                      bool is_repeating);
 
-/// Returns the files of a model, sorted by name: those of its animation if it is a folder.
+/// Returns the files of a model. If `model` is touched by its depth and is a folder, these are the keys of an
+/// animation, sorted by name; otherwise its one file. Error if such a folder has no keys or more than 200.
 Result<std::vector<std::string>> keys_of(const ModelChoice& model);
 
 struct VideoRequest {
@@ -20,9 +22,11 @@ struct VideoRequest {
   int width = 320, height = 240;
   double angle = 40;   ///< degrees, horizontal field of view
   double rate = 30;    ///< pictures per second
-  double seconds = 0;  ///< duration; 0: that of the models' motion
+  double seconds = 0;  ///< duration, s; 0: that of the models' longest motion
 };
-/// Records depth pictures of models by a camera: one ray per pixel, through its centre.
+/// Records depth pictures of models with one ray per pixel, through its centre. Error if a model cannot be
+/// loaded, the camera is at its target, the video would have more than 3000 pictures, or the listener
+/// cancels.
 Result<data_tools::DepthVideo> record_video(const std::vector<ModelChoice>& models,
                                             const VideoRequest& request, const Listener& listener);
 

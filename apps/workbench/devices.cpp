@@ -120,7 +120,7 @@ Result<ChosenDevices> make_devices(const DeviceChoice& choice, const Listener& l
   auto device = is_path ? open_path_device(name) : make_hardware(choice.device, true, listener);
   if (!device) return device.error();
   chosen.device = std::move(device).value();
-  // The second button of a pedal is also the clutch.
+  // Add the pedal before the map, because the second button of the pedal also acts as the clutch of the map.
   if (chosen.pedal)
     chosen.device =
         std::make_shared<haptics::CompositeDevice>(std::move(chosen.device), std::exchange(chosen.pedal, {}));

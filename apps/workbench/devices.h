@@ -14,22 +14,22 @@ namespace trephine::workbench {
 struct DeviceChoice {
   std::string device =
       "mouse";        ///< "mouse", "falcon", "touch", "spacemouse:1", "playback:PATH.csv", "virtual:PATH.csv"
-  std::string pedal;  ///< "pedal", "pedal:1", "pedal:/dev/input/event5"; empty: none
-  double scale = 1;   ///< motion of the tool per motion of the device
+  std::string pedal;  ///< "pedal", "pedal:1", "pedal:/dev/input/event5"; empty: no pedal
+  double scale = 1;   ///< motion of the tool per motion of the device; 1 for devices that are not hardware
 };
 
 /// Devices of a choice, which are not open yet.
 struct ChosenDevices {
   std::shared_ptr<haptics::Device> device;  ///< null: the mouse, which belongs to the window
   std::shared_ptr<haptics::Device>
-      pedal;  ///< used with the mouse; null with another device, of which the pedal is then a part
+      pedal;  ///< pedal that is used with the mouse; null with another device, which then includes the pedal
 };
 /// Makes the devices of a choice, without opening them. Error on unknown names, a path that cannot be read,
-/// or a build without drivers.
+/// an invalid scale, or a library of drivers that is needed but not installed.
 Result<ChosenDevices> make_devices(const DeviceChoice& choice, const Listener& listener);
 
-/// Opens and closes the devices once: an error, or the instructions of a device that must be homed, appear
-/// before a window does.
+/// Opens and closes the devices once. An error, or the instructions of a device that must be homed, thus
+/// appear before the window opens.
 Status try_devices(const ChosenDevices& chosen);
 
 /// Loads the library of drivers. Error if it is not installed.

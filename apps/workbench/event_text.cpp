@@ -46,7 +46,7 @@ std::string wall_text(pedicle::Wall wall) {
   return "inside bone";
 }
 
-/// A latched fault is only recorded, since a window displays it while it lasts.
+/// A latched fault has the level of a record, because a window displays the fault as long as it lasts.
 EventText text_of(const sim::FaultEvent& e) {
   if (e.is_cleared) return {"The force is on again.", Level::record};
   std::uint32_t faults = 0;
@@ -58,7 +58,8 @@ EventText text_of(const sim::FaultEvent& e) {
 EventText text_of(const sim::JobDiscarded& e) {
   return {"A computation was not finished: " + e.reason + ".", Level::refusal};
 }
-/// A window displays the structure while the tool is in it, and the result when the tool has left.
+/// The entry has the level of a record, because a window displays the structure while the tool is in it, and
+/// ForbiddenLeft reports the result.
 EventText text_of(const sim::ForbiddenEntered& e) {
   return {"The tool entered the " + words_of(e.structure) + (e.is_working ? " while it was running." : "."),
           Level::record};
@@ -197,7 +198,7 @@ EventText text_of(const pedicle::TrackMade& e) {
   if (e.outside > 0) text += format_text(", %.1f mm of it beyond the bone", e.outside);
   return {text + ".", Level::outcome};
 }
-constexpr double k_length_difference = 2;  // mm, least reported difference of a screw and its track
+constexpr double k_length_difference = 2;  // mm; larger differences of screw and track are reported
 EventText text_of(const pedicle::ScrewPlaced& e) {
   std::string text =
       format_text("Screw of %.1f mm, %.0f mm long: body %u.", e.diameter, e.length, e.body.value);

@@ -22,7 +22,8 @@ std::string unit_text(std::string_view unit) {
 
 std::string value_text(const Finding& finding) {
   if (!finding.value) return "\u2013";
-  // Whole numbers are counts; other values have about four digits, and never an exponent.
+  // Whole numbers, such as counts, have no decimals. Other values have about four digits. No value has an
+  // exponent.
   const double size = std::abs(*finding.value);
   const int digits = size == std::floor(size) || size >= 1000 ? 0 : size >= 100 ? 1 : 2;
   return format_text("%.*f", digits, *finding.value) +

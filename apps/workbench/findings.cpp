@@ -17,7 +17,7 @@ void add(std::vector<Finding>& findings, std::string name, double value, std::st
 }
 
 /// Adds the findings about a forbidden structure, for all hands together: tears, distance, entries and time.
-/// `count`: number of forbidden structures.
+/// `index`: index of the structure. `count`: number of forbidden structures.
 void add_structure(const sim::OperationState& operation, std::size_t index, std::size_t count,
                    const std::string& name, std::vector<Finding>& findings) {
   double nearest = sim::Forbidden::k_reach, entries = 0, ticks = 0;
@@ -36,12 +36,13 @@ void add_structure(const sim::OperationState& operation, std::size_t index, std:
   }
   findings.push_back(std::move(torn));
   add(findings, name + ": nearest distance", nearest, "mm");
-  if (nearest >= sim::Forbidden::k_reach) findings.back().reason = "This distance or more.";
+  if (nearest >= sim::Forbidden::k_reach)
+    findings.back().reason = "The tool was never nearer. Larger distances are not measured.";
   add(findings, name + ": entries", entries);
   add(findings, name + ": time inside", ticks * operation.dt, "s");
 }
 
-/// Returns the number of refused requests, by their names.
+/// Returns the number of refusals for each request name.
 std::map<std::string, int> refusals_of(const sim::Chronicle& chronicle) {
   std::map<std::string, int> counts;
   for (std::size_t i = 0; i < chronicle.size(); ++i)
@@ -60,8 +61,8 @@ void add_refusals(const sim::OperationState& operation, std::vector<Finding>& fi
   findings.push_back(std::move(refused));
 }
 
-/// Adds the finding whether the procedure reached an end. Without this finding, an operation that touched
-/// nothing would have all points, for the structures that it did not injure.
+/// Adds the finding that states whether the procedure reached an end. Without this finding, an operation in
+/// which nothing was touched would get all points, because no structure was injured.
 void add_procedure(const sim::OperationState& operation, std::vector<Finding>& findings) {
   constexpr double k_weight = 10;  // assumed
   const int step = operation.undoable.procedure.step;

@@ -1,5 +1,5 @@
-// Findings of an operation: those of its modules, and those about forbidden structures, undo, refused steps,
-// time and motion.
+// Findings of an operation: those of its modules, and those about the procedure, forbidden structures,
+// refused requests, undo, time and motion.
 #pragma once
 
 #include <functional>
@@ -17,13 +17,15 @@ std::vector<sim::Finding> findings_of(
     sim::Engine& engine, const MotionStats* motion,
     const std::function<bool(double share)>& progress = [](double) { return true; });
 
-/// Returns the score of these findings, and of `additional` ones, by the limits of the plan.
+/// Returns the score of findings_of() and of the `additional` findings. Limits of the plan and of its
+/// procedure replace the usual limits of the findings that they name.
 sim::Score score_of(
     sim::Engine& engine, const MotionStats* motion,
     const std::function<bool(double share)>& progress = [](double) { return true; },
     std::vector<sim::Finding> additional = {});
 
-/// Returns the findings about forbidden structures, undo, refused steps, time and motion.
+/// Returns the findings about the procedure, forbidden structures, refused requests, undo, time and motion.
+/// `motion` may be null.
 std::vector<sim::Finding> operation_findings(const sim::OperationState& operation,
                                              std::span<const std::shared_ptr<const sim::Forbidden>> forbidden,
                                              const MotionStats* motion);

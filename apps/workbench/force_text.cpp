@@ -16,7 +16,7 @@ std::vector<std::string> force_sentences(const haptics::ForceParts& parts, const
   if (record.is_escaping) {
     lines.emplace_back("The tool is led out of restored matter, with at most 3 N.");
   } else if (!record.has_contact) {
-    lines.emplace_back(record.is_buried ? "The tool is in matter and feels no surface."
+    lines.emplace_back(record.is_buried ? "The tool is inside matter and touches no surface."
                                         : "The tool touches nothing.");
   } else {
     const std::string name = record.shape >= 0 && record.shape < haptics::item_count(scene)
@@ -24,15 +24,15 @@ std::vector<std::string> force_sentences(const haptics::ForceParts& parts, const
                                  : "an object";
     const double stretch = glm::distance(parts.step.proxy_world, record.pose.position_world);
     lines.push_back(
-        format_text("The tool touches %s. The hand is %.2f mm beyond its surface, which resists with "
-                    "%.2f N/mm: the spring has %.2f N.",
+        format_text("The tool touches %s. The hand is %.2f mm beyond the surface. The stiffness is "
+                    "%.2f N/mm: the spring force is %.2f N.",
                     name.c_str(), stretch, parts.stiffness, stretch * parts.stiffness));
     const double limit_at_rest = parts.material.static_friction, limit = parts.material.dynamic_friction;
     if (limit_at_rest > 0 || limit > 0)
-      lines.push_back(
-          format_text("Friction: the tangential force is %.2f of the normal force. The tool slips above "
-                      "%.2f, and slides with %.2f.",
-                      parts.friction_ratio(), limit_at_rest, limit));
+      lines.push_back(format_text(
+          "Friction: the tangential force is %.2f times the normal force. The static coefficient, "
+          "above which the tool slips, is %.2f. The dynamic coefficient is %.2f.",
+          parts.friction_ratio(), limit_at_rest, limit));
     else
       lines.emplace_back("The surface has no friction.");
   }

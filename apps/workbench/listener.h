@@ -9,8 +9,8 @@ namespace trephine::workbench {
 struct Listener {
   /// Receives a sentence for the user.
   std::function<void(const std::string& text)> notice = [](const std::string&) {};
-  /// Begins long work. The returned function is called with the completed share, 0 to 1; the work stops if it
-  /// returns false.
+  /// Begins long work; `what` describes it, such as "reading". The returned function is called with the
+  /// completed share, 0 to 1. If that function returns false, the work stops.
   std::function<std::function<bool(double share)>(const char* what)> progress = [](const char*) {
     return [](double) { return true; };
   };

@@ -75,7 +75,8 @@ Status go_to(Moment& moment, std::uint64_t tick) {
   if (engine.now().plan) moment.plan = *engine.now().plan;
   moment.forbidden.clear();
   for (const auto& structure : engine.forbidden())
-    if (structure->shape()) moment.forbidden.push_back(*structure->shape());  // models are objects
+    if (structure->shape())
+      moment.forbidden.push_back(*structure->shape());  // forbidden models are in `objects`
   if (moment.forbidden.empty())
     if (const auto plan =
             session.source.is_builtin ? data_tools::phantom_plan(session.source.name) : session.source.plan)

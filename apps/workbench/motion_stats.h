@@ -10,11 +10,12 @@ namespace trephine::workbench {
 
 struct MotionLimits {
   double idle_speed = 2;  ///< mm/s; a slower hand without its button pressed is idle (assumed)
-  double near = 3;        ///< mm from a forbidden structure (assumed)
-  double near_force = 2;  ///< N, high near a forbidden structure (assumed)
+  double near = 3;        ///< mm; a tool nearer to a forbidden structure is near it (assumed)
+  double near_force = 2;  ///< N; near a forbidden structure a greater force counts as pressing (assumed)
 };
 
-/// Measures of one hand, or of all hands together. Positions are means over 20 ms (docs/scores.md).
+/// Measures of one hand, or of all hands together. Path, speed and jerk are computed from positions averaged
+/// over 20 ms (docs/scores.md).
 struct HandMotion {
   double seconds = 0;          ///< recorded time; of all hands: their sum
   double working_seconds = 0;  ///< with the button pressed
@@ -23,37 +24,39 @@ struct HandMotion {
   double mean_speed = 0;       ///< mm/s: path per recorded time
   double peak_speed = 0;       ///< mm/s
   double jerk = 0;             ///< mm/s3, root mean square of the third derivative of the position
-  /// Mean over the strokes of ln(D^3 / v_peak^2 integral jerk^2 dt): dimensionless jerk, with the duration D
-  /// of a stroke (Hogan and Sternad 2009). 5.3 for a motion of minimum jerk; rougher motions have more. 0
-  /// without measured strokes.
+  /// Mean over the measured strokes of ln((D^3 / v_peak^2) * integral of jerk^2 dt), the log dimensionless
+  /// jerk (Hogan and Sternad 2009). D is the duration of a stroke, v_peak its peak speed. A motion of minimum
+  /// jerk has 5.3; rougher motions have more. 0 without measured strokes.
   double log_jerk = 0;
-  std::int64_t measured_strokes = 0;  ///< strokes that are long enough for log_jerk
+  std::int64_t measured_strokes = 0;  ///< strokes of at least 0.25 s with a measurable jerk
   std::int64_t strokes = 0;
   double stroke_length = 0;  ///< mm, mean
   double stroke_spread = 0;  ///< mm, standard deviation
   double mean_force = 0;     ///< N, over the time with a force
   double peak_force = 0;     ///< N
-  double near_seconds = 0;   ///< nearer than MotionLimits::near to a forbidden structure
+  double near_seconds = 0;   ///< time nearer than MotionLimits::near to a forbidden structure
   /// Part of near_seconds with a force above MotionLimits::near_force.
   double near_force_seconds = 0;
 };
 
-/// Third derivatives, speeds and the path of a motion, from means of positions over 20 ms: the third
-/// difference of four means is the third derivative, averaged with a cubic B-spline of 80 ms.
+/// Computes the jerk, speeds and the path of a motion from positions that are averaged over 20 ms. The third
+/// difference of four such means, divided by (20 ms)^3, is the jerk, averaged with a cubic B-spline (width
+/// 80 ms).
 class SmoothedMotion {
  public:
   explicit SmoothedMotion(double dt) noexcept;
   void add(const glm::dvec3& p_world) noexcept;
   /// Starts again after a gap: later positions are not compared with earlier ones.
   void interrupt() noexcept;
-  /// Newest speed, mm/s; negative before the second mean.
+  /// Newest speed, mm/s; negative until there are two means since the start or a gap.
   double speed() const noexcept { return speed_; }
 
-  /// Length of the path, mm, including the segments between its ends and the outermost means.
+  /// Length of the path, mm, including the segment from the first position to the first mean and that from
+  /// the last mean to the last position.
   double path() const noexcept;
   double peak_speed = 0;           ///< mm/s
   double jerk_square_seconds = 0;  ///< integral of the squared jerk over jerk_seconds, mm2/s5
-  double jerk_seconds = 0;
+  double jerk_seconds = 0;         ///< time for which the jerk is known, s
 
  private:
   int ticks_per_mean_;
@@ -71,8 +74,8 @@ class MotionStats {
  public:
   /// `dt`: period of the servo, s.
   MotionStats(std::size_t hand_count, double dt, const MotionLimits& limits = {});
-  /// Adds a tick. Ticks of each hand arrive in order. `clearance`: mm from the hand's tool to the nearest
-  /// forbidden structure.
+  /// Adds a tick. The ticks of each hand must be added in order. `clearance`: mm from the hand's tool to the
+  /// nearest forbidden structure.
   void add(const haptics::ServoRecord& record, double clearance) noexcept;
 
   std::size_t hand_count() const noexcept { return hands_.size(); }

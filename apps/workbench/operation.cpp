@@ -69,12 +69,12 @@ Status add_touchable(const Source& source, const ShapeChoice& choice, const List
                .remedy = "set touchable = true or false in case.toml"};
 }
 
-/// Returns the matter of a shape of a further volume whose file states none, for pictures.
+/// Returns the matter that pictures show for a shape of a further volume if no matter is stated.
 volume::Matter usual_matter(const volume::Volume& scan, const volume::Shape& shape) {
   return scan.is_hounsfield && !shape.is_label() ? volume::Matter::bone : volume::Matter::soft_tissue;
 }
 
-/// Opens a further volume and adds it to the data, as the last of its volumes. Returns its source.
+/// Opens a further volume and appends it to the volumes of `data`. Returns the opened source.
 Result<Source> add_volume(const std::string& path, SceneDescription& spec, sim::SceneData& data,
                           const Listener& listener) {
   Listener numbered = listener;
@@ -137,7 +137,8 @@ void add_forbidden(const Source& source, SceneDescription& spec) {
   }
 }
 
-/// True if the models have the same triangles, in any order.
+/// True if the models have equally many vertices, and the same triangles in any order. A triangle is compared
+/// by the numbers of its vertices, starting with any of them; positions are not compared.
 bool is_same_shape(const haptics::MeshTree& a, const haptics::MeshTree& b) {
   const auto sum_of = [](const haptics::MeshTree& tree) {
     std::uint64_t sum = 0;
@@ -188,7 +189,8 @@ Status add_stream(const OperationChoice& choice, const ModelChoice& model, int& 
   return std::nullopt;
 }
 
-/// Adds all background models, closed or not, as one structure, since the screen shows them in one picture.
+/// Adds all background models as one structure, because a hand touches the picture that shows all of them.
+/// The models need not be closed.
 Status add_background(const OperationChoice& choice, SceneDescription& spec, sim::SceneData& data,
                       const Listener& listener) {
   std::vector<glm::dvec3> vertices;
@@ -240,9 +242,9 @@ Status add_models(const Source& source, const OperationChoice& choice, SceneDesc
         return Error{.what = "the models of a folder do not have the same triangles",
                      .where = data_tools::file_name(file),
                      .found = std::to_string(trees.back()->triangle_count()) + " triangles of " +
-                              std::to_string(trees.back()->vertices().size()) + " corners",
-                     .expected = "those of the first: " + std::to_string(trees[0]->triangle_count()) +
-                                 " of " + std::to_string(trees[0]->vertices().size()),
+                              std::to_string(trees.back()->vertices().size()) + " vertices",
+                     .expected = "those of the first model: " + std::to_string(trees[0]->triangle_count()) +
+                                 " triangles of " + std::to_string(trees[0]->vertices().size()) + " vertices",
                      .remedy = "export each key of the animation with its vertices in the same order"};
     }
     if (model.is_depth) {
@@ -279,7 +281,8 @@ Status add_hands(const OperationChoice& choice, const volume::Volume& anatomy, c
     const glm::dvec3 points = anatomy.frame.spacing() / step * glm::dvec3(anatomy.size);
     const double millions = 1e-6 * points.x * points.y * points.z;
     if (millions > 10)
-      listener.notice(format_text("making the field of the round tip: %.0f million points ...", millions));
+      listener.notice(
+          format_text("computing the offset field of the round tip: %.0f million points ...", millions));
   }
   return std::nullopt;
 }
@@ -340,7 +343,7 @@ Status check(const OperationChoice& choice) {
                  .expected = "0 to 10 voxels"};
   for (const ModelChoice& model : choice.models) {
     if (model.is_depth && !(model.beat > 0 && model.beat <= 1000))
-      return Error{.what = "the beat of a model is out of range",
+      return Error{.what = "the time between key frames of a model is out of range",
                    .where = "depth beat",
                    .found = text_of(model.beat),
                    .expected = "above 0, at most 1000 s"};
@@ -429,7 +432,8 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   if (Status error = check(choice)) return *error;
   if (Status error = blur(source, choice.blur_voxels)) return *error;
   if (choice.shape.is_largest) {
-    SceneDescription touched;  // for a case, its first touchable structure is the shape
+    // The first structure is the chosen shape, or the first touchable structure of the case.
+    SceneDescription touched;
     if (Status error = add_touchable(source, choice.shape, {}, touched)) return *error;
     if (Status error = keep_largest(source, touched.structures[0].shape, listener)) return *error;
   } else if (choice.shape.omits_holder && !choice.shape.is_set() && source.volume->is_hounsfield &&
@@ -457,7 +461,7 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   spec.plan = plan_of(source);
   if (Status error = choose_procedure(choice, spec)) return *error;
   const auto has_instrument = [](const HandSpec& hand) { return !hand.instrument.empty(); };
-  // Instruments are taken in the steps of a procedure.
+  // Forbidden structures are needed if commands cut, or a hand has an instrument or can get one in a step.
   if (choice.cuts_by_command || !spec.plan.procedure.is_empty() ||
       std::any_of(spec.hands.begin(), spec.hands.end(), has_instrument))
     add_forbidden(source, spec);

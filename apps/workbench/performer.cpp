@@ -24,18 +24,20 @@ constexpr Skill k_skills[] = {
     {"expert", 0.25, 0.5 * k_degree, 0.04, 0.05, 1, 0, 0, 8, 1},
 };
 
-/// Random numbers of one purpose; the same on every machine.
+/// Sequence of random numbers for one purpose, such as "pauses". Equal seeds and purposes give the same
+/// numbers on every machine.
 class Random {
  public:
   Random(std::uint64_t seed, std::string_view purpose) : state_(hash_bits(seed)) {
     for (const char c : purpose) state_ = hash_bits(state_ ^ static_cast<unsigned char>(c));
   }
-  /// Returns a number from 0 to 1.
+  /// Returns a number from 0 to 1, without 1.
   double uniform() noexcept {
     state_ = hash_bits(state_);
     return static_cast<double>(state_ >> 11) * 0x1p-53;
   }
-  /// Returns a number of mean 0 and standard deviation 1: a sum of twelve uniform ones (Irwin 1927).
+  /// Returns a number from a distribution of mean 0 and standard deviation 1: the sum of twelve uniform
+  /// numbers, less 6 (Irwin 1927).
   double normal() noexcept {
     double sum = -6;
     for (int i = 0; i < 12; ++i) sum += uniform();
@@ -82,7 +84,7 @@ class Response {
   /// Advances by k_step toward `target`.
   const dvec3& follow(const dvec3& target) noexcept {
     if (omega_ == 0) return position_ = target;
-    constexpr int k_parts = 5;  // the fastest response stays stable
+    constexpr int k_parts = 5;  // substeps, so that the response of the largest bandwidth is stable
     const double dt = k_step / k_parts;
     for (int i = 0; i < k_parts; ++i) {
       velocity_ += dt * omega_ * (omega_ * (target - position_) - 2 * damping_ * velocity_);

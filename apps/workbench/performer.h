@@ -1,5 +1,6 @@
-// Performer: plays the hands of a script as a person of a certain skill would: at displaced places, more
-// slowly, with pauses, overshoot and tremor. The same seed gives the same motion on every machine.
+// Performer: moves the hands of a script as a person of a certain skill would. Places are displaced, and
+// motions are slower, with pauses, overshoot and tremor. The same seed gives the same motion on every
+// machine.
 #pragma once
 
 #include <span>
@@ -19,7 +20,7 @@ struct Skill {
   double tremor = 0;       ///< mm, RMS per axis at 8 to 12 Hz
   double drift = 0;        ///< mm, RMS per axis below 1 Hz
   double slowness = 1;     ///< duration, relative to the script
-  double pauses_per_second = 0;  ///< of the script
+  double pauses_per_second = 0;  ///< mean number of pauses per second of the script
   double pause = 0;              ///< s, mean duration of a pause
   double bandwidth = 0;          ///< Hz, of the response to the planned motion; 0: exact
   double damping = 1;            ///< damping ratio of the response; below 1 it overshoots
@@ -33,11 +34,11 @@ class Performer {
  public:
   /// `duration`: of the script, s.
   Performer(const Skill& skill, std::uint64_t seed, double duration);
-  /// Displaces and tilts a place; hands and commands that use it follow.
+  /// Displaces and tilts a place. Hands and commands that use the place are displaced with it.
   void displace(Place& place) const;
-  /// Returns the time at which a planned time is reached, s. Monotonic.
+  /// Converts a time of the script to the time at which the performer reaches it, s. Monotonic.
   double time_of(double planned) const noexcept;
-  /// Returns the motion of a hand.
+  /// Returns the motion of a hand with this index, from its motion in the script.
   haptics::PosePath perform(const haptics::PosePath& planned, std::size_t hand) const;
 
  private:
@@ -45,6 +46,7 @@ class Performer {
   struct Pause {
     double at, seconds;
   };
+  /// Inverse of time_of().
   double planned_of(double time) const noexcept;
 
   Skill skill_;

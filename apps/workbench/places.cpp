@@ -14,11 +14,12 @@ using volume::Version;
 
 namespace {
 
-constexpr double k_deepest = 20;  // mm, largest thickness that is measured
-constexpr double k_gap = 3;       // mm without solid that end the measured thickness
-constexpr double k_above = 15;    // mm above and below the place, between which the surface is searched
+constexpr double k_deepest = 20;  // mm, depth to which the end of the solid is searched
+constexpr double k_gap = 3;       // mm; the solid ends where this length without solid follows
+constexpr double k_above = 15;    // mm; the surface is searched up to this distance above and below a place
 
-/// Returns the first solid voxel from a to b (world), as a fraction of the path; negative without one.
+/// Returns the fraction of the path from a to b (world) at which the first solid voxel that was not removed
+/// begins; negative if the path meets no such voxel.
 double first_solid(const haptics::TouchScene& scene, const Version& version, const dvec3& a, const dvec3& b) {
   double hit = -1;
   const volume::Frame& frame = scene.base->frame;
@@ -31,8 +32,8 @@ double first_solid(const haptics::TouchScene& scene, const Version& version, con
   return hit;
 }
 
-/// Returns the first crossing with the surface, between voxels, as a fraction of the path; negative without
-/// one.
+/// Returns the fraction of the path from a to b (world) at which it first crosses the interpolated surface;
+/// negative without a crossing.
 double first_surface(const haptics::TouchScene& scene, const Version& version, const dvec3& a,
                      const dvec3& b) {
   const double hit = first_solid(scene, version, a, b);
@@ -40,7 +41,7 @@ double first_surface(const haptics::TouchScene& scene, const Version& version, c
   const auto is_inside = [&](double t) {
     return scene.items[0].field.value(scene.base->frame.volume_from_world(a + t * (b - a))) >= 0;
   };
-  // A voxel's face is up to half a voxel outside or inside of the surface.
+  // The surface is near the face of the voxel, outside or inside: it is searched a voxel to either side.
   const dvec3& spacing = scene.base->frame.spacing();
   const double voxel = std::max({spacing.x, spacing.y, spacing.z}) / glm::length(b - a), step = 0.05 * voxel;
   double outside = std::max(0.0, hit - voxel), inside = outside;
@@ -53,7 +54,8 @@ double first_surface(const haptics::TouchScene& scene, const Version& version, c
   return inside;
 }
 
-/// Returns the depth (mm) at which the solid below a point ends; 0 if that is deeper than `deepest`.
+/// Returns the depth (mm) at which the solid below a point ends. 0 if there is no solid, or the search down
+/// to `deepest` finds no end: an end is followed by k_gap without solid.
 double thickness_below(const dvec3& point, const dvec3& outward, const haptics::TouchScene& scene,
                        double deepest = k_deepest) {
   double end = 0;
@@ -65,8 +67,8 @@ double thickness_below(const dvec3& point, const dvec3& outward, const haptics::
   return 0;
 }
 
-/// Returns the direction to the right as viewed from outside, with `up` upward; any tangent if `up` is normal
-/// to the surface.
+/// Returns the tangent that points to the right if the surface is viewed from outside with `up` upward; any
+/// tangent if `up` is normal to the surface.
 dvec3 along_of(const dvec3& outward, const dvec3& up) {
   const dvec3 along = glm::cross(glm::normalize(up), outward);
   if (glm::length(along) > 1e-3) return glm::normalize(along);
@@ -77,7 +79,8 @@ dvec3 along_of(const dvec3& outward, const dvec3& up) {
   return glm::normalize(glm::cross(other, outward));
 }
 
-/// Returns the first place from outside to the middle that faces outside and is thick enough.
+/// Returns the first place on the path from `outside` to `middle` whose surface faces `outside` and whose
+/// solid has the requested thickness.
 std::optional<Place> place_on(const dvec3& outside, const dvec3& middle,
                               const data_tools::ScriptPlace& request, const haptics::TouchScene& scene,
                               const Version& untouched) {
@@ -96,12 +99,12 @@ std::optional<Place> place_on(const dvec3& outside, const dvec3& middle,
         haptics::outward_normal(scene.items[0], untouched, frame.volume_from_world(place.point), cells);
     place.thickness = thickness_below(place.point, place.outward, scene);
     const bool is_thick = place.thickness == 0 || place.thickness >= request.min_thickness;
-    if (is_thick && glm::dot(place.outward, -path) >= 0.5 * length) {  // no rim or wall of a hole
+    if (is_thick && glm::dot(place.outward, -path) >= 0.5 * length) {  // not the rim or the wall of a hole
       place.along = along_of(place.outward, request.up);
       place.across = glm::cross(place.outward, place.along);
       return place;
     }
-    // Continues behind the solid.
+    // Continues behind this solid.
     for (start = at + past; start < 1; start += past) {
       const glm::ivec3 v = volume::voxel_of(frame.volume_from_world(outside + start * path));
       if (!scene.base->contains(v) || !scene.items[0].bits->is_solid(v)) break;
@@ -120,12 +123,13 @@ Result<Place> find_place(const data_tools::ScriptPlace& request, const haptics::
   for (const dvec3& direction : request.from)
     if (auto place = place_on(middle + far * glm::normalize(direction), middle, request, scene, untouched))
       return *std::move(place);
-  return Error{.what = "the place was not found on the surface",
-               .where = "place " + request.name,
-               .found = "no such surface on " + std::to_string(request.from.size()) + " paths to the middle",
-               .expected = "a surface that faces one of them" +
-                           std::string(request.min_thickness > 0 ? ", with the required thickness" : ""),
-               .remedy = "choose other directions, or the shape with iso"};
+  return Error{
+      .what = "the place was not found on the surface",
+      .where = "place " + request.name,
+      .found = "no suitable surface; rays to the middle of the scan: " + std::to_string(request.from.size()),
+      .expected = "a surface that faces one of these rays" +
+                  std::string(request.min_thickness > 0 ? ", with the required thickness" : ""),
+      .remedy = "choose other directions, or another threshold of the shape (iso)"};
 }
 
 Place place_of(const volume::PlannedTrajectory& trajectory, const data_tools::ScriptPlace& request,
@@ -144,11 +148,12 @@ Place place_of(const volume::PlannedTrajectory& trajectory, const data_tools::Sc
   const double length = k_outside + place.trajectory_length;
   const dvec3 solid = start + hit * (trajectory.target_world - start);
   place.thickness = thickness_below(solid, place.outward, scene, (1 - hit) * length + k_gap);
-  if (place.thickness == 0) place.thickness = (1 - hit) * length;  // its target is in the solid
+  if (place.thickness == 0) place.thickness = (1 - hit) * length;  // the solid does not end before the target
   return place;
 }
 
 namespace {
+/// Returns the place `named` at the middle of a body with this pose.
 Place place_of(const Place& named, const sim::Body& body, const haptics::Placement& pose) {
   Place place = named;
   place.point = pose.world_from_local(body.piece->middle_world);
@@ -164,7 +169,8 @@ const sim::Body* find_body(const Place& place, const sim::OperationState& operat
   return nullptr;
 }
 
-/// Returns true if a command names the place in braces, and no other place whose name begins with this one.
+/// Returns true if the words of a command contain "{NAME}" or "{NAME OFFSET}" with this name. The text
+/// "{site 2}" is not an offset from "site" if there is a place "site 2".
 bool is_named_in(const std::string& words, const std::string& name, const std::vector<Place>& places) {
   for (std::size_t at = words.find('{'); at != std::string::npos; at = words.find('{', at + 1)) {
     const std::string inside = words.substr(at + 1, words.find('}', at) - at - 1);
@@ -221,7 +227,8 @@ glm::dquat turn_of_shaft(const dvec3& shaft) noexcept {
 std::vector<haptics::PosePath::Sample> samples_at(const Place& place, const data_tools::ScriptHand& hand,
                                                   const haptics::TouchScene& scene,
                                                   const Version& untouched) {
-  // Depth of a blind hole, 8 mm, if the solid has no end.
+  // Depth for a share of 1: the length of the trajectory, or the thickness of the solid. If the thickness is
+  // unknown, it is 8 mm (assumed), the depth of a blind hole.
   const double through = place.trajectory_length > 0 ? place.trajectory_length
                          : place.thickness > 0       ? place.thickness
                                                      : 8;

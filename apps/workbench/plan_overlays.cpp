@@ -7,16 +7,17 @@ namespace trephine::workbench {
 
 namespace {
 
-constexpr double k_lift = 1.2;  // mm: lines on bone are drawn this far outside it, to be visible
+constexpr double k_lift = 1.2;  // mm; lines on bone are drawn this far outside the bone, to be visible
 
-/// Adds an outline on both sides of its surface: bone hides the inner one.
+/// Adds an outline twice, on either side of the bone surface, because the outer side is not known. Bone hides
+/// the inner one.
 void add_outline(const volume::PlannedOutline& outline, sim::Overlay& overlay) {
   const std::vector<glm::dvec3>& points = outline.points_world;
-  glm::dvec3 normal(0);  // of its mean plane
+  glm::dvec3 normal(0);  // of the outline's mean plane; its length is twice the area
   for (std::size_t i = 0; i < points.size(); ++i)
     normal += glm::cross(points[i] - points[0], points[(i + 1) % points.size()] - points[0]);
-  const double area = glm::length(normal);
-  const glm::dvec3 lift = area > 0 ? k_lift / area * normal : glm::dvec3(0);
+  const double twice_area = glm::length(normal);
+  const glm::dvec3 lift = twice_area > 0 ? k_lift / twice_area * normal : glm::dvec3(0);
   for (const double side : {-1.0, 1.0})
     for (std::size_t i = 0; i < points.size(); ++i)
       overlay.lines.push_back({points[i] + side * lift, points[(i + 1) % points.size()] + side * lift});

@@ -6,8 +6,8 @@
 
 namespace trephine::workbench {
 
-/// Returns the trajectories, landmarks and outlines of a plan as overlays; trajectories begin 20 mm before
-/// their entry.
+/// Returns the trajectories, landmarks and outlines of a plan as overlays. The line of a trajectory
+/// begins 20 mm outside its entry.
 sim::Overlays plan_overlays(const volume::SurgicalPlan& plan);
 
 }  // namespace trephine::workbench

@@ -13,13 +13,16 @@ namespace {
 
 struct Preset {
   const char* name;
-  double low, certain;  ///< HU: bone from `low` on if connected to a voxel from `certain` on
-  double thin_mm;
-  double min_share;  ///< size of other kept parts, relative to the largest; 1: the largest only
+  /// HU. Voxels of `low` or more are bone if they are connected to a voxel of `certain` or more.
+  double low, certain;
+  double thin_mm;  ///< as PresetChoice::thin_mm
+  /// Least size of the other parts that are kept, relative to the largest part; 1: only the largest is kept.
+  double min_share;
 };
-// A skull is one part. Vertebrae are several, their cancellous bone is soft and their shells are thin.
+// A skull is one connected part. Vertebrae are several parts with cancellous bone of low intensity and thin
+// shells.
 constexpr std::array<Preset, 2> k_presets{{{"skull", 300, 700, 2, 1}, {"spine", 150, 350, 4, 0.01}}};
-constexpr double k_thin_share = 0.5;  ///< share of the threshold to which thin bone may have dropped
+constexpr double k_thin_share = 0.5;  ///< thin bone is searched from this share of the threshold up (assumed)
 constexpr double k_max_thin_mm = 10;
 
 const Preset* find(std::string name) {
@@ -37,7 +40,7 @@ bool is_empty(const volume::Volume& v, const volume::Shape& shape) {
                       [&](std::int16_t value) { return shape.is_solid(value); });
 }
 
-void take(Source& source, Result<volume::Volume> result) {
+void replace_volume(Source& source, Result<volume::Volume> result) {
   source.volume = std::make_shared<const volume::Volume>(std::move(result).value());
   source.is_altered = true;
 }
@@ -100,7 +103,7 @@ Result<volume::Shape> prepare_shape(Source& source, const PresetChoice& choice,
     return Error{.what = "no voxel has this shape",
                  .where = "shape",
                  .found = "no voxel of " + describe(shape, source.volume->is_hounsfield) + "; the scan has " +
-                          std::to_string(*low) + " to " + std::to_string(*high),
+                          rounded_text(*low) + " to " + rounded_text(*high),
                  .expected = "at least one voxel",
                  .remedy = "choose another iso value or window"};
   }
@@ -118,7 +121,7 @@ Result<volume::Shape> prepare_shape(Source& source, const PresetChoice& choice,
         "%.0f mm³) of %.0f and more count as %.0f; the scan is unchanged",
         reach, static_cast<long long>(filled), percent_of_voxels(filled),
         static_cast<double>(filled) * source.volume->frame.voxel_mm3(), lowest, fill_value));
-    if (filled > 0) take(source, std::move(result));
+    if (filled > 0) replace_volume(source, std::move(result));
   }
   if (preset) {
     const double certain = std::max(preset->certain, shape.low);
@@ -131,7 +134,7 @@ Result<volume::Shape> prepare_shape(Source& source, const PresetChoice& choice,
                     "left out of the shape; the scan is unchanged",
                     shape.low, certain, removed.count, removed.count == 1 ? "" : "s",
                     static_cast<long long>(removed.others)));
-    if (removed.count > 0) take(source, std::move(result));
+    if (removed.count > 0) replace_volume(source, std::move(result));
   }
   if (preset ? preset->min_share == 1 || shape_choice.is_largest : shape_choice.is_largest) {
     if (Status error = keep_largest(source, shape, listener)) return *error;

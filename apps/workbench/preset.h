@@ -7,17 +7,18 @@ namespace trephine::workbench {
 
 struct PresetChoice {
   std::string name;  ///< "skull", "spine"; empty: no preset
-  /// Largest gaps in thin walls that are closed, mm; 0: no closing; empty: that of the preset.
+  /// Size of the largest gaps in thin walls that are closed, mm; 0: no closing; empty: as the preset.
   std::optional<double> thin_mm;
 };
 
-/// Returns the names, for help and errors.
+/// Returns the names of the presets, for help and errors.
 std::string preset_names();
+/// Checks the choices without a scan.
 Status check(const PresetChoice& choice, const ShapeChoice& shape);
 
-/// Prepares the shape in the scan, with a notice of each change: fills thin walls, removes parts without a
-/// voxel above the upper threshold (hysteresis), and keeps the largest part, or all large ones of a spine.
-/// Without a preset, only does what the choices request.
+/// Prepares the shape in the scan, and reports each change as a notice. A preset fills thin walls, removes
+/// parts without a voxel at or above the upper threshold (hysteresis), and keeps the largest part, or all
+/// large parts of a spine. Without a preset, only the requested changes are made.
 Result<volume::Shape> prepare_shape(Source& source, const PresetChoice& choice, const ShapeChoice& shape,
                                     const Listener& listener);
 

@@ -15,11 +15,12 @@ using volume::SurgicalProcedure;
 
 namespace {
 
-/// Measurements of every operation, and prefixes of those that contain another name.
+/// Measurements that every operation has, and the prefixes of measurements whose names contain another name:
+/// "visits STEP".
 constexpr std::string_view k_measurements[] = {"removed_mm3", "changes", "bodies", "step_seconds"};
 constexpr std::string_view k_events = "events ", k_nearest = "nearest_mm ", k_visits = "visits ";
 
-/// True for measures of modules.
+/// True unless every operation has this measurement: it is then a measure of a module, or misspelt.
 bool is_module_measure(std::string_view name) {
   return std::find(std::begin(k_measurements), std::end(k_measurements), name) == std::end(k_measurements) &&
          !name.starts_with(k_events) && !name.starts_with(k_nearest) && !name.starts_with(k_visits);

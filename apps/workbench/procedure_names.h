@@ -1,4 +1,5 @@
-// Procedure of an operation: its choice, and its names, compared with the catalogue.
+// Choice of the procedure of an operation. The names in the procedure are checked against the catalogue of
+// modules.
 #pragma once
 
 #include <string>
@@ -18,14 +19,17 @@ namespace trephine::workbench {
 
 struct OperationChoice;
 
-/// Opens a shipped procedure by its name, or a file by its path, and checks its names. Errors state the line.
+/// Opens a shipped procedure by its name, or a file by its path, and checks the names in the procedure.
+/// Errors state the line.
 Result<data_tools::ProcedureFile> open_known_procedure(const std::string& name_or_path);
-/// Sets the chosen procedure in the plan of a scene, checks its names, and prepares the hands.
+/// Sets the chosen procedure in the plan of a scene, and checks the names in it. Removes the instruments of
+/// the hands if ProcedureUse::begins_without_tools is chosen.
 Status choose_procedure(const OperationChoice& choice, sim::SceneDescription& spec);
-/// Returns the measures of an operation on a small cube before its first command; of one module, or of all.
+/// Returns the measures of one module, or of all modules if `module` is null, in an operation on a small cube
+/// before its first command.
 std::vector<sim::Measure> initial_measures(const sim::Module* module = nullptr);
-/// Returns the names of the measurements of conditions that a new operation does not have: measures that a
-/// module returns later, or misspelt names. Builds a small operation.
+/// Returns the measurements in conditions of the procedure that a new operation does not have. They are
+/// measures that a module returns only later, or misspelt names. Builds a small operation.
 std::vector<std::string> late_measures_of(const volume::SurgicalProcedure& procedure);
 
 }  // namespace trephine::workbench

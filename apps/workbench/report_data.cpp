@@ -40,7 +40,7 @@ double RemovalDistances::within(std::size_t mm) const noexcept {
 
 namespace {
 
-/// Adds the counted cells of a brick to the bins of their distances.
+/// Adds the volumes of the counted cells of a brick to the bins of `result`, by distance from the structure.
 class BrickDistances {
  public:
   BrickDistances(const volume::Version& version, const sim::Forbidden& structure, RemovalDistances& result)
@@ -54,8 +54,9 @@ class BrickDistances {
   }
 
  private:
-  /// Adds a cube of cells. Distances within it differ from that of its centre by at most `reach`: a cube
-  /// within one bin needs no further evaluation, others are divided.
+  /// Adds a cube of cells. The distances of its cells differ from the distance of its centre by at most
+  /// `reach`. If all these distances are in one bin, the cube is added as a whole. Otherwise it is divided
+  /// into eight.
   void add_cube(const glm::ivec3& low, int edge) {
     const std::size_t count = count_in(low, edge);
     if (count == 0) return;
@@ -63,10 +64,13 @@ class BrickDistances {
     const double reach = 0.5 * (edge - 1) * lattice.frame().diagonal_mm();
     const dvec3 centre = dvec3(first_ + low) + 0.5 * (edge - 1);
     const dvec3 world = version_.base().frame.world_from_volume(lattice.volume_from_lattice(centre));
-    // The clearance of a ball reaches farther from its centre than that of a point.
+    // The clearance of this ball is the least possible distance of a cell. Measured distances are limited to
+    // k_reach from the surface of the ball, so that with a ball they are valid farther from the centre than
+    // with a point.
     const double least = structure_.clearance({.centre = world, .radius = reach}, expected_);
     expected_ = least;
-    // Samples decide on the side of a point, and may differ from the surface by half a voxel.
+    // The samples of the structure decide whether a point is inside. Its surface, from which distances are
+    // measured, may differ from them by half a voxel.
     const bool has_one_side = least > structure_.voxel_mm() || least + 2 * reach < -structure_.voxel_mm();
     if (edge == 1 || (has_one_side && bin_of(least) == bin_of(least + 2 * reach))) {
       value_of(bin_of(least)) += static_cast<double>(count) * lattice.frame().voxel_mm3();
@@ -99,7 +103,7 @@ class BrickDistances {
   RemovalDistances& result_;
   glm::ivec3 first_{0};
   const Counted* counted_ = nullptr;
-  double expected_ = sim::Forbidden::k_reach;  ///< of the previous cube, which is near
+  double expected_ = sim::Forbidden::k_reach;  ///< clearance of the previous cube: an estimate
 };
 
 }  // namespace
@@ -134,13 +138,14 @@ class MomentCollector {
  public:
   MomentCollector(const ReportChoice& choice, double rate_hz) : choice_(choice), rate_hz_(rate_hz) {}
 
-  /// Reads the events since the last call.
+  /// Adds moments for the events since the last call.
   void observe(sim::Engine& engine) {
     const sim::Chronicle& chronicle = engine.now().chronicle;
     for (; next_ < chronicle.size(); ++next_) observe(chronicle[next_], engine);
   }
-  /// Adds the positions of bad and fair findings, each in the state at its time, in place of the events that
-  /// they judge. `replay`: at the end of the session, to which it returns.
+  /// Adds a moment for each bad or fair finding with a position, in the state at the time of the finding (at
+  /// the end if it has no time). The moment of an event about the same injury is removed. `replay` must be at
+  /// the end of the session, and is there again afterward.
   Status add_findings(const sim::Score& score, sim::Replay& replay) {
     const std::uint64_t end = replay.engine().now().next_tick;
     std::vector<ReportMoment> events = std::exchange(found_, {});
@@ -160,7 +165,8 @@ class MomentCollector {
                   std::make_move_iterator(events.end()));
     return replay.seek(end);
   }
-  /// Returns the chosen moments by time: X-rays in their order, of other moments injuries first.
+  /// Returns the chosen moments by time. If there are too many, the first X-rays are chosen, and injuries are
+  /// chosen before other moments.
   std::vector<ReportMoment> finish() {
     std::stable_sort(found_.begin(), found_.end(), [](const ReportMoment& a, const ReportMoment& b) {
       return (a.level == EventLevel::danger) > (b.level == EventLevel::danger);
@@ -176,9 +182,10 @@ class MomentCollector {
   }
 
  private:
-  static constexpr std::size_t k_max_of_type = 2;  // events of one type, so that others are shown too
+  static constexpr std::size_t k_max_of_type = 2;  // events of one type, so that other types are shown too
 
-  /// Returns true for two moments of one injury: an event follows its deepest position by some seconds.
+  /// Returns true if two moments are near in time and space and therefore show one injury. An event may be
+  /// emitted some seconds after the deepest position, at which a finding is located.
   bool is_same(const ReportMoment& a, const ReportMoment& b) const {
     constexpr double k_seconds = 3, k_distance = 3;  // s, mm
     const double ticks =
@@ -190,7 +197,7 @@ class MomentCollector {
     const std::shared_ptr<const volume::SurgicalPlan>& plan = engine.now().plan;
     const EventText text = plan ? describe_event(event, plan->procedure) : describe_event(event);
     const auto* xray = event.value.as<fluoroscopy::XrayTaken>();
-    // At these two events, the implant or screw has not been turned in yet.
+    // When these two events are emitted, the implant or screw is not completely inserted yet.
     const bool is_slice = (text.level == EventLevel::danger || text.level == EventLevel::outcome) &&
                           event.value.name() != "body-added" && event.value.name() != "screw-placed";
     if (!xray && (!is_slice || event.position_world == dvec3(0) ||
@@ -199,7 +206,7 @@ class MomentCollector {
     ReportMoment moment{
         .tick = event.tick, .text = text.text, .level = text.level, .position_world = event.position_world};
     if (xray) moment.xray = *xray;
-    // A touch without a tear has a lower priority than injuries.
+    // A structure that was touched but not torn has a lower priority than an injury.
     if (event.value.name() == "structure-touched") moment.level = EventLevel::outcome;
     add(std::move(moment), engine);
   }
@@ -226,7 +233,7 @@ std::vector<volume::Field> solids_of(const sim::Engine& engine) {
   return solids;
 }
 
-/// Adds the values of all hands in a tick as one.
+/// Combines the values of all hands in a tick to one value, such as the largest, and adds it to an envelope.
 class HandValues {
  public:
   HandValues(Envelope& envelope, const double& (*choose)(const double&, const double&))
@@ -252,12 +259,12 @@ class HandValues {
 double clearance_of(const sim::Engine& engine, std::size_t hand) {
   double nearest = sim::Forbidden::k_reach;
   for (std::size_t s = 0; s < engine.forbidden().size(); ++s)
-    if (engine.watch(hand, s).clearance < nearest)  // a lower bound
+    if (engine.watch(hand, s).clearance < nearest)  // the measured clearance, or a lower bound of it
       nearest = std::min(nearest, engine.clearance(hand, s));
   return nearest;
 }
 
-/// Replays and judges the session; collects envelopes and moments.
+/// Replays and judges the session; collects envelopes, paths and moments.
 Status judge(ReportData& data, MomentCollector& moments, const Listener& listener) {
   HandValues force(data.force, std::max<double>), clearances(data.clearance, std::min<double>);
   std::uint64_t count = 0;

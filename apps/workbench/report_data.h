@@ -1,4 +1,4 @@
-// ReportData: contents of a report on a recorded session as plain data, from one replay.
+// ReportData: contents of a report on a recorded session as plain data, collected in one replay.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace trephine::workbench {
 
-/// Least and greatest values by column of a chart over time: no peak is lost at any width.
+/// Least and greatest value in each column of a chart over time: no peak is lost at any width of the chart.
 class Envelope {
  public:
   struct Column {
@@ -23,12 +23,13 @@ class Envelope {
     bool has_value = false;
   };
   Envelope() = default;
-  /// Divides the ticks 0 .. tick_count - 1 into columns; both at least 1.
+  /// Divides the ticks 0 .. tick_count - 1 into columns. Counts of 0 become 1; there are at most as many
+  /// columns as ticks.
   Envelope(std::uint64_t tick_count, std::size_t column_count);
   /// Ignores ticks beyond the last one.
   void add(std::uint64_t tick, double value) noexcept;
   std::span<const Column> columns() const noexcept { return columns_; }
-  /// Greatest value; 0 without values.
+  /// Greatest value; 0 without values or if all are negative.
   double greatest() const noexcept;
 
  private:
@@ -36,14 +37,14 @@ class Envelope {
   std::vector<Column> columns_;
 };
 
-/// Removed and detached matter by distance to a structure that must not be cut.
+/// Volume of removed and detached matter, by its distance from a structure that must not be cut.
 struct RemovalDistances {
   static constexpr std::size_t k_bins = 20;  ///< of 1 mm
   std::string structure;
-  std::array<double, k_bins> mm3{};              ///< bin i: from i to i + 1 mm
+  std::array<double, k_bins> mm3{};              ///< bin i: at i to i + 1 mm from the structure
   double inside_mm3 = 0;                         ///< in the structure
   double beyond_mm3 = 0;                         ///< at k_bins mm or more
-  double within(std::size_t mm) const noexcept;  ///< at less than `mm`, and inside
+  double within(std::size_t mm) const noexcept;  ///< at less than `mm` (at most k_bins), and inside
 };
 /// Sums the cells of the cut lattice whose centres are removed, and were solid in one of `solids`.
 RemovalDistances removal_distances(const volume::Version& version, std::span<const volume::Field> solids,
@@ -56,27 +57,27 @@ struct ReportMoment {
   std::string text;
   EventLevel level = EventLevel::outcome;
   glm::dvec3 position_world{0.0};                       ///< mm
-  std::optional<fluoroscopy::XrayTaken> xray = {};      ///< an X-ray was taken
+  std::optional<fluoroscopy::XrayTaken> xray = {};      ///< if an X-ray was taken at this moment
   std::shared_ptr<const volume::Version> version = {};  ///< frozen
   std::vector<Moment::Object> objects = {};
 };
 
 struct ReportChoice {
   std::string session;
-  SourceChoice case_source;                     ///< scan of a session that lacks it
+  SourceChoice case_source;                     ///< scan, for a session that does not contain it
   std::size_t column_count = 900;               ///< of the charts
-  std::size_t slice_count = 6, xray_count = 4;  ///< greatest number of pictures of each kind
+  std::size_t slice_count = 6, xray_count = 4;  ///< greatest number of slices and of X-rays
 };
 
 struct ReportData {
-  std::unique_ptr<OpenedSession> session;  ///< at its end
+  std::unique_ptr<OpenedSession> session;  ///< replayed to its end
   double seconds = 0;
   sim::Score score;
   Timeline timeline;
-  Envelope force;      ///< N, the strongest of all hands in each tick
-  Envelope clearance;  ///< mm from the nearest tool to a forbidden structure; without structures no values
+  Envelope force;      ///< N, strongest force of all hands in each tick
+  Envelope clearance;  ///< mm, least distance of a tool from a forbidden structure; empty without structures
   std::vector<ToolPath> paths;            ///< one per hand
-  glm::dvec3 mean_hand_position{0.0};     ///< mm, mean position of the hands: the side from which they work
+  glm::dvec3 mean_hand_position{0.0};     ///< mm; shows the side from which the hands work
   std::vector<RemovalDistances> removal;  ///< one per forbidden structure
   std::vector<ReportMoment> moments;      ///< by time
   sim::Overlays overlays;                 ///< at the end

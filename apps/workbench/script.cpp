@@ -44,7 +44,7 @@ Result<haptics::PosePath> path_of(const ScriptHand& hand, const std::string& fol
   return haptics::PosePath::from_samples(std::move(samples), at_line(where, hand.line));
 }
 
-/// Returns the path from 0 s on, where the script starts.
+/// Returns the part of the path from 0 s on, the start of the script.
 haptics::PosePath from_zero(const haptics::PosePath& path) {
   std::vector<haptics::PosePath::Sample> samples{{0, path.at(0)}};
   for (const haptics::PosePath::Sample& sample : path.samples())
@@ -66,8 +66,9 @@ Error unknown_place(const std::string& found, std::span<const Place> places) {
           .remedy = "correct the name, or add it to [[places]]"};
 }
 
-/// Replaces places in the words of a command by coordinates: `{site}` by those of the place, `{site 5,0,2}`
-/// by those 5 mm to its right, 0 mm upward and 2 mm above it. The error names an unknown place.
+/// Replaces places in the words of a command by world coordinates. Here `{site}` is the position of a place,
+/// and `{site 5,0,2}` the position 5 mm to the right of it, 0 mm upward and 2 mm outward. The error names an
+/// unknown place.
 Result<std::string> words_with_positions(const ScriptCommand& command, std::span<const Place> places) {
   if (places.empty()) return command.words;
   std::string words;
@@ -109,7 +110,7 @@ Result<sim::Command> command_of(const ScriptCommand& request, std::span<const Pl
   Status error = command ? std::nullopt : Status(command.error());
   if (!error && !request.refusal) error = command.value().request.check();
   if (!error) return command;
-  // Positions of places may not be known yet: the error quotes the script.
+  // The positions of places may not be known at this time. The error quotes the words of the script instead.
   if (words && request.words.find('{') != std::string::npos) error->found = request.words;
   error->where = at_line(where, request.line) + (error->where.empty() ? "" : ": " + error->where);
   return *error;
@@ -176,7 +177,7 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
     OperationChoice hand_choice = choice;
     hand_choice.hands = {output};
     Status error = check(hand_choice);
-    if (!error) {  // positions of places are unknown yet, but not the times
+    if (!error) {  // for a hand at a place only the times of this path are valid; find_places() replaces it
       Result<haptics::PosePath> path = path_of(hand, folder, where);
       if (!path) return path.error();
       paths.push_back(std::move(path).value());
@@ -185,7 +186,8 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
     error->where = at_line(where, hand.line) + ": " + error->where;
     return *error;
   }
-  // Commands are parsed before the scan is read, when positions of places are unknown.
+  // Parses the commands before the scan is read, to find errors early. The positions of places are not known,
+  // and are replaced by default values.
   std::vector<Place> unresolved_places;
   for (const ScriptPlace& place : script.places) unresolved_places.push_back({place.name});
   std::vector<sim::Command> commands;
@@ -263,7 +265,8 @@ Result<Place> ScriptRun::find_trajectory_place(const ScriptPlace& request) const
                .expected = known.empty() ? "a scan with a plan" : known};
 }
 
-/// Finds the places, displaced by the performer if there is one, and the paths that begin there.
+/// Finds the places, and sets the paths that are relative to them. The performer, if any, displaces the
+/// places.
 Status ScriptRun::find_places(const std::string& where, const Performer* performer) {
   if (script_.places.empty()) return std::nullopt;
   const haptics::TouchScene& scene = *operation_.scene();
@@ -298,7 +301,7 @@ bool ScriptRun::has_places_on_bodies() const noexcept {
   return std::any_of(places_.begin(), places_.end(), [](const Place& place) { return place.body > 0; });
 }
 
-/// Returns a command with the positions that bodies have in this state.
+/// Returns a command in which places on bodies have the positions that the bodies have in `state`.
 Result<sim::Command> ScriptRun::command_at(const TimedCommand& timed,
                                            const sim::OperationState& state) const {
   const Result<std::vector<Place>> places = places_in(state, places_, timed.from->words);
@@ -388,8 +391,8 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
   for (;;) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
     const sim::LiveState state = live.fetch_state();
-    // A machine that is busy for a tenth of a second causes a fault; resetting it is safe, since no hand
-    // holds this stylus.
+    // If the machine is busy for a tenth of a second, the servo latches a fault and turns the force off. The
+    // fault may be reset here, since no person holds this simulated stylus.
     if (state.newest.faults & haptics::fault_stale_scene) live.reset_faults(), ++result.stalls;
     const double t = state.newest.t;
     while (result.results.size() < commands_.size() && due(commands_[result.results.size()].from->at) <= t) {
@@ -405,17 +408,18 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
       sim::LiveState latest = live.fetch_state();
       Live::CommandResult command_result{latest.refused, 0};
       const auto record_failure = [&] {
-        // A search for free pieces may also fail meanwhile.
+        // Only failures of this command count: a search for free pieces may fail at the same time.
         if (latest.failed && latest.failed->where == timed.from->name) command_result.refused = latest.failed;
       };
       record_failure();
-      // Its job ends before the next command, as without threads.
+      // Waits for the job of the command, so that the job ends before the next command, as in play().
       while (latest.pending_jobs > 0 && progress(t / duration_)) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
         latest = live.fetch_state();
         record_failure();
       }
-      command_result.done_at = latest.newest.t + 0.5 / script_.rate_hz;  // the next tick includes it
+      // Half a tick is added because only the next tick includes the effect of the command.
+      command_result.done_at = latest.newest.t + 0.5 / script_.rate_hz;
       result.results.push_back(command_result);
     }
     if (!progress(t / duration_))
@@ -434,7 +438,7 @@ Result<ScriptRun::Live> ScriptRun::play_live(sim::SessionWriter& recorder, const
                  .where = "recording",
                  .found = finished->found,
                  .expected = "enough free disk space",
-                 .remedy = "free disk space, or play it without a servo thread",
+                 .remedy = "free disk space, or play the script without a servo thread",
                  .kind = finished->kind};
   return result;
 }

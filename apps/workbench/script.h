@@ -10,9 +10,9 @@
 
 namespace trephine::workbench {
 
-/// Returns the path of a script's scan as the program opens it; the name of a built-in one.
+/// Returns the path of a script's scan as the program opens it, or the name of a built-in phantom.
 std::string scan_of(const data_tools::Script& script, const std::string& folder);
-/// Returns the path of a script's procedure as the program opens it; the name of a shipped one.
+/// Returns the path of a script's procedure as the program opens it, or the name of a shipped procedure.
 std::string procedure_of(const data_tools::Script& script, const std::string& folder);
 /// Returns the paths of all files of a script as the program opens them.
 std::vector<std::string> files_of(const data_tools::Script& script, const std::string& folder);
@@ -41,16 +41,17 @@ class ScriptRun {
   /// Result of play_live().
   struct Live {
     haptics::ServoReport servo;
-    int stalls = 0;  ///< number of resets of the fault of a stale scene
+    int stalls = 0;  ///< number of times that fault_stale_scene was reset
     struct CommandResult {
-      Status refused;      ///< or failed: its job had no effect
-      double done_at = 0;  ///< s, including the job that it started
+      Status refused;      ///< reason why the command was refused, or its job had no effect; empty: done
+      double done_at = 0;  ///< s, time at which the command and its job had ended
     };
-    std::vector<CommandResult> results;  ///< of the commands, by time
+    std::vector<CommandResult> results;  ///< of the issued commands, by time
   };
-  /// Plays the script in real time on a servo thread, and finishes the recorder. watch() checks the
-  /// expectations afterwards, in the recording.
+  /// Plays the script in real time on a servo thread, and finishes the recorder. Does not check expectations:
+  /// watch() checks them in the recording.
   Result<Live> play_live(sim::SessionWriter& recorder, const Listener& listener = {});
+  /// Checks the expectations and takes the pictures in a replay of the recording of play_live().
   Result<ScriptReport> watch(const Live& live, sim::Replay& recorded, PictureTaker take_picture = {},
                              const Listener& listener = {}) const;
 

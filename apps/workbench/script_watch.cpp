@@ -18,8 +18,8 @@ using data_tools::ScriptPicture;
 
 namespace {
 
-/// Names of measurements of a hand, in addition to those of the operation, and prefixes of those that contain
-/// the name of a place.
+/// Measurements of a hand, in addition to sim::measurement_names(), and the prefixes of measurements whose
+/// names contain a place: "open PLACE".
 constexpr const char* k_names[] = {"force_n", "strongest_force_n", "torque_nmm", "contact",
                                    "proxy_x", "proxy_y",           "proxy_z"};
 constexpr std::string_view k_open = "open ", k_thickness = "thickness_mm ";
@@ -30,9 +30,9 @@ const Place* find(const std::vector<Place>& places, std::string_view name) {
   return nullptr;
 }
 
-/// A name between braces, with a number of digits, as in "{force_n:2} N".
+/// A name between braces in a caption, with a number of decimals, as in "{force_n:2} N".
 struct Slot {
-  std::size_t begin = 0, end = 0;  ///< of the braces
+  std::size_t begin = 0, end = 0;  ///< indices of the braces in the caption
   std::string name;
   int digits = 0;
   bool is_valid = true;
@@ -57,7 +57,7 @@ std::vector<Slot> slots_of(const std::string& caption) {
   return slots;
 }
 
-/// Checks the place of a measurement such as "open PLACE".
+/// Checks the place of a measurement such as "open PLACE", which must not be on a body.
 Status check_place(const std::string& measurement, const std::vector<Place>& places) {
   const std::string prefix = measurement.substr(0, measurement.find(' ') + 1);
   const Place* const found = find(places, measurement.substr(prefix.size()));
@@ -160,7 +160,8 @@ Status ScriptWatch::tick(double t, std::span<const haptics::ServoRecord> hands, 
   return take_due(t, {t, hands_, engine, changed_});
 }
 
-/// Returns the time (s) at which a check or picture is due, delayed by the commands that took longer before.
+/// Returns the time (s) at which a check or picture is due. Commands at or before its time that ended later
+/// delay it by the same duration; see wait_for().
 double ScriptWatch::due(const std::optional<double>& at) const {
   double when = at.value_or(2 * end_);
   for (const auto& [issued_at, done_at] : waits_)
@@ -178,7 +179,7 @@ Status ScriptWatch::take_due(double t, const ScriptMoment& moment) {
     const ScriptPicture& picture = *pictures_[next_picture_];
     Status error = take_picture_(picture, moment, caption_of(picture, moment));
     if (error && error->kind != ErrorKind::refused) return error;
-    if (error)  // such as that of a body that does not exist
+    if (error)  // for example, the picture is of a place on a body that does not exist
       report_.checks.push_back({picture.line, picture.file + " is taken", t, false, one_line_text(*error)});
     changed_ = sim::k_no_voxels;
   }
@@ -195,15 +196,16 @@ void ScriptWatch::record_command(const ScriptCommand& command, double t, const S
 }
 
 void ScriptWatch::check(const ScriptExpectation& request, const ScriptMoment& moment) {
-  // A value that was never measured, or that a later cut has outdated, meets no limits.
+  // A value that was never measured, or is stale because of a later cut, meets no limits.
   const std::optional<double> value = value_of(request.what, request.hand, moment, false);
   std::string words = request.what;
   if (request.minimum) words = text_of(*request.minimum) + " <= " + words;
   if (request.maximum) words += " <= " + text_of(*request.maximum);
   const bool is_met =
       value && *value >= request.minimum.value_or(*value) && *value <= request.maximum.value_or(*value);
-  report_.checks.push_back({request.line, words, moment.t, is_met,
-                            value ? text_of(*value) : "no value: it was not measured since the last cut"});
+  report_.checks.push_back(
+      {request.line, words, moment.t, is_met,
+       value ? text_of(*value) : "no value: it was not measured, or a later cut made it stale"});
 }
 
 std::optional<double> ScriptWatch::value_of(const std::string& measurement, int hand,

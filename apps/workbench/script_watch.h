@@ -1,4 +1,5 @@
-// ScriptWatch: checks expectations and takes pictures of a script, tick by tick, for any player.
+// ScriptWatch: checks the expectations and takes the pictures of a script, tick by tick, for a script that is
+// played or replayed.
 #pragma once
 
 #include <functional>
@@ -9,13 +10,13 @@
 
 namespace trephine::workbench {
 
-/// An expectation or command of a script, and whether it was met.
+/// Result of an expectation, a command or a picture of a script.
 struct ScriptCheck {
   int line = 0;      ///< of the script
-  std::string what;  ///< "100 <= removed_mm3", or a command
+  std::string what;  ///< "100 <= removed_mm3", "cut-flap is done" or "a.png is taken"
   double at = 0;     ///< s
   bool is_met = false;
-  std::string found;  ///< found value, or reason of a refusal, as text
+  std::string found;  ///< measured value, or reason of a refusal or failure, as text
 };
 
 struct ScriptReport {
@@ -39,25 +40,28 @@ struct ScriptMoment {
   double t = 0;  ///< s
   std::span<const haptics::ServoRecord> hands;
   const sim::Engine& engine;
-  volume::VoxelBox changed;  ///< since the previous picture
+  volume::VoxelBox changed;  ///< voxels that may look different since the previous picture
 };
-/// Takes a picture. `caption`: with inserted values.
+/// Takes a picture. `caption`: caption of the picture with its values inserted. An error of kind `refused` is
+/// recorded as an unmet check; other errors end the run.
 using PictureTaker = std::function<Status(const data_tools::ScriptPicture& picture,
                                           const ScriptMoment& moment, const std::string& caption)>;
 
 /// Checks one run of a script. Borrows the script and the places.
 class ScriptWatch {
  public:
-  /// `end`: duration of the script, s. Empty `take_picture`: takes no pictures.
+  /// `end`: duration of the script, s. If `take_picture` is empty, no pictures are taken.
   ScriptWatch(const data_tools::Script& script, const std::vector<Place>& places, double end,
               PictureTaker take_picture);
-  /// Call after each tick. `changed`: by this tick and the commands before it. Error if a picture fails.
+  /// Must be called after each tick. `changed`: voxels that this tick and the commands before it changed.
+  /// Error if a picture fails.
   Status tick(double t, std::span<const haptics::ServoRecord> hands, const sim::Engine& engine,
               const volume::VoxelBox& changed);
-  /// Records the outcome of a command: refused or not, as the script expects.
+  /// Records a check if a command was refused, or if the script expects its refusal. `refused`: reason of the
+  /// refusal; empty: the command was carried out.
   void record_command(const data_tools::ScriptCommand& command, double t, const Status& refused);
-  /// Delays all checks and pictures from `at` (s) on, since a command of that time was done only at
-  /// `done_at`.
+  /// Delays all checks and pictures whose time is `at` (s) or later, by the duration until `done_at`: the
+  /// time at which a command with the time `at` had ended. Those without a time are not delayed.
   void wait_for(double at, double done_at) { waits_.push_back({at, done_at}); }
   /// Makes the checks and pictures that are due at the end, and returns the report.
   Result<ScriptReport> finish(sim::Engine& engine);
@@ -85,9 +89,10 @@ class ScriptWatch {
   ScriptReport report_;
 };
 
-/// Returns the names of measurements, in addition to the measures of modules.
+/// Returns the names of all measurements except the measures of modules.
 std::vector<std::string> quantity_names();
-/// Checks that all names in expectations and captions are measured in such an operation.
+/// Checks that an operation with this engine can measure all names in expectations and captions. `where`:
+/// name of the script in errors.
 Status check_names(const data_tools::Script& script, const std::vector<Place>& places,
                    const sim::Engine& engine, const std::string& where);
 

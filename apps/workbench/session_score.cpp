@@ -14,8 +14,8 @@ constexpr double k_replay = 0.8;                   // share of the work; the res
 
 Error interrupted() { return {.what = "the score was interrupted", .kind = ErrorKind::interrupted}; }
 
-/// Returns the distance of a hand's tool from the nearest forbidden structure, mm: exact where the motion
-/// counts as near.
+/// Returns the distance of a hand's tool from the nearest forbidden structure, mm. It is measured where the
+/// motion counts as near; a larger distance may be a lower bound.
 double watched_clearance(const sim::Engine& engine, std::size_t hand) noexcept {
   static_assert(MotionLimits{}.near <= sim::Forbidden::k_always_measured);
   double nearest = sim::Forbidden::k_reach;
@@ -34,7 +34,7 @@ Result<SessionScore> score_session(OpenedSession& session, std::optional<double>
   MotionStats motion(replay.engine().hand_count(), 1 / session.reader->header().rate_hz);
   const auto progress = listener.progress("judging the session");
   if (Status error = replay.seek(0)) return *error;
-  // With several hands, those after the first do not count in the tick before `until`.
+  // If `until` is set, only the first hand counts in the last tick.
   while (!until || replay.next_tick() < end.value()) {
     const auto stepped = replay.step();
     if (!stepped) return stepped.error();

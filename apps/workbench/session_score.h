@@ -13,17 +13,18 @@ namespace trephine::workbench {
 struct SessionScore {
   sim::Score score;                ///< findings in a constant order, with verdicts and points
   std::vector<HandMotion> motion;  ///< one per hand
-  HandMotion total_motion;         ///< of all hands
+  HandMotion total_motion;         ///< of all hands together
   double seconds = 0;              ///< time of the judged state in the session
   bool is_complete = true;         ///< false: the recording was interrupted, or the file is damaged
   bool is_same = true;  ///< false: the replay differs from the recording; the score is of the replay
 };
 
-/// Receives the replay after each tick, and after the commands that follow the last one (`is_tick` false).
+/// Receives the replay after each tick of each hand. If the whole session is replayed (`until` is empty), it
+/// is called once more at the end, with `is_tick` false, after the commands that follow the last tick.
 using ReplayObserver = std::function<void(sim::Replay& replay, bool is_tick)>;
 
-/// Replays a session from its start to `until` (s; empty: its end) and judges the final state. The session
-/// stays there. Error if the session does not contain this time, or work was stopped by the listener.
+/// Replays a session from its start to `until` (s; empty: end of the session) and judges the state there. The
+/// replay stays at this time. Error if the session does not contain the time, or the listener stops the work.
 Result<SessionScore> score_session(OpenedSession& session, std::optional<double> until = {},
                                    const Listener& listener = {}, const ReplayObserver& observe = {});
 

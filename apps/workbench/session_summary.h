@@ -16,18 +16,18 @@ struct SessionSummary {
     EventLevel level = EventLevel::record;
     std::string text;
   };
-  /// Hand that works from a tick on.
+  /// A hand that starts to work at a tick: its button is pressed.
   struct Active {
     std::uint64_t tick = 0;
     int hand = 0;
   };
-  std::vector<Mark> marks;  ///< all events, by time
-  std::vector<Active> active;
-  /// Mean position of the tools while their buttons were pressed; world, mm.
+  std::vector<Mark> marks;     ///< all events, by time
+  std::vector<Active> active;  ///< by time
+  /// Mean position of the hands while their buttons were pressed; world, mm. Empty: no button was pressed.
   std::optional<glm::dvec3> work_position;
 
-  /// Returns the hand that works at a tick: the last one that pressed its button, or the first one before
-  /// that.
+  /// Returns the hand that works at a tick: the hand whose button was pressed last. Before the first press,
+  /// returns the hand of that press; 0 if no button is ever pressed.
   int hand_at(std::uint64_t tick) const noexcept;
 };
 

@@ -80,7 +80,7 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
   else if (!session.end() && !sim::SessionWriter::is_being_written(path))
     listener.notice("note: the session was not closed; it ends with the last block that was written");
 
-  // Finds the scan: the embedded one, the given one or a built-in phantom.
+  // Uses the scan in the session, or else the given scan, or else the built-in phantom.
   if (session.has_scan()) {
     if (!case_source.path.empty())
       listener.notice("note: the session contains its scan; the given scan was not read (option scan)");
@@ -111,7 +111,7 @@ Result<std::unique_ptr<OpenedSession>> open_session(const std::string& path, con
   auto replay = sim::Replay::open(session, result->source.volume);
   if (!replay) {
     Error error = replay.error();
-    if (error.where != "module") error.where = where;  // a missing module concerns the program, not the file
+    if (error.where != "module") error.where = where;  // a module is missing in the program, not in the file
     return error;
   }
   result->replay = std::move(replay).value();
@@ -179,9 +179,9 @@ std::vector<std::string> all_autosaves() {
   if (folder.empty()) return {};
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
     if (it->path().extension() == ".session") {
-      std::error_code is_gone;  // deleted meanwhile
-      const fs::file_time_type time = fs::last_write_time(it->path(), is_gone);
-      if (!is_gone) found.emplace_back(time, it->path().string());
+      std::error_code time_error;  // for example, another program deleted the file
+      const fs::file_time_type time = fs::last_write_time(it->path(), time_error);
+      if (!time_error) found.emplace_back(time, it->path().string());
     }
   std::sort(found.begin(), found.end());
   std::vector<std::string> paths;
@@ -212,7 +212,7 @@ std::vector<Autosave> list_autosaves(std::size_t most) {
     one.title = header.plan.procedure.title.empty() ? header.case_name : header.plan.procedure.title;
     one.seconds = static_cast<double>(session.value().tick_count()) / header.rate_hz;
     one.is_interrupted = !session.value().end();
-    // The name begins with the time, as autosave_path() writes it: 2026-11-27-140359.
+    // The file name begins with the local time that autosave_path() writes: 2026-11-27-140359.
     const std::string name = fs::path(*path).stem().string();
     if (name.size() >= 15)
       one.begin = name.substr(0, 10) + " " + name.substr(11, 2) + ":" + name.substr(13, 2);

@@ -89,7 +89,8 @@ Result<Source> open_source(const SourceChoice& choice, const Listener& listener)
     source.modality = "CT";
     source.read_seconds = seconds_since(start);
     if (std::error_code error; std::filesystem::exists(src, error))
-      listener.notice("note: " + src + " is the built-in phantom; the file of this name is ./" + src);
+      listener.notice("note: " + src + " is the built-in phantom; to open the file of this name, pass ./" +
+                      src);
     return source;
   }
   data_tools::OpenOptions options;
@@ -172,9 +173,9 @@ Status check(const ShapeChoice& choice) {
 }
 
 namespace {
-/// Returns the reason why the scan shows a trunk: the body part that its file names, or labels of vertebrae
-/// without a skull. Empty without such a reason.
-std::string spine_of(const Source& source) {
+/// Returns the reason to assume that the scan shows a spine: the body part that its file states, or labels of
+/// vertebrae without a label of a skull. Empty without such a reason.
+std::string reason_for_spine(const Source& source) {
   for (const auto& [name, value] : source.facts)
     if (name == "body part")
       for (const char* part : {"SPINE", "LUMB", "THOR", "CHEST", "ABDOMEN", "PELVIS", "SACR"})
@@ -190,8 +191,8 @@ std::string spine_of(const Source& source) {
   return {};
 }
 
-/// Share above which a CT without a known region opens as a spine. Measured on public CT: heads have 0.08 to
-/// 0.26, spines and a pelvis 0.52 to 1.5.
+/// Value of cancellous_share() above which a CT of unknown body part opens as a spine. Measured on public CT:
+/// heads have 0.08 to 0.26, spines and a pelvis 0.52 to 1.5.
 constexpr double k_spine_share = 0.4;
 /// Returns the number of voxels of 150 to 300 HU, as a share of those of 300 HU and above.
 double cancellous_share(const volume::Volume& scan) {
@@ -231,7 +232,7 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
     if (const auto [low, high] = std::minmax_element(voxels.begin(), voxels.end()); *low == *high)
       return Error{.what = "every voxel of this scan has the same value",
                    .where = source.name,
-                   .found = "every voxel is " + std::to_string(*low),
+                   .found = "every voxel is " + rounded_text(*low),
                    .expected = "at least two different values",
                    .remedy = "check that it is the right file"};
     const std::string threshold = std::to_string(volume::otsu_threshold(*source.volume));
@@ -249,8 +250,8 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
     listener.notice("shape: " + threshold + " and above, the threshold of the histogram (Otsu)");
     return shape;
   }
-  // Vertebrae are mostly cancellous bone, and their shells are thin.
-  if (const std::string part = spine_of(source); !part.empty()) {
+  // A spine gets a lower threshold, since vertebrae are mostly cancellous bone and their shells are thin.
+  if (const std::string part = reason_for_spine(source); !part.empty()) {
     shape.low = 150;
     listener.notice("shape: bone, 150 HU and above, since " + part +
                     " (choose another by iso, window or label)");
@@ -302,7 +303,7 @@ Status keep_largest(Source& source, const volume::Shape& shape, const Listener& 
 }
 
 Status omit_holder(Source& source, const volume::Shape& shape, const Listener& listener) {
-  // The blurred rim of such a part is also removed, since volume rendering would show it.
+  // The blurred rim of a table or a head holder is also removed, since volume rendering would show it.
   constexpr double k_rim = 150;  // HU
   volume::Shape wide = shape;
   if (wide.low > k_rim) wide.low = k_rim;

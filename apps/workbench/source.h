@@ -17,8 +17,8 @@ namespace trephine::workbench {
 struct ShapeChoice {
   std::optional<double> iso;
   std::string window, label;
-  bool is_auto = false;     ///< if nothing defines a threshold: that of the histogram (Otsu)
-  bool is_largest = false;  ///< only the largest part of the shape
+  bool is_auto = false;     ///< Otsu's threshold of the histogram, for scans without HU if no shape is chosen
+  bool is_largest = false;  ///< keeps only the largest part of the shape
   /// Removes a table or head holder from the default shape of a CT without a plan.
   bool omits_holder = false;
   bool is_set() const { return iso || !window.empty() || !label.empty(); }
@@ -27,16 +27,16 @@ struct ShapeChoice {
 /// Path of a scan, and options of its reading.
 struct SourceChoice {
   std::string path;
-  int series = 0, volume = 0;   ///< number from 1; 0: the most probable one
+  int series = 0, volume = 0;   ///< number from 1; 0: the default
   bool is_resampled = false;    ///< missing and uneven slices are interpolated
-  bool maps_padding = false;    ///< replaces the scanner's padding by air
+  bool maps_padding = false;    ///< replaces the scanner's padding by air (-1000 HU)
   bool is_hounsfield = false;   ///< values are HU, although the file does not state it
   bool uses_plan = false;       ///< uses the structures, screws and landmarks of a built-in phantom
-  std::optional<double> scale;  ///< size of a step of the values, in units of the file
+  std::optional<double> scale;  ///< step of the stored values, in units of the file
   std::string spacing;          ///< "X,Y,Z" or "S" in mm, for a file that does not state it
-  std::string axes;             ///< directions of its axes, three letters; empty: "LPS"
+  std::string axes;             ///< directions of the axes of that file, three letters; empty: "LPS"
   std::string raw;              ///< layout of a raw file without a header
-  bool takes_sform = false, takes_qform = false;  ///< for NIfTI files in which they differ
+  bool takes_sform = false, takes_qform = false;  ///< frame of a NIfTI file whose sform and qform differ
   SourceChoice() = default;
   SourceChoice(std::string source_path) : path(std::move(source_path)) {}
   SourceChoice(const char* source_path) : path(source_path) {}
@@ -45,12 +45,12 @@ struct SourceChoice {
 struct Source {
   std::shared_ptr<const volume::Volume> volume;
   std::string name, format, modality;  ///< names for display: never a path
-  std::string case_name;               ///< chosen name, which may be stored; otherwise empty
+  std::string case_name;               ///< name of a case or phantom, which may be stored; otherwise empty
   /// Name for stored files and pictures: never the name of a folder or file.
   std::string written_name() const { return case_name.empty() ? "scan" : case_name; }
   bool is_builtin = false;
-  bool is_altered = false;                   ///< changed on request after reading: exists nowhere else
-  std::optional<data_tools::CasePlan> plan;  ///< of a case
+  bool is_altered = false;                   ///< changed on request after reading: no file contains this scan
+  std::optional<data_tools::CasePlan> plan;  ///< of a case, or of a phantom with SourceChoice::uses_plan
   std::vector<std::string> notices;
   std::vector<std::pair<std::string, std::string>> facts;  ///< parameters of the scanner, anonymous
   std::vector<data_tools::SeriesFacts> series;             ///< all series that could be opened
@@ -64,17 +64,19 @@ bool is_builtin(const std::string& src);
 Result<Source> open_source(const SourceChoice& choice, const Listener& listener = {});
 /// Replaces the scan by its Gaussian blur. `sigma`: voxels, in the range of check(OperationChoice).
 Status blur(Source& source, double sigma);
-/// Replaces the scan by one with the largest part of a shape only; reports the number of removed parts.
+/// Removes all parts of a shape except the largest, and reports their number. The intensities of the scan do
+/// not change; see volume::keep_largest_part().
 Status keep_largest(Source& source, const volume::Shape& shape, const Listener& listener = {});
-/// Replaces the scan by one without the parts of a shape outside the patient's body, such as a table; reports
-/// them. Does not change a scan without such parts.
+/// Removes and reports the parts of a shape outside the patient's body, such as a table. Does not change a
+/// scan without such parts.
 Status omit_holder(Source& source, const volume::Shape& shape, const Listener& listener);
-/// Reports other parts of a shape that are large enough to disturb, such as a table or a head holder.
+/// Reports parts of a shape that are large enough to hide the largest part, such as a table or a head holder.
 void report_large_parts(const Source& source, const volume::Shape& shape, const Listener& listener);
 /// Checks a choice without a scan: at most one shape, valid numbers.
 Status check(const ShapeChoice& choice);
-/// Returns the chosen shape. The default for CT, with a notice, is bone from 300 HU (for a spine, or a CT
-/// with much cancellous bone: 150 HU). Error if there is no default.
+/// Returns the chosen shape. The default for CT is bone from 300 HU up; for a spine, or a CT with much
+/// cancellous bone, from 150 HU up. A notice reports the default. Error if no shape is chosen and there is no
+/// default.
 Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choice,
                                    const Listener& listener = {});
 /// Reads a path file (CSV).

@@ -63,7 +63,7 @@ std::string quantity_sentence(const StepCondition& condition, const std::string&
          (value ? number_text(*value) + unit + "." : "unknown, or outdated by a later change.");
 }
 
-/// Returns the rest of a name after its prefix; nullopt if it begins otherwise.
+/// Returns the part of a name after `prefix`, as words; nullopt if the name does not begin with `prefix`.
 std::optional<std::string> rest_after(const std::string& name, std::string_view prefix) {
   if (!name.starts_with(prefix)) return std::nullopt;
   return plain_words(name.substr(prefix.size()));
@@ -75,8 +75,8 @@ bool is_plural_noun(const std::string& name) {
          !name.ends_with("ss");
 }
 
-/// Returns the value of a measurement in the list "anchors 2, flaps unknown; hand 1: burr" as text; nullopt
-/// if it is not in the list.
+/// Returns the value of a measurement in a list such as "anchors 2, flaps unknown; hand 1: burr", as text;
+/// nullopt if the measurement is not in the list.
 std::optional<std::string> value_in(const std::string& list, const std::string& measurement) {
   const std::string head = measurement + " ";
   for (std::size_t at = list.find(head); at != std::string::npos; at = list.find(head, at + 1)) {
@@ -87,7 +87,7 @@ std::optional<std::string> value_in(const std::string& list, const std::string& 
   return std::nullopt;
 }
 
-/// Returns nullopt for a text that is not a number: "unknown".
+/// Returns the number in a text; nullopt if the text is not a number, such as "unknown".
 std::optional<double> number_in(const std::string& text) {
   double number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);

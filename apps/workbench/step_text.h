@@ -8,13 +8,13 @@
 
 namespace trephine::workbench {
 
-/// Describes an unmet condition: "At least 3 strokes are needed; there are 2." `value`: of the measurement;
-/// nullopt: unknown.
+/// Describes an unmet condition: "At least 3 strokes are needed; there are 2." `value`: value of the
+/// measurement; nullopt: unknown.
 std::string describe_unmet(const volume::StepCondition& condition, const std::optional<double>& value);
 
-/// Describes why the next step cannot be requested, a sentence per reason. An instrument in a hand
-/// is a reason only if the conditions are met. `error`: refusal of the command go-to-step in the step
-/// `current`.
+/// Describes why the step `next` cannot be requested, in one sentence per reason. An instrument that the step
+/// does not allow is reported only if all conditions are met. `error`: refusal of the command go-to-step in
+/// the step `current`.
 std::string describe_refusal(const volume::ProcedureStep& current, const std::string& next,
                              const Error& error);
 

@@ -32,14 +32,14 @@ class Rows {
     } else if (const auto* version = std::get_if<sim::VersionItem>(&item)) {
       units_ = version->removed_units;
     } else if (const auto* command = std::get_if<sim::CommandItem>(&item)) {
-      // Commands of derived data are not listed. A result of a job belongs to its command if no tick is
-      // between.
+      // Commands that adopt derived data, such as depth images, are not listed. A result of a job that is
+      // adopted before the next tick belongs to the row of the command that started the job.
       const sim::Value& request = command->command.request;
       const bool is_result = request.as<sim::AdoptJob>();
       if (request.is_empty() || request.as<sim::Adopt>() || (is_result && open_command_ > 0)) return;
       end_stroke();
       const std::string words = request.words();
-      add({last_, Kind::command, command->command.hand,
+      add({last_tick_, Kind::command, command->command.hand,
            is_result ? "result of a job"
                      : std::string(request.name()).append(words.empty() ? "" : " ").append(words)});
       open_command_ = rows_.size();
@@ -51,7 +51,7 @@ class Rows {
       }
       units_before_ = units_;
     } else if (const auto* unknown = std::get_if<sim::UnknownItem>(&item)) {
-      rows_.push_back({last_, unknown->is_command ? Kind::command : Kind::event, 0,
+      rows_.push_back({last_tick_, unknown->is_command ? Kind::command : Kind::event, 0,
                        types_[unknown->type].name + " (unknown to this program)"});
     } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
       const auto* refusal = event->event.value.as<sim::StepRefused>();
@@ -81,7 +81,7 @@ class Rows {
   }
   void observe(const haptics::ServoRecord& r) {
     close_command();
-    last_ = std::max(last_, r.tick);
+    last_tick_ = std::max(last_tick_, r.tick);
     pressed_[r.hand] = r.pose.is_pressed();
     const bool is_on = std::find(pressed_.begin(), pressed_.end(), true) != pressed_.end();
     if (is_on && !stroke_) {
@@ -95,7 +95,8 @@ class Rows {
     }
     if (!is_on) end_stroke();
   }
-  /// Assigns the removed units to the last command: its version precedes the next tick in the log.
+  /// Assigns the units removed since the open command to its row. In the log, the version that the command
+  /// made precedes the next tick.
   void close_command() {
     if (open_command_ > 0) rows_[open_command_ - 1].units = units_ - units_before_;
     open_command_ = 0;
@@ -114,15 +115,16 @@ class Rows {
   std::vector<TimelineRow> rows_;
   std::vector<bool> pressed_;
   std::vector<std::string> branches_{sim::Engine::k_first_branch};
-  std::string open_request_;                  ///< of the open command
-  std::vector<std::string> branches_before_;  ///< branches before it
+  std::string open_request_;                  ///< request_name() of the open command
+  std::vector<std::string> branches_before_;  ///< branches before the open command, which may be refused
   std::optional<TimelineRow> stroke_;
   std::size_t open_command_ = 0;  ///< index of the command's row plus one; 0: no open command
-  std::uint64_t last_ = 0;
+  std::uint64_t last_tick_ = 0;
   std::int64_t units_ = 0, units_before_ = 0;
 };
 
-/// Names strokes by their number; a press that changed nothing has none.
+/// Sets the text of a stroke, with its number. A stroke that removed and restored nothing becomes a press,
+/// without a number.
 void set_text(TimelineRow& row, std::size_t& strokes) {
   if (row.units == 0) {
     row.kind = TimelineRow::Kind::press;
@@ -150,7 +152,8 @@ Result<Timeline> read_timeline(sim::SessionReader& session) {
     rows.observe(item);
   }
   Timeline timeline;
-  // Only the session's end has the size of a unit in mm3; a truncated session has no volumes.
+  // The removed volume in mm3 is stored only at the end of a closed session. A truncated session therefore
+  // has no volume of a unit.
   if (session.end() && units > 0) timeline.unit_mm3 = session.end()->removed_mm3 / static_cast<double>(units);
   timeline.rows = rows.finish();
   timeline.branches = rows.branches();

@@ -11,7 +11,8 @@
 
 namespace trephine::workbench {
 
-/// An entry of the timeline. A press is a stroke that changed nothing. A note is by an instructor.
+/// An entry of the timeline. A press is a stroke that removed and restored nothing. A note was written by an
+/// instructor.
 struct TimelineRow {
   enum class Kind : std::uint8_t { stroke, press, command, event, note };
   std::uint64_t tick = 0;
@@ -19,30 +20,30 @@ struct TimelineRow {
   int hand = 0;
   std::string text;
   std::string branch = {};  ///< branch of the history; may be empty
-  // Strokes and presses have:
+  // Fields of strokes and presses; commands have `units`:
   double seconds = 0;    ///< duration
   double strongest = 0;  ///< strongest force, N
   /// Removed matter, in the session's units; negative: restored.
   std::int64_t units = 0;
-  // Events have:
+  // Fields of events; notes have the first two:
   EventLevel level = EventLevel::record;
   glm::dvec3 position_world{0.0};  ///< mm
   std::string step = {};           ///< the step of the procedure that began; empty for other events
 
   bool is_stroke() const noexcept { return kind == Kind::stroke || kind == Kind::press; }
 };
-/// Returns the name for reports: "stroke", "press", "command", "event" or "note".
+/// Returns the name of a kind for reports: "stroke", "press", "command", "event" or "note".
 const char* kind_name(TimelineRow::Kind kind) noexcept;
 
 struct Timeline {
   std::vector<TimelineRow> rows;      ///< by time
   std::vector<std::string> branches;  ///< of the history; the current branch is last
   std::size_t strokes = 0;
-  /// Volume of a unit, mm3; empty if the session was cut short or removed nothing.
+  /// Volume of a unit, mm3; empty if the session was not closed, or nothing was removed.
   std::optional<double> unit_mm3;
 };
 
-/// Reads a session to its end. Commands of derived data are not listed.
+/// Reads a session to its end. Commands that adopt derived data (sim::Adopt) are not listed.
 Result<Timeline> read_timeline(sim::SessionReader& session);
 /// Adds the notes of a session, after the other entries of their times.
 void add_notes(Timeline& timeline, const std::vector<data_tools::SessionNote>& notes, double rate_hz);

@@ -13,7 +13,7 @@ void ToolPath::add(const dvec3& at, bool is_touching, bool is_working) {
   }
   if (!is_open_ || strokes_.back().is_working != is_working) {
     Stroke stroke{is_working, {}};
-    // A stroke that continues another one begins at its last point.
+    // If work starts or ends during contact, the new stroke begins at the last point of the previous one.
     if (is_open_) stroke.points_world.push_back(strokes_.back().points_world.back()), ++count_;
     strokes_.push_back(std::move(stroke));
     is_open_ = true;
@@ -24,7 +24,8 @@ void ToolPath::add(const dvec3& at, bool is_touching, bool is_working) {
   if (++count_ > k_most_points) thin_out();
 }
 
-/// Doubles the step, and removes points that are nearer together, and strokes that are shorter.
+/// Doubles the step until at most half of the permitted points remain. Removes points that are nearer
+/// together than the step, and strokes that are shorter.
 void ToolPath::thin_out() {
   while (count_ > k_most_points / 2) {
     step_ *= 2;

@@ -1,4 +1,4 @@
-// ToolPath: path of a hand's tool during contact and work, as strokes of few points.
+// ToolPath: path of a hand's tool during contact and work, as strokes with a bounded number of points in all.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ class ToolPath {
  public:
   /// An uninterrupted part of the path.
   struct Stroke {
-    bool is_working = false;               ///< with the button pressed or in a track; else in contact only
+    bool is_working = false;  ///< the button is pressed, or the tool is in a track; false: only in contact
     std::vector<glm::dvec3> points_world;  ///< mm
   };
   static constexpr std::size_t k_most_points = 4000;
@@ -21,7 +21,7 @@ class ToolPath {
   /// Adds a tick. A tool that neither touches nor works ends its stroke.
   void add(const glm::dvec3& at_world, bool is_touching, bool is_working);
   const std::vector<Stroke>& strokes() const noexcept { return strokes_; }
-  /// Distance between points, mm; it grows with the length of the path.
+  /// Least distance between successive points, mm. It doubles when the path has more than k_most_points.
   double step() const noexcept { return step_; }
 
  private:

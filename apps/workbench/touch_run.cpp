@@ -15,7 +15,7 @@ sim::Engine play_touch(const Operation& operation, const haptics::PosePath& path
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (i % 1024 == 0 && !progress(static_cast<double>(i) / static_cast<double>(times.size()))) break;
     const haptics::Pose pose = haptics::rounded_to_grid(path.at(times[i]));
-    const haptics::DenormalsFlushed flushed;  // as in every program that records sessions
+    const haptics::DenormalsFlushed flushed;  // as on the servo thread, so that recordings have the same bits
     const auto begin = Clock::now();
     const auto servo_scene = engine.servo_scene();
     const haptics::ServoRecord record = servo.step(*servo_scene, {pose});

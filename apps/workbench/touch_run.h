@@ -9,14 +9,14 @@ namespace trephine::workbench {
 struct TouchTick {
   double t = 0;                          ///< s
   const haptics::ServoRecord& record;    ///< input and output of the tick
-  const haptics::ServoCore& servo;       ///< after the tick
-  const haptics::ServoHand& servo_hand;  ///< scene of the hand
+  const haptics::ServoCore& servo;       ///< servo of the hand after the tick
+  const haptics::ServoHand& servo_hand;  ///< scene of the hand in the tick
   double step_us = 0;                    ///< duration of the servo's step, us
 };
 using TouchObserver = std::function<void(const TouchTick& tick)>;
 
-/// Runs one hand, without threads. `recorder` may be null; it records every tick, and is not finished.
-/// Returns the final engine. Stops before the end of the path if the listener cancels.
+/// Moves one hand along a path, without threads. `recorder` may be null. It records every tick; the caller
+/// must finish it. Returns the final engine. Stops before the end of the path if the listener cancels.
 sim::Engine play_touch(const Operation& operation, const haptics::PosePath& path,
                        sim::SessionWriter* recorder, const TouchObserver& observer,
                        const Listener& listener = {});

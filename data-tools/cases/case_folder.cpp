@@ -27,7 +27,8 @@ constexpr const char* k_labels_file = "labels.mha";
 constexpr const char* k_shape_file = "shape.mha";
 constexpr const char* k_procedure_file = "procedure.toml";  // unless the plan states another name
 
-/// Reads another volume of the case; error if its grid is not that of the scan.
+/// Reads `file`, a volume of the case in addition to the scan; error if its grid is not that of the scan.
+/// `what` and `key` describe it in errors: "labels", "[labels]".
 Result<volume::Volume> read_companion(const std::string& path, const char* file, const std::string& what,
                                       const std::string& key, const volume::Volume& scan,
                                       const Progress& progress) {
@@ -58,7 +59,7 @@ Result<volume::Volume> read_companion(const std::string& path, const char* file,
   return std::move(companion);
 }
 
-/// Reads shape.mha into `scan.shape_voxels`.
+/// Sets `scan.shape_voxels` to the intensities that shape.mha and the plan define.
 Status read_shape(const std::string& path, const CasePlan& plan, volume::Volume& scan,
                   const Progress& progress) {
   Result<volume::Volume> mask = read_companion(path, k_shape_file, "shape", "[shape]", scan, progress);
@@ -77,8 +78,9 @@ Status read_shape(const std::string& path, const CasePlan& plan, volume::Volume&
   return std::nullopt;
 }
 
-/// Returns the voxels at which the shape of `scan` differs from its scan, as labels 1, 2, ... of their
-/// intensities, which are appended to `values`. Error if there are more than 255 intensities.
+/// Returns a label map of the voxels whose intensity in `scan.shape_voxels` differs from the scanned
+/// intensity. Label k stands for the intensity values[k - 1]; new intensities are appended to `values`. Error
+/// if there are more than 255 intensities.
 Result<volume::Volume> shape_mask(const volume::Volume& scan, std::vector<std::int16_t>& values) {
   volume::Volume mask;
   mask.size = scan.size;
@@ -154,7 +156,8 @@ Status write_further_files(const std::string& folder, const CasePlan& plan,
   return std::nullopt;
 }
 
-/// Error if a position of the plan is far outside the scan: its unit or frame is probably wrong.
+/// Error if a position of the plan is far outside the scan: the unit or frame of the position is probably
+/// wrong.
 Status check_positions(const CasePlan& plan, const volume::Volume& scan, const std::string& where) {
   constexpr double k_farthest = 300;  // mm
   Status error;
@@ -226,7 +229,7 @@ Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options
   v.is_hounsfield = result.plan.is_hounsfield;
   result.scan.format = "case";
   result.scan.modality = result.plan.modality;
-  result.scan.notices.clear();  // about properties missing in the image file; the plan states them
+  result.scan.notices.clear();  // they report properties that the image file lacks but the plan states
   if (!result.plan.shape_values.empty())
     if (Status error = read_shape(path, result.plan, v, options.progress)) return *error;
   if (result.plan.label_names.empty()) return result;
@@ -268,13 +271,13 @@ Status write_case(const std::string& path, const CasePlan& plan, const volume::V
     saved_plan.procedure_file = k_procedure_file;
   const std::string& procedure_file = saved_plan.procedure_file;
   const std::string text = case_text(saved_plan, has_labels);
-  // Check that the written plan can be read.
+  // Checks that the written plan can be read.
   if (const Result<CasePlan> reparsed = parse_case(text, where + "/" + k_plan_file); !reparsed)
     return reparsed.error();
   if (Status error = check_positions(plan, scan, where)) return error;
   const auto report_progress = [&progress](double share) { return !progress || progress(share); };
   const Error interrupted_error{
-      "the import was interrupted; nothing was written", where, "", "", "", ErrorKind::interrupted};
+      "writing the case was interrupted; nothing was written", where, "", "", "", ErrorKind::interrupted};
   std::vector<std::string> files{k_volume_file, k_labels_file, k_shape_file, k_plan_file};
   if (!procedure_file.empty()) files.push_back(procedure_file);
   for (const CaseModel& model : plan.models) files.push_back(model.file);

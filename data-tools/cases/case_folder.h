@@ -20,7 +20,7 @@ struct OpenedCase {
 /// Two volumes have the same position if no two corresponding corners are farther apart than this.
 inline constexpr double k_same_position_mm = 0.01;
 
-/// Surface of a model that is not a file yet.
+/// Surface of a model that write_case() writes to a file.
 struct CaseSurface {
   std::string file;   ///< name of the model's file in the folder
   volume::Mesh mesh;  ///< in the volume frame of `frame`
@@ -29,8 +29,8 @@ struct CaseSurface {
 
 /// Returns true if the folder contains case.toml.
 bool is_case_folder(const std::string& path);
-/// Reads the plan, its procedure, the scan, its labels and its shape; checks that the files of models and of
-/// further volumes exist. Errors for unknown keys, wrong types and impossible values state the line.
+/// Reads the plan, its procedure, the scan, its labels and shape.mha; checks that the files of models and of
+/// further volumes exist. Errors about unknown keys, wrong types and impossible values state the line.
 Result<OpenedCase> open_case(const std::string& path, const OpenOptions& options = {});
 /// Writes volume.mha, labels.mha (if there are labels), shape.mha (if the shape differs from the scan),
 /// case.toml and the file of the procedure (unless it is a shipped one) into a new folder, atomically. Writes

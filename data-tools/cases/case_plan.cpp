@@ -271,7 +271,7 @@ void check_unique(TomlReader& reader, const toml::table& top, std::initializer_l
                     "rename one of them");
 }
 
-/// Returns the line of the last object of a list with this name; 0 without one.
+/// Returns the line of the last object named `name` in the list `list`; 0 if there is no such object.
 int line_of_object(TomlReader& reader, const toml::table& top, const std::string& list,
                    const std::string& name) {
   int line = 0;
@@ -393,7 +393,7 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
   if (!plan.modality.empty()) line("modality", toml_text(plan.modality));
   line("hounsfield", plan.is_hounsfield ? "true" : "false");
   if (has_labels) {
-    out += "\n[labels]  # of labels.mha, from 1 up\nnames = [";
+    out += "\n[labels]  # names of the values of labels.mha, from 1 up\nnames = [";
     for (std::size_t i = 1; i < plan.label_names.size(); ++i)
       out += (i > 1 ? ", " : "") + toml_text(plan.label_names[i]);
     out += "]\n";
@@ -406,14 +406,13 @@ std::string case_text(const CasePlan& plan, bool has_labels) {
     }
   }
   if (!plan.shape_values.empty()) {
-    out +=
-        "\n[shape]  # of shape.mha: intensities that windows use for 1, 2, ...; 0 is as scanned\nvalues = [";
+    out += "\n[shape]  # intensities used where shape.mha has 1, 2, ...; 0: as scanned\nvalues = [";
     for (std::size_t i = 0; i < plan.shape_values.size(); ++i)
       out += (i > 0 ? ", " : "") + std::to_string(plan.shape_values[i]);
     out += "]\n";
   }
   if (plan.quality) {
-    out += "\n[quality]  # of the scan, as import measured it: mm; noise in the scan's units\n";
+    out += "\n[quality]  # of the scan, measured at import: lengths in mm, noise in the scan's units\n";
     for_each_quality(*plan.quality, [&](const char* key, const std::optional<double>& value) {
       if (value) number(key, rounded(*value));
     });

@@ -13,7 +13,8 @@
 
 namespace trephine::data_tools {
 
-/// Mechanical response of a structure; missing values are the scene's defaults.
+/// Mechanical response of a structure. Values that are not set have the scene's defaults
+/// (haptics::Material).
 struct CaseMaterial {
   std::optional<double> stiffness = {};         ///< N/mm
   std::optional<double> damping = {};           ///< N s/mm
@@ -27,11 +28,12 @@ struct CaseMaterial {
 
 /// A further scan of the case, at the position that its file states. It can be touched but not cut.
 struct CaseVolume {
-  std::string name;                           ///< chosen for the case
-  std::string file;                           ///< name of the file in the folder
-  std::string path;                           ///< of the file; set by open_case()
-  std::optional<volume::Matter> matter = {};  ///< in pictures and sections; empty: bone or soft tissue
-  int line = 0;                               ///< in case.toml; 0: unknown
+  std::string name;  ///< chosen by the author of the case
+  std::string file;  ///< name of the file in the folder
+  std::string path;  ///< of the file; set by open_case()
+  /// Matter in pictures and sections; empty: bone for a window of a CT, else soft tissue.
+  std::optional<volume::Matter> matter = {};
+  int line = 0;  ///< in case.toml; 0: unknown
 };
 
 struct CaseStructure {
@@ -39,14 +41,15 @@ struct CaseStructure {
   bool is_touchable = true;   ///< stops the proxy
   bool is_forbidden = false;  ///< a tool must not enter it
   CaseMaterial material;
-  bool blocks_front = true, blocks_back = false;   ///< sides that stop the proxy
-  std::optional<CaseMaterial> back_material = {};  ///< of the back; empty: as the front
-  std::string volume = {};                         ///< name of a further volume; empty: the scan of the case
+  bool blocks_front = true, blocks_back = false;  ///< sides that stop the proxy
+  /// Material of the back of the surface. Values that are not set are those of `material`.
+  std::optional<CaseMaterial> back_material = {};
+  std::string volume = {};  ///< name of a further volume; empty: the scan of the case
 };
 
 /// A closed surface in a file of the case, such as a nerve or an implant.
 struct CaseModel {
-  std::string name;  ///< chosen for the case
+  std::string name;  ///< chosen by the author of the case
   std::string file;  ///< name of the file in the folder; mm, in the frame that the file states
   std::string path;  ///< of the file; set by open_case()
   volume::Matter matter = volume::Matter::titanium;
@@ -69,13 +72,14 @@ struct CasePlan : volume::SurgicalPlan {
   /// Name of the file of the procedure in the folder; open_case() reads it. Empty: the procedure is a shipped
   /// one.
   std::string procedure_file;
-  /// Intensities that windows read: shape_values[k - 1] where shape.mha has the value k > 0, and that of the
-  /// scan where it has 0. Empty: no shape.mha. write_case() computes them from Volume::shape_voxels.
+  /// Intensities of shape.mha. Where shape.mha has the value k > 0, shapes by window use shape_values[k - 1]
+  /// instead of the scan's intensity; where it has 0, they use the scan's intensity. Empty: no shape.mha.
+  /// write_case() computes these intensities from Volume::shape_voxels.
   std::vector<std::int16_t> shape_values;
   std::optional<ScanQuality> quality;  ///< of the scan, without sampled edges
 };
 
-/// Parses the contents of case.toml; `where` is its name in errors.
+/// Parses the contents of case.toml; `where` is the name of the file in errors.
 Result<CasePlan> parse_case(const std::string& text, const std::string& where);
 /// Returns the contents of case.toml, with comments for users who edit it; [labels] only if `has_labels`.
 std::string case_text(const CasePlan& plan, bool has_labels);

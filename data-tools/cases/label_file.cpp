@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A label of the file: its layer and value.
+/// A label of the file or folder: its layer and value.
 using Key = std::pair<int, int>;
 
 /// Segments of a file or masks of a folder, read layer by layer.
@@ -35,8 +35,8 @@ struct LabelLayers {
   std::optional<OpenedVolume> first;  ///< layer 0, if it was read to find the layers
 };
 
-/// Temporary ids while layers are read: one per label of the file, and one per combination of overlapping
-/// labels.
+/// Assigns temporary ids while layers are read: one id per label of the file, and one per combination of
+/// overlapping labels.
 class LabelIds {
  public:
   /// Returns the id of a label; creates it if necessary.
@@ -45,7 +45,7 @@ class LabelIds {
     if (is_new) sets_[next_++] = {key};
     return at->second;
   }
-  /// Returns the id of voxels that belong to both; creates it if necessary.
+  /// Returns the id of voxels that belong to the labels of both ids; creates it if necessary.
   int overlap_of(int id, int other) {
     const auto [at, is_new] = overlaps_.emplace(std::pair(id, other), next_);
     if (!is_new) return at->second;
@@ -68,11 +68,11 @@ class LabelIds {
   int next_ = 1;
 };
 
-/// Label numbers in the result by id, with names and colours by number.
+/// Numbers of the labels in the result, by temporary id, with the names and colours of all numbers.
 struct Numbering {
   std::map<int, int> number_of;
   std::vector<std::string> names{"background"};
-  std::vector<glm::u8vec3> colours;  ///< of all numbers, or empty
+  std::vector<glm::u8vec3> colours;  ///< of all numbers; empty if no segment has a colour
 };
 
 /// Returns the extent of a volume, "from (-120, -80, 5) to (10, 90, 140) mm".
@@ -102,7 +102,8 @@ const SegmentFacts* segment_of(const std::vector<SegmentFacts>& segments, const 
   return nullptr;
 }
 
-/// Sets the colours of the segments; segments without one get the default colour of their number.
+/// Sets the colours of all numbers if a segment has a colour. Labels without a colour get the default colour
+/// of their number.
 void set_colours(Numbering& numbering, const LabelIds& ids, const std::vector<SegmentFacts>& segments) {
   if (std::none_of(segments.begin(), segments.end(), [](const SegmentFacts& s) { return s.colour; })) return;
   for (std::size_t label = 0; label < numbering.names.size(); ++label)
@@ -115,8 +116,8 @@ void set_colours(Numbering& numbering, const LabelIds& ids, const std::vector<Se
   }
 }
 
-/// Assigns numbers: the file's values if they are in one layer and at most 255; else from 1 up, overlaps
-/// last. An overlap is named "first+second".
+/// Assigns the numbers of the result. If there is one layer, without values above 255, the values of the file
+/// are kept. Otherwise labels are numbered from 1 up, overlaps last. An overlap is named "first+second".
 Result<Numbering> number_labels(const LabelIds& ids, const LabelLayers& layers, const std::string& where,
                                 std::vector<std::string>& notices) {
   Numbering numbering;
@@ -126,7 +127,7 @@ Result<Numbering> number_labels(const LabelIds& ids, const LabelLayers& layers, 
                  .found = std::to_string(ids.sets().size()),
                  .expected = "at most 255",
                  .remedy = "export fewer labels"};
-  std::vector<std::pair<std::vector<Key>, int>> order;  // labels, then overlaps
+  std::vector<std::pair<std::vector<Key>, int>> order;  // labels with their ids, then overlaps
   int largest_value = 0;
   std::size_t overlaps = 0;
   for (const auto& [id, keys] : ids.sets()) {
@@ -208,7 +209,7 @@ Result<LabelLayers> open_layers(const std::string& path, const OpenOptions& opti
   if (!first) return first.error();
   LabelLayers layers;
   layers.segments = first.value().segments;
-  // A requested volume of the file is the only layer.
+  // If the caller requests one volume of the file, this volume is the only layer.
   if (options.volume == 0)
     for (const SegmentFacts& segment : layers.segments)
       layers.count = std::max(layers.count, segment.layer + 1);
@@ -294,9 +295,9 @@ class LabelMapper {
   }
 
   LabelIds ids;
-  double labelled_mm3 = 0;  ///< of all layers, within and outside the scan
-  bool is_same_grid = true;
-  std::string last_extent;  ///< extent of the last grid, as text
+  double labelled_mm3 = 0;   ///< of all layers, within and outside the scan
+  bool is_same_grid = true;  ///< all layers with labels have the grid of the scan
+  std::string last_extent;   ///< extent of the last layer with labels, as text
 
  private:
   const Volume* scan_;

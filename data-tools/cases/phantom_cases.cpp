@@ -40,7 +40,8 @@ CasePlan basic_plan(const std::string& name, const char* const (&labels)[N]) {
   return plan;
 }
 
-/// Returns a circle on the vault around an axis that leaves it at a distance from `middle`.
+/// Returns points on the outer surface of the vault at `radius` from an axis. The axis starts at `middle` and
+/// leaves the vault after `distance`.
 std::vector<dvec3> outline_around(const dvec3& middle, const dvec3& axis, double distance, double radius,
                                   const HeadAnatomy& anatomy) {
   constexpr int k_points = 24;

@@ -21,7 +21,8 @@ namespace {
 
 constexpr std::uintmax_t k_max_bytes = 64u << 20;
 
-/// Returns the factors that convert "LPS", "RAS" or Slicer's numbers to LPS; empty for other frames.
+/// Returns the factors that convert coordinates of a frame to LPS; empty for an unknown frame. The frame is
+/// "LPS" or "RAS", or Slicer's number for it: 1 or 0.
 std::optional<glm::dvec3> signs_of(const std::string& frame) {
   if (frame == "LPS" || frame == "1") return glm::dvec3(1);
   if (frame == "RAS" || frame == "0") return glm::dvec3(-1, -1, 1);
@@ -36,7 +37,8 @@ Error frame_error(const std::string& where, const std::string& found) {
                .remedy = "export the points again with their coordinate system"};
 }
 
-/// Returns the common prefix of the point names of a line, which Slicer names "L3-1", "L3-2".
+/// Returns the common prefix of the names of a line's two points. Slicer names the points of the line
+/// "L3" as "L3-1" and "L3-2".
 std::string common_name(std::string a, const std::string& b) {
   a.resize(static_cast<std::size_t>(std::mismatch(a.begin(), a.end(), b.begin(), b.end()).first - a.begin()));
   while (!a.empty() && std::string_view(" -_.").find(a.back()) != std::string_view::npos) a.pop_back();
@@ -108,7 +110,7 @@ Result<PlanFile> read_markups(const std::string& text, const std::string& where)
     }
   }
   if (undefined_count > 0)
-    plan.notices.push_back(counted(undefined_count, "point") + " without a position skipped");
+    plan.notices.push_back("skipped " + counted(undefined_count, "point") + " without a position");
   return plan;
 }
 
@@ -192,8 +194,9 @@ Result<PlanFile> read_table(const std::string& text, const std::string& where, b
           .expected =
               "name,x,y,z for landmarks; name,entry_x,entry_y,entry_z,target_x,target_y,target_z[,diameter] "
               "for trajectories",
-          .remedy = header.find(';') != std::string::npos ? "separate them by commas instead of semicolons"
-                                                          : "name them in the first line"};
+          .remedy = header.find(';') != std::string::npos
+                        ? "separate the columns by commas instead of semicolons"
+                        : "name the columns in the first line"};
     if (is_line) {
       if (name.empty()) name = "line-" + std::to_string(plan.trajectories.size() + 1);
       volume::PlannedTrajectory trajectory{name, point_of("entry_"), point_of("target_"), 0};
@@ -213,13 +216,14 @@ Result<PlanFile> read_table(const std::string& text, const std::string& where, b
       return Error{.what = "invalid number in the table",
                    .where = location,
                    .found = line.substr(0, 80),
-                   .expected = "numbers with a point, in mm",
+                   .expected = "numbers with a decimal point, in mm",
                    .remedy = "write numbers without units and with a decimal point"};
   }
-  if (!signs && is_fcsv) return frame_error(where, "");  // old files are RAS, newer ones LPS
+  if (!signs && is_fcsv)
+    return frame_error(where, "");  // no default: old .fcsv files are RAS, newer ones LPS
   if (!signs && plan.trajectories.size() + plan.landmarks.size() > 0)
     plan.notices.emplace_back(
-        "the table does not state its frame: LPS was assumed (x left, y back, z up); state another in its "
+        "the table does not state its frame: LPS was assumed (x left, y back, z up); state another frame in the "
         "first line: \"# CoordinateSystem = RAS\"");
   return plan;
 }
@@ -229,7 +233,7 @@ Result<PlanFile> read_table(const std::string& text, const std::string& where, b
 Result<PlanFile> read_plan(const std::string& path) {
   const std::string where = file_name(path);
   std::error_code error;
-  const auto bytes = std::filesystem::file_size(path, error);  // fails unless it is a plain file
+  const auto bytes = std::filesystem::file_size(path, error);  // fails unless `path` is a regular file
   std::ifstream file;
   if (!error) file.open(path, std::ios::binary);
   if (error || !file || bytes > k_max_bytes)

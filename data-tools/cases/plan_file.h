@@ -16,8 +16,8 @@ struct PlanFile {
 };
 
 /// Reads a plan; points are converted from the file's frame, LPS or RAS, to LPS. A line markup is a
-/// trajectory from its first to its second point; points without a position are skipped with a notice. Error
-/// if markups or .fcsv have no frame, a frame is unknown, or a table lacks the columns of positions.
+/// trajectory from its first to its second point. Points without a position are skipped with a notice. Error
+/// if markups or a .fcsv file state no frame, a frame is unknown, or a table lacks the columns of positions.
 Result<PlanFile> read_plan(const std::string& path);
 
 }  // namespace trephine::data_tools

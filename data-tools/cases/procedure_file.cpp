@@ -16,9 +16,9 @@ using volume::SurgicalProcedure;
 
 namespace {
 
-constexpr double k_largest = 1e12;               // limit of a measurement
-constexpr std::size_t k_longest_hint = 2000;     // characters of a hint or a note
-constexpr std::string_view k_of_step = "step ";  // start of the location in errors of volume::check()
+constexpr double k_largest = 1e12;                   // largest min or max of a condition
+constexpr std::size_t k_longest_hint = 2000;         // characters of a hint or a note
+constexpr std::string_view k_step_prefix = "step ";  // start of the location in errors of volume::check()
 
 StepCondition read_condition(TomlReader& reader, const toml::value& value) {
   const toml::table& t = reader.table(value, {"measurement", "min", "max"});
@@ -72,7 +72,7 @@ ProcedureStep read_step(TomlReader& reader, const toml::value& value, ProcedureF
   return step;
 }
 
-/// Returns true if Error::found of a step's error is the destination, cause or a measurement of this
+/// Returns true if `found` (of an error about a step) is the destination, the cause or a measurement of this
 /// transition.
 bool is_about(const StepTransition& transition, const std::string& found) {
   const auto has_name = [&](const StepCondition& condition) { return condition.measurement == found; };
@@ -93,7 +93,7 @@ std::string condition_text(const StepCondition& condition) {
   return text + "}";
 }
 
-/// Writes lines of TOML; a comment is written once, at the first line that has it.
+/// Writes lines of TOML. If a comment is repeated, only its first occurrence is written.
 class Writer {
  public:
   void comment(const std::string& text) {
@@ -122,7 +122,8 @@ void write_transition(Writer& out, const StepTransition& transition) {
   out.text("to", transition.to);
   if (!transition.on.empty()) {
     out.comment(
-        "Cause: a command, an event, or \"request\" (the user's command go-to-step). Without \"on\": any.");
+        "Cause: a command, an event, or \"request\" (the user's command go-to-step). "
+        "Without \"on\", any of these, or the end of a stroke.");
     out.text("on", transition.on);
   }
   std::string conditions;
@@ -155,9 +156,9 @@ void write_step(Writer& out, const ProcedureStep& step) {
 }  // namespace
 
 Error ProcedureFile::at_line(Error error) const {
-  std::string step;  // the name behind "step ", up to a comma or a colon
-  if (error.where.starts_with(k_of_step))
-    step = error.where.substr(k_of_step.size(), error.where.find_first_of(",:") - k_of_step.size());
+  std::string step;  // the name after "step ", up to a comma or a colon
+  if (error.where.starts_with(k_step_prefix))
+    step = error.where.substr(k_step_prefix.size(), error.where.find_first_of(",:") - k_step_prefix.size());
   int line = 0;
   for (std::size_t s = 0; s < procedure.steps.size(); ++s) {
     // An error about an invalid name contains this name only in `found`.

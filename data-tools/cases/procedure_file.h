@@ -11,7 +11,7 @@
 
 namespace trephine::data_tools {
 
-/// A procedure that was read, with the lines of its parts.
+/// A procedure that was read, with the line numbers of its steps and transitions.
 struct ProcedureFile {
   static constexpr int k_schema = 1;
   struct StepLines {
@@ -22,8 +22,9 @@ struct ProcedureFile {
   std::string where;             ///< name in errors
   std::vector<StepLines> lines;  ///< of the steps
 
-  /// Adds a line to an error of volume::check(): that of the step in Error::where ("step NAME"), or else of
-  /// the step whose name is Error::found, or that of its transition which contains Error::found.
+  /// Adds a line to an error of volume::check(). The error is about the step in Error::where ("step NAME"),
+  /// or else about the step whose name is Error::found. The line is that of the first transition of this step
+  /// which contains Error::found, or else that of the step.
   Error at_line(Error error) const;
 };
 
@@ -32,9 +33,10 @@ struct ProcedureFile {
 Result<ProcedureFile> parse_procedure(const std::string& text, const std::string& where);
 /// Reads and parses a file.
 Result<ProcedureFile> read_procedure(const std::string& path);
-/// Returns the contents of a file, with comments for users who edit it.
+/// Returns a procedure as the contents of a file, with comments for users who edit the file.
 std::string procedure_text(const volume::SurgicalProcedure& procedure);
-/// Returns a template for a new procedure, of two steps: a hole is drilled with a burr, and is complete.
+/// Returns a template for a new procedure. It has two steps: in the first, a hole is drilled with a burr; in
+/// the second, the hole is complete.
 volume::SurgicalProcedure procedure_template(const std::string& name);
 
 /// A procedure that is part of the program.
@@ -46,7 +48,8 @@ std::span<const ShippedProcedure> shipped_procedures() noexcept;
 std::string shipped_names();
 /// Returns a shipped procedure. Error: unknown name.
 Result<ProcedureFile> shipped_procedure(const std::string& name);
-/// Returns true for the path of a file, which ends with ".toml"; false for the name of a shipped procedure.
+/// Returns true if the text ends with ".toml" and is therefore the path of a file; false for the name of a
+/// shipped procedure.
 bool is_procedure_path(const std::string& name_or_path);
 /// Opens a shipped procedure by its name, or a file by its path.
 Result<ProcedureFile> open_procedure(const std::string& name_or_path);

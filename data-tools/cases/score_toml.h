@@ -1,4 +1,5 @@
-// Score limits as TOML: `[[score]]` of a case and of a procedure. For the readers of TOML files only.
+// Score limits as TOML: `[[score]]` of a case and of a procedure. Only the readers of TOML files include this
+// header.
 #pragma once
 
 #include <string>
@@ -9,7 +10,7 @@
 
 namespace trephine::data_tools {
 
-/// Reads the limits of a table; errors are kept by the reader.
+/// Reads the `[[score]]` tables in `top`. Errors are recorded in the reader.
 std::vector<volume::ScoreLimit> read_score(TomlReader& reader, const toml::table& top);
 /// Returns the limits as `[[score]]` tables.
 std::string score_text(const std::vector<volume::ScoreLimit>& score);

@@ -14,7 +14,7 @@ namespace {
 constexpr double k_longest_seconds = 7200;
 constexpr std::size_t k_max_parameter_characters = 20000;
 
-/// Reads [[t, x, y, z, button, share], ...]: the last two are optional, and `share` requires a place.
+/// Reads [[t, x, y, z, button, share], ...]. `button` and `share` are optional, and `share` requires a place.
 std::vector<std::array<double, 6>> read_points(TomlReader& reader, const toml::table& t, bool has_place) {
   std::vector<std::array<double, 6>> result;
   const auto it = t.find("points");
@@ -42,7 +42,8 @@ std::vector<std::array<double, 6>> read_points(TomlReader& reader, const toml::t
   return result;
 }
 
-/// Returns the direction `stated`, or else `fallback`; error if its length is near 0.
+/// Returns the direction `stated`, or `fallback` if it is not stated. Error if `stated` has almost no
+/// length.
 glm::dvec3 read_direction(TomlReader& reader, const toml::value& v, std::optional<glm::dvec3> stated,
                           const glm::dvec3& fallback) {
   if (stated && !(glm::length(*stated) >= 1e-3))
@@ -152,7 +153,7 @@ int read_hand_index(TomlReader& reader, const toml::value& value, const toml::ta
   return static_cast<int>(hand);
 }
 
-/// Returns the opacities of structures in a table of percentages; empty if the key is absent.
+/// Returns the opacities (0 to 1) of structures, from a table of percentages; empty if the key is absent.
 std::vector<std::pair<std::string, double>> read_opacities(TomlReader& reader, const toml::table& t) {
   std::vector<std::pair<std::string, double>> opacities;
   const auto it = t.find("opacity");
@@ -193,7 +194,8 @@ ScriptPicture read_picture(TomlReader& reader, const toml::value& value, std::si
   return picture;
 }
 
-/// Checks the names of places and pictures: error for duplicate names and unknown places.
+/// Checks names: error if two places or two pictures have the same name, if a place is unknown, or if the
+/// points of a hand are relative to a body.
 void check_places(TomlReader& reader, const Script& script) {
   std::string known;
   for (std::size_t i = 0; i < script.places.size(); ++i) {

@@ -13,14 +13,14 @@
 namespace trephine::data_tools {
 
 /// A named position: a surface point of the touchable shape (found after the scan is opened), the entry of a
-/// trajectory, or the middle of a body, with which it moves.
+/// trajectory, or the middle of a body. A position on a body moves with the body.
 struct ScriptPlace {
   int line = 0;
   std::string name;
   std::string trajectory;        ///< of the plan; empty: a surface point or a body
-  std::int64_t body = 0;         ///< number of the body; 0: of the anatomy
+  std::int64_t body = 0;         ///< number of the body; 0: a position on the anatomy
   std::vector<glm::dvec3> from;  ///< directions (LPS) from the scan's centre, tried in this order
-  double min_thickness = 0;      ///< of the solid below it, mm
+  double min_thickness = 0;      ///< least thickness of the solid below a surface point, mm
   glm::dvec3 up{0, 0, 1};        ///< upward direction (LPS) in the view from outside
 };
 
@@ -32,12 +32,14 @@ struct ScriptHand {
   double radius = 0;                   ///< of the tool's tip, mm
   std::vector<std::string> effects;
   std::string path;  ///< CSV file, relative to the script's folder; empty: `points`
-  /// t (s), x, y, z (mm, LPS; at a place: right, up, above the surface), button (0 or 1), share of the
-  /// place's thickness by which the point is lowered.
+  /// Each point: t (s); x, y, z (mm, LPS; at a place: right, up, above the surface); button (0 or 1); share
+  /// of the place's thickness by which the point is lowered.
   std::vector<std::array<double, 6>> points;
   std::string place;                ///< origin and frame of the points; empty: world
   std::optional<glm::dvec3> shaft;  ///< direction of the tool's shaft, in the points' frame; empty: upright
-  std::optional<double> stiffness;  ///< of a simulated hand that follows the path and yields, N/mm
+  /// Stiffness with which a simulated hand follows the path and yields to forces, N/mm. Empty: the hand
+  /// follows the path exactly.
+  std::optional<double> stiffness;
 };
 
 /// A model in the scene: a file or folder, relative to the script's folder, or a screw.
@@ -58,7 +60,7 @@ struct ScriptModel {
 struct ScriptVolume {
   int line = 0;
   std::string file;
-  std::string shape;  ///< "300", "100:400" or the name of a label; empty: the usual one of such a scan
+  std::string shape;  ///< "300", "100:400" or the name of a label; empty: the default shape of the scan
   std::string name;   ///< empty: "volume N"
   std::optional<volume::Matter> matter = std::nullopt;
 };
@@ -69,7 +71,7 @@ struct ScriptCommand {
   double at = 0;  ///< s
   int hand = 0;
   std::string name, words;             ///< words: parameters, as text
-  std::optional<std::string> refusal;  ///< if set: it must be refused, with this text in the reason
+  std::optional<std::string> refusal;  ///< if set: the command must be refused, with this text in the reason
 };
 
 /// An expectation at a point in time.
@@ -86,11 +88,11 @@ struct ScriptPicture {
   int line = 0;
   std::optional<double> at;        ///< s; empty: at the end
   std::string file;                ///< file name without a folder
-  int hand = 0;                    ///< hand with the drawn tool
+  int hand = 0;                    ///< hand whose tool is drawn and whose values the caption has
   std::string place;               ///< place at the centre; empty: the whole scene
   glm::dvec3 from{0.0};            ///< direction to the camera; at a place: right, up, outward
   glm::dvec3 aim{0.0};             ///< offset of the centre, mm
-  std::optional<double> distance;  ///< of the camera, mm; empty: fits the scene
+  std::optional<double> distance;  ///< of the camera from the centre, mm; empty: the whole scene is visible
   std::string caption;             ///< may contain {name} and {name:digits} for measured values
   bool has_tool = true;
   std::vector<std::pair<std::string, double>> opacities;  ///< of structures by name, 0 hidden to 1 opaque
@@ -103,12 +105,15 @@ struct Script {
   std::optional<double> iso;
   std::string window, label;
   bool uses_plan = false;  ///< uses the plan of a built-in scan
-  std::string procedure;   ///< name of a shipped one, or a file relative to the script's folder; empty: that
-                           ///< of the case
-  bool is_auto = false, is_largest = false;  ///< automatic threshold; only the largest part
+  /// Name of a shipped procedure, or a file relative to the script's folder; empty: the procedure of the
+  /// case.
+  std::string procedure;
+  bool is_auto = false, is_largest = false;  ///< as ShapeChoice of the workbench
   double rate_hz = 1000;
   std::optional<double> static_friction, dynamic_friction;  ///< of the shape and models
-  std::optional<double> free_pieces;    ///< least volume of pieces that detach, mm3; empty: pieces stay
+  /// Least volume of the parts that become bodies when a stroke disconnects them, mm3. Empty: only the
+  /// command free-pieces detaches parts.
+  std::optional<double> free_pieces;
   std::optional<double> smallest_burr;  ///< diameter, mm
   std::vector<ScriptPlace> places;
   std::vector<ScriptVolume> volumes;

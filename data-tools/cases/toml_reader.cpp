@@ -28,7 +28,8 @@ std::optional<int> first_invalid_line(const std::string& text) {
   return std::nullopt;
 }
 
-/// Returns the line at which brackets are nested too deeply: the parser is recursive.
+/// Returns the line at which brackets are nested too deeply for the recursive parser. Brackets in texts and
+/// comments also count.
 std::optional<int> first_too_deep_line(const std::string& text) {
   constexpr int k_deepest = 100;
   int depth = 0, line = 1;

@@ -1,5 +1,5 @@
-// TomlReader: reads TOML strictly: unknown keys and values out of range are errors with their line. For the
-// readers of TOML files only.
+// TomlReader: reads TOML strictly. Unknown keys and values out of range are errors with their line. Only the
+// readers of TOML files include this header.
 #pragma once
 
 #include <algorithm>
@@ -19,15 +19,15 @@
 
 namespace trephine::data_tools {
 
-/// Parses a text; `what` ("case") and `where` are its names in errors.
+/// Parses a TOML text. In errors, `what` is its kind, such as "case", and `where` is the name of its file.
 Result<toml::value> parse_toml(const std::string& text, const std::string& where, const std::string& what);
-/// Returns the contents of a TOML file; `what` and `where` are its names in errors.
+/// Returns the contents of the TOML file at `path`; `what` and `where` as in parse_toml().
 Result<std::string> read_toml_text(const std::string& path, const std::string& where,
                                    const std::string& what);
 /// Returns a text as a TOML string in one line; control characters and line ends become blanks.
 std::string toml_text(const std::string& text);
 
-/// Reads tables with known keys; keeps all errors of the file.
+/// Reads tables with known keys; keeps the first error of each line.
 class TomlReader {
  public:
   explicit TomlReader(std::string where) : where_(std::move(where)) {}
@@ -45,8 +45,8 @@ class TomlReader {
       }
     return value.as_table();
   }
-  /// The following methods return the value of a key; empty if the key is absent, or the value is invalid,
-  /// which is recorded as an error.
+  /// The following methods return the value of a key, or an empty result if the key is absent or its value is
+  /// invalid. An invalid value is recorded as an error.
   std::optional<double> number(const toml::table& t, const std::string& key, double low, double high) {
     const auto it = t.find(key);
     if (it == t.end()) return std::nullopt;
@@ -112,7 +112,7 @@ class TomlReader {
       }
     if (std::abs(p.x) < 1e6 && std::abs(p.y) < 1e6 && std::abs(p.z) < 1e6) return p;
     fail(value, "the value of " + key + " is not a point", value_text(value),
-         "[x, y, z]: three numbers, each less than 1000000");
+         "[x, y, z]: three numbers between -1000000 and 1000000");
     return std::nullopt;
   }
   /// Returns the tables of an array of tables; empty if the key is absent.
@@ -125,8 +125,8 @@ class TomlReader {
     for (const toml::value& v : it->second.as_array()) result.push_back(&v);
     return result;
   }
-  /// Checks the file's schema. Return its error before those of error(): unknown keys of a newer schema are
-  /// not errors.
+  /// Checks the file's schema. The caller must return an error of this method before it calls error(),
+  /// because the keys of a newer schema are unknown here. A schema below 1 is recorded for error().
   Status check_schema(const toml::table& top, int newest, const std::string& what) {
     const std::string known = "schema " + std::to_string(newest);
     const auto schema = top.find("schema");
@@ -151,8 +151,8 @@ class TomlReader {
   }
   /// Returns the line of a value or a table, from 1.
   static int line_of(const toml::value& at) { return static_cast<int>(at.location().line()); }
-  /// Records an error at a value or a line. An error of a whole table is left out if one of its values has an
-  /// error, of which it may be a consequence.
+  /// Records an error at a value or a line. An error at a whole table is omitted if a value of the table
+  /// already has an error: this error may have caused the error at the table.
   void fail(const toml::value& at, std::string what, std::string found, std::string expected,
             std::string remedy = "") {
     if (at.is_table() && is_table_invalid_) return;
@@ -166,7 +166,7 @@ class TomlReader {
                                     .expected = std::move(expected),
                                     .remedy = std::move(remedy)});
   }
-  /// Returns the first error of the file; its remedy names those of further lines.
+  /// Returns the first error of the file; its remedy also lists the errors of up to five further lines.
   std::optional<Error> error() const {
     if (errors_.empty()) return std::nullopt;
     Error result = errors_.begin()->second;
@@ -200,11 +200,12 @@ class TomlReader {
   }
 
   std::string where_;
-  std::map<int, Error> errors_;    ///< the first of each line
-  bool is_table_invalid_ = false;  ///< the table that is being read has an error
+  std::map<int, Error> errors_;    ///< first error of each line
+  bool is_table_invalid_ = false;  ///< the table that is being read has a recorded error
 };
 
-/// Returns the matter of a model; titanium if the key is absent.
+/// Returns the matter of a model; titanium if the key is absent or invalid. `value` is the table `t` of the
+/// model, for the line of an error.
 inline volume::Matter read_matter(TomlReader& reader, const toml::value& value, const toml::table& t) {
   const std::string name = reader.text(t, "matter").value_or("titanium");
   const auto* const found = std::find(std::begin(volume::k_matters), std::end(volume::k_matters), name);

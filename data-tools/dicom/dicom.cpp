@@ -51,8 +51,8 @@ std::vector<SeriesFacts> all_series_facts(const DicomFolder& folder) {
   return facts;
 }
 
-/// Error if unusable files may be slices of this stack: without them it could be too short at an end, where
-/// no gap reveals it.
+/// Returns an error if unusable files may be slices of this stack. If such a slice is at an end of the stack,
+/// no gap reveals that it is missing.
 Status check_whole(const DicomFolder& folder, const DicomStack& stack, const std::string& where) {
   const std::string& reference = folder.entries[stack.slices[0].entry].name;
   std::vector<std::string> unusable;
@@ -77,8 +77,9 @@ Status check_whole(const DicomFolder& folder, const DicomStack& stack, const std
                .remedy = k_copy_again};
 }
 
-/// Error if a few images of the series have another plane or grid: they may be rotated slices of this stack,
-/// or not belong to it. Without them the stack may be too short.
+/// Returns an error if a few images of the series differ from this stack in plane or grid. If they are
+/// rotated slices of this stack, the stack is too short without them; otherwise they do not belong to the
+/// scan.
 Status check_strays(const DicomFolder& folder, std::size_t s, std::size_t k, const std::string& where) {
   const std::vector<DicomStack>& stacks = folder.series[s].stacks;
   std::vector<std::string> names;

@@ -1,4 +1,4 @@
-// DicomFile: one file, because tags, values and sequences are decoded by one cursor.
+// Reader of DICOM files. One file: one cursor decodes tags, values and sequences.
 #include "data-tools/dicom/dicom_file.h"
 
 #include <algorithm>
@@ -19,18 +19,19 @@ using namespace dicom_tag;
 constexpr DicomTag k_media_class = 0x00020002;
 constexpr std::uint32_t k_undefined = 0xffffffff;
 constexpr DicomTag k_item = 0xfffee000, k_item_end = 0xfffee00d, k_sequence_end = 0xfffee0dd;
-constexpr std::size_t k_first_read = 8 << 10;
+constexpr std::size_t k_first_read = 8 << 10;                     // bytes
 constexpr std::uint64_t k_max_header = 256u << 20;                // limit of the bytes before the pixels
 constexpr std::uint64_t k_max_inflated = std::uint64_t{4} << 30;  // limit for a deflated file
-constexpr std::size_t k_max_text = 64 << 10;
-constexpr int k_deepest = 12;
+constexpr std::size_t k_max_text = 64 << 10;                      // bytes of a value that are kept
+constexpr int k_deepest = 12;                                     // nesting of sequences
 
 /// The beginning of a file, read on demand.
 class HeaderBytes {
  public:
   explicit HeaderBytes(const ByteSource& source) : source_(&source) {}
   std::uint64_t size() const { return source_->size(); }
-  /// Returns `count` bytes at `offset`; null if there are fewer. Invalidates earlier pointers.
+  /// Returns `count` bytes at `offset`; null if the file has fewer bytes, they cannot be read, or they end
+  /// beyond k_max_header. Invalidates earlier pointers.
   const unsigned char* at(std::uint64_t offset, std::size_t count) {
     if (offset > size() || count > size() - offset || offset + count > k_max_header) return nullptr;
     const std::uint64_t end = offset + count;
@@ -74,7 +75,8 @@ bool has_long_length(std::string_view vr) {
                         : vr == "SQ" || vr == "SV";
 }
 
-/// Returns the value representation, which implicit files lack; LO for all text values.
+/// Returns the value representation (VR) of a tag for implicit files, which do not store it. All attributes
+/// that are read as text get LO.
 std::string_view implicit_vr(DicomTag tag) {
   switch (tag) {
     case k_samples:
@@ -152,8 +154,8 @@ class Parser {
  public:
   Parser(HeaderBytes& header, DicomFile& file) : header_(&header), file_(&file) {}
 
-  /// Parses elements from `at` to `end`, or to the item delimiter if `is_open`. Keeps them in `result` unless
-  /// it is null. Returns false if broken; see error().
+  /// Parses elements from `at` to `end`, or to the item delimiter if `is_open`. Adds those with a tag in
+  /// k_kept to `result`, unless `result` is null. Returns false if the data set is broken; see error().
   bool data_set(std::uint64_t& at, std::uint64_t end, bool is_open, Syntax syntax, int depth,
                 DicomDataSet* result) {
     if (depth > k_deepest) return fail("sequences are nested too deeply");
@@ -169,7 +171,8 @@ class Parser {
         at += 8;
         return true;
       }
-      if (tag == k_item_end || tag == k_sequence_end) {  // delimiter of an item that is already closed
+      if (tag == k_item_end ||
+          tag == k_sequence_end) {  // delimiter of an item or sequence that has already ended
         at += 8;
         continue;
       }
@@ -201,7 +204,7 @@ class Parser {
         at = end;
         return true;
       }
-      if (tag < previous) next_kept = std::begin(k_kept);  // out of order
+      if (tag < previous) next_kept = std::begin(k_kept);  // tags are not in ascending order
       while (next_kept != std::end(k_kept) && *next_kept < tag) ++next_kept;
       previous = tag;
       const bool is_kept = result && next_kept != std::end(k_kept) && *next_kept == tag;
@@ -212,7 +215,7 @@ class Parser {
           at = value;
           continue;
         }
-        // An unknown sequence of undefined length is implicit in every file.
+        // A sequence with unknown VR (UN) and undefined length is implicit little endian in every file.
         const Syntax inner = vr == "UN" ? Syntax{false, false} : syntax;
         DicomDataSet::Element* element = nullptr;
         if (is_kept) {
@@ -254,7 +257,7 @@ class Parser {
         if (!is_open) at = stop;
         return true;
       }
-      if (tag != k_item) return fail("a sequence without items");
+      if (tag != k_item) return fail("a sequence contains an element that is not an item");
       if (size != k_undefined && size > stop - at) return fail("it ends within a sequence");
       DicomDataSet item;
       const std::uint64_t item_end = size == k_undefined ? stop : at + size;
@@ -299,7 +302,8 @@ class Parser {
   std::string error_;
 };
 
-/// Decompresses a deflated data set that starts at `offset`; null if damaged.
+/// Decompresses a deflated data set that starts at `offset`; null if it is damaged or larger than
+/// k_max_inflated.
 std::unique_ptr<ByteSource> inflate_source(const ByteSource& source, std::uint64_t offset) {
   std::string compressed(source.size() - offset, '\0');
   if (!source.read(offset, compressed.data(), compressed.size())) return nullptr;
@@ -371,7 +375,7 @@ std::variant<DicomFile, DicomFailure> read_dicom_file(std::unique_ptr<ByteSource
   auto header = std::make_unique<HeaderBytes>(*source);
   std::uint64_t at = 0;
   Syntax syntax;
-  std::string media_class;  // the class of an index is only in the file meta information
+  std::string media_class;  // an index (DICOMDIR) has its class only in the file meta information
   const unsigned char* magic = header->at(128, 4);
   if (magic && std::memcmp(magic, "DICM", 4) == 0) {
     at = 132;
@@ -416,7 +420,7 @@ std::variant<DicomFile, DicomFailure> read_dicom_file(std::unique_ptr<ByteSource
     header = std::make_unique<HeaderBytes>(*source);
     at = 0;
   }
-  // Some files claim to be explicit and are implicit.
+  // Some files state an explicit transfer syntax, but are implicit.
   if (const unsigned char* p = header->at(at, 8); p && syntax.is_explicit && !is_vr(p + 4))
     syntax.is_explicit = false;
   file.is_big_endian = syntax.is_big_endian;

@@ -1,5 +1,5 @@
-// DicomFile: the attributes of a DICOM file that volumes need, and the position of its pixels. Reads only the
-// header, never more than needed and never beyond the end of the file.
+// DicomFile: the attributes of a DICOM file that volumes need, and the position of its pixels.
+// read_dicom_file() reads only the header, but decompresses a deflated file as a whole.
 #pragma once
 
 #include <optional>
@@ -40,15 +40,16 @@ struct DicomFile {
   DicomDataSet data;
   std::string transfer_syntax;  ///< UID
   bool is_big_endian = false, is_encapsulated = false, has_pixels = false;
-  bool has_pixel_words = false;  ///< pixels are 16-bit words (OW), whatever their contents
-  /// Position of native pixels in `source`, bytes; encapsulated pixels extend to the end of the file.
+  bool has_pixel_words = false;  ///< pixels are stored as 16-bit words (OW), also if a pixel has 8 bits
+  /// Offset and size of the pixels in `source`, bytes. Encapsulated pixels have no stated size: pixel_bytes
+  /// extends to the end of the file.
   std::uint64_t pixel_offset = 0, pixel_bytes = 0;
   std::unique_ptr<ByteSource>
-      source;  ///< data to which the offsets refer; decompressed if the file is deflated
+      source;  ///< data to which pixel_offset refers; decompressed if the file is deflated
 };
 
-/// Reads bytes `first` to `first + count - 1` of native pixels of 8 bits or less, in pixel order even if they
-/// are stored in big-endian words. Returns false if there are fewer bytes.
+/// Reads bytes `first` to `first + count - 1` of native pixels of 8 bits or less, in the order of the
+/// pixels even if these are stored in big-endian words. Returns false if there are fewer bytes.
 bool read_pixel_bytes(const DicomFile& file, const ByteSource& source, std::uint64_t first, char* bytes,
                       std::size_t count);
 
@@ -59,11 +60,12 @@ struct DicomFailure {
   std::string found;
 };
 
-/// Reads the header of a file: with or without preamble, little or big endian, deflated, encapsulated.
+/// Reads the header of a file with or without preamble: little or big endian, deflated, or with encapsulated
+/// pixels.
 std::variant<DicomFile, DicomFailure> read_dicom_file(std::unique_ptr<ByteSource> source);
 
-/// Returns the compressed frames of an encapsulated file, each joined from its fragments; on failure the
-/// reason is in `found`.
+/// Returns the compressed frames of an encapsulated file, each joined from its fragments. `frames`:
+/// number of frames.
 std::variant<std::vector<std::string>, DicomFailure> read_encapsulated_frames(const DicomFile& file,
                                                                               const ByteSource& source,
                                                                               std::size_t frames);

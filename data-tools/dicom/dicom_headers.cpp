@@ -43,7 +43,7 @@ Result<std::vector<DicomHeader>> read_dicom_headers(const std::string& path, con
   std::vector<std::string> files = is_folder ? files_below(path) : std::vector{path};
   // Members of archives follow the files and are kept in memory.
   std::vector<ArchiveMember> members;
-  if (!is_folder)  // an index represents its disk
+  if (!is_folder)  // an index (DICOMDIR) stands for all files of its disk
     if (const auto file = read_dicom_file(ByteSource::open(path));
         std::holds_alternative<DicomFile>(file) &&
         std::get<DicomFile>(file).data.text(k_sop_class) == k_dicom_index_class)
@@ -57,7 +57,7 @@ Result<std::vector<DicomHeader>> read_dicom_headers(const std::string& path, con
   const auto name_of = [&](const std::string& file) {  // all of them start with the folder's path
     return is_folder ? file.substr(file.find_first_not_of('/', path.size())) : file_name(file);
   };
-  // Headers are read in parallel, in parts between which the user may cancel.
+  // The headers of each part are read in parallel; the user may cancel between two parts.
   std::vector<std::variant<DicomFile, DicomFailure>> results;
   const auto read_headers = [&](std::size_t source_count, const auto& source_of) -> bool {
     const std::size_t first = results.size();

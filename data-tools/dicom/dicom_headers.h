@@ -13,9 +13,10 @@ struct DicomHeader {
   std::variant<DicomFile, DicomFailure> read;
 };
 
-/// Reads the headers of a folder, to any depth; of one file; of an archive; or of the disk that an index
-/// belongs to. In a folder, compressed slices (.gz) are unpacked, and other archives only if the folder has
-/// no image; damaged ones are skipped. Error if interrupted, or if `path` is a damaged archive.
+/// Reads the headers of the files in a folder, to any depth; of one file; of the members of an archive; or of
+/// the files on the disk of an index (DICOMDIR). In a folder, compressed slices (.gz) are unpacked, and other
+/// archives only if the folder has no image. A damaged archive in a folder is listed as a file that is not
+/// DICOM. Error if interrupted, if `path` is a damaged archive, or if the folder contains too many files.
 Result<std::vector<DicomHeader>> read_dicom_headers(const std::string& path, const Progress& progress);
 
 }  // namespace trephine::data_tools

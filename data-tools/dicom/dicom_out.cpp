@@ -102,7 +102,7 @@ Status write_dicom_series(const std::string& path, const volume::Volume& volume,
   const Series series{hash, name,   volume.is_hounsfield,
                       row,  column, std::abs(glm::dot(glm::cross(row, column), volume.frame.axes()[2]))};
   if (Status error = check_slices(volume.size.z, path)) return error;
-  // In child processes: see DicomWriter::write().
+  // Child processes write the slices, because DicomWriter::write() may abort.
   const auto write = [&](const std::string& folder) -> Status {
     const auto failure_flag = SharedBytes::make(1);
     if (!failure_flag) return too_large(1, file_name(path));

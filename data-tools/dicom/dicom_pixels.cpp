@@ -13,7 +13,7 @@ namespace trephine::data_tools {
 namespace {
 
 std::string syntax_text(const std::string& uid) {
-  return uid.empty() ? "a transfer syntax without a name" : "transfer syntax " + uid;
+  return uid.empty() ? "a transfer syntax that the file does not state" : "transfer syntax " + uid;
 }
 
 /// Decompresses a frame to native little-endian bytes in `out`; returns an error text, or "".

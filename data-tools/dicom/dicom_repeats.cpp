@@ -41,7 +41,8 @@ std::optional<std::uint64_t> pixel_hash(const DicomEntry& entry) {
   return hash.value();
 }
 
-/// Returns true if the pixels of two files are equal bytes, and frame number and rescale are equal.
+/// Returns true if two slices of different files have equal frame numbers and rescales, and the pixels of
+/// their files have the same transfer syntax and equal bytes.
 bool are_same_pixels(const DicomFolder& folder, const DicomSlice& a, const DicomSlice& b) {
   const DicomFile &f = folder.entries[a.entry].file, &g = folder.entries[b.entry].file;
   const auto reopen = [](const DicomEntry& entry) {
@@ -179,8 +180,9 @@ void split_repeats(DicomStack stack, std::size_t mark, std::vector<DicomStack>& 
       }
       part.slices.push_back(slice);
     }
-    // A mark distinguishes slices if one part has a slice at every position, or if there are at most as many
-    // parts as slices at one position and no part has two there (parts may lack slices).
+    // A mark distinguishes slices in two cases. Either one part has a slice at every position; or no part has
+    // two slices at one position, and the number of parts is at most that of the slices at one position. In
+    // the second case every part may lack slices.
     const bool has_whole = std::any_of(parts.begin(), parts.end(), [&](const auto& part) {
       return count_positions(part.second.slices) == position_count;
     });
@@ -193,7 +195,8 @@ void split_repeats(DicomStack stack, std::size_t mark, std::vector<DicomStack>& 
     for (const std::string& value : values) split_repeats(std::move(parts[value]), mark + 1, stacks);
     return;
   }
-  // With equally many slices at each position, the order of instance numbers distinguishes the volumes.
+  // No mark distinguishes the slices. The order of the instance numbers does if these numbers differ and each
+  // position has the same number of slices.
   std::vector<std::size_t> order = sort_by_height(stack.slices);
   std::vector<std::vector<std::size_t>> positions;
   for (const std::size_t i : order) {
@@ -207,7 +210,7 @@ void split_repeats(DicomStack stack, std::size_t mark, std::vector<DicomStack>& 
   const bool is_regular =
       numbers.size() == stack.slices.size() &&
       std::all_of(positions.begin(), positions.end(), [&](const auto& p) { return p.size() == volumes; });
-  if (!is_regular) return stacks.push_back(std::move(stack));  // opening it returns the error
+  if (!is_regular) return stacks.push_back(std::move(stack));  // load_dicom_stack() returns the error
   for (auto& slices_there : positions)
     std::sort(slices_there.begin(), slices_there.end(),
               [&](std::size_t a, std::size_t b) { return stack.slices[a].number < stack.slices[b].number; });

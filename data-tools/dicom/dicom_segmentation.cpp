@@ -70,7 +70,7 @@ std::optional<glm::dvec3> vector_of(const DicomDataSet* set, DicomTag tag, std::
   return v;
 }
 
-/// Grid of the frames, with the slice of the grid and the segment of each frame.
+/// Grid of the frames; for each frame, its slice in the grid and its segment.
 struct Layout {
   volume::Frame frame;
   glm::ivec3 size{0};
@@ -108,11 +108,14 @@ Result<Layout> layout_of(const DicomDataSet& data, const std::string& where) {
     const auto number = segment ? segment->number(k_referenced_segment) : std::nullopt;
     if (!position || !number || !frame_row || !frame_column || glm::length(*frame_row - *row) > 1e-4 ||
         glm::length(*frame_column - *column) > 1e-4)
-      return layout_error("frame " + std::to_string(f + 1) + " without a position or a segment");
+      return layout_error("frame " + std::to_string(f + 1) +
+                          " has no position, no segment, or another orientation");
     positions.push_back(*position);
     layout.slice_and_segment.emplace_back(0, static_cast<int>(*number));
   }
-  // Slices without a segment have no frame: the smallest step is the grid's, unless the file states it.
+  // A slice without any segment has no frame, so that two frames may be several slices apart. The grid
+  // therefore has the smallest step between frames, or the step that the file states if the smallest step is
+  // a multiple of it.
   std::vector<double> heights;
   for (const glm::dvec3& position : positions) heights.push_back(glm::dot(position, normal));
   std::sort(heights.begin(), heights.end());
@@ -129,7 +132,7 @@ Result<Layout> layout_of(const DicomDataSet& data, const std::string& where) {
     return glm::dot(a, normal) < glm::dot(b, normal);
   });
   const glm::dvec3 origin = *lowest;
-  // The stack may be tilted: its direction is that of the positions, not the normal.
+  // The stack may be tilted: the positions determine its direction, which may differ from the normal.
   const auto highest = std::max_element(
       positions.begin(), positions.end(),
       [&](const auto& a, const auto& b) { return glm::dot(a, normal) < glm::dot(b, normal); });
@@ -235,10 +238,10 @@ Result<OpenedVolume> open_dicom_segmentation(const std::string& path, int only_s
     if (opened.segments.empty())
       return Error{.what = "segments overlap and have no names",
                    .where = where,
-                   .found = std::to_string(overlaps) + " voxels belong to several",
+                   .found = std::to_string(overlaps) + " voxels belong to several segments",
                    .expected = "a list of segments",
                    .remedy = "export the segments again"};
-    // Each segment becomes a separate layer, read one at a time.
+    // Each segment becomes a separate layer; one call reads one layer.
     std::vector<SegmentFacts> segments = std::move(opened.segments);
     for (std::size_t i = 0; i < segments.size(); ++i) segments[i].layer = static_cast<int>(i);
     Result<OpenedVolume> first = open_dicom_segmentation(path, segments[0].value);
@@ -247,7 +250,8 @@ Result<OpenedVolume> open_dicom_segmentation(const std::string& path, int only_s
   }
   if (partial_count > 0)
     opened.notices.push_back(std::to_string(partial_count) +
-                             " voxels belong partly to a segment: those of at least one half were kept");
+                             " voxels belong partly to a segment: those with a share of at least one half "
+                             "were kept");
   return opened;
 }
 

@@ -59,7 +59,8 @@ bool vector_of(const FrameView& view, DicomTag tag, DicomTag group, std::size_t 
   return true;
 }
 
-/// Returns attributes that may distinguish images at the same position, strongest first.
+/// Returns attributes that may distinguish images at the same position, in the order in which split_repeats()
+/// tries them.
 std::vector<std::pair<std::string, std::string>> marks_of(const FrameView& view, const DicomDataSet& data) {
   std::vector<std::pair<std::string, std::string>> marks;
   marks.emplace_back("kind", data.text(k_image_type));
@@ -86,7 +87,9 @@ std::string skip_reason(const DicomDataSet& data) {
   if (kind.starts_with("1.2.840.10008.5.1.4.1.1.88.")) return "report";
   if (kind.starts_with("1.2.840.10008.5.1.4.1.1.481.")) return "radiotherapy";
   if (kind.starts_with("1.2.840.10008.5.1.4.1.1.11.")) return "presentation state";
-  if (kind.starts_with("1.2.840.10008.5.1.4.1.1.7")) return "screen capture";
+  if (kind == "1.2.840.10008.5.1.4.1.1.7" || kind.starts_with("1.2.840.10008.5.1.4.1.1.7."))
+    return "screen capture";
+  if (kind.starts_with("1.2.840.10008.5.1.4.1.1.77.")) return "photograph";
   if (kind == "1.2.840.10008.5.1.4.1.1.66.4") return "segmentation";
   if (kind == "1.2.840.10008.5.1.4.1.1.104.1") return "document";
   return "";
@@ -102,6 +105,8 @@ std::string normalized_name(std::string name) {
   return name;
 }
 
+/// Returns a name up to its last slash or space. The space separates the archive from the member in the name
+/// of an archive member, "archive.zip: member".
 std::string folder_of(const std::string& name) { return name.substr(0, name.find_last_of("/ ") + 1); }
 
 /// Returns a name in the style (case, extension) of a file in the same folder.
@@ -111,8 +116,8 @@ std::string styled_name(const std::string& sibling, const std::string& name) {
   return (is_lower ? normalized_name(name) : name) + sibling.substr(normalized.size());
 }
 
-/// Reports files in a disk's index that are missing: they may be the end of a stack. Folders without any file
-/// are assumed to be omitted on purpose.
+/// Adds the missing files of a disk's index to folder.refused, because they may be the end of a stack. A
+/// folder without any file is assumed to be omitted on purpose: its files are listed in a notice instead.
 void compare_with_index(const DicomHeader& index, const std::vector<DicomHeader>& headers,
                         DicomFolder& folder) {
   std::set<std::string> known;
@@ -197,7 +202,7 @@ std::string add_slices(const DicomEntry& entry, std::size_t index, std::vector<D
       return "pixels of " + std::to_string(slice.bits_stored) + " of " +
              std::to_string(slice.bits_allocated) + " bits, which is not supported";
     if (const auto low = data.number(k_padding)) {
-      const auto stored = [&slice](double v) {  // implicit files do not state its sign
+      const auto stored = [&slice](double v) {  // implicit files do not state whether the value is signed
         const int raw = static_cast<int>(v) & 0xffff;
         return slice.is_signed ? static_cast<int>(static_cast<std::int16_t>(raw)) : raw;
       };
@@ -267,7 +272,7 @@ Result<DicomFolder> scan_dicom(const std::string& path, const Progress& progress
       continue;
     }
     if (!file.has_pixels) {
-      // A file with rows should have pixels.
+      // A file that states a number of rows should have pixels.
       if (file.data.has(k_rows))
         folder.refused.emplace_back(name, "it ends before its pixels");
       else
@@ -276,7 +281,7 @@ Result<DicomFolder> scan_dicom(const std::string& path, const Progress& progress
     }
     folder.entries.push_back({std::move(head.path), std::move(head.name), std::move(file)});
   }
-  // Images are read in parallel; errors are collected in order.
+  // The attributes of images are evaluated in parallel; errors are collected in the order of the files.
   std::vector<std::vector<DicomSlice>> slices_of(folder.entries.size());
   std::vector<std::string> errors(folder.entries.size());
   parallel_for(static_cast<int>(folder.entries.size()), 0, [&](int i) {
@@ -290,7 +295,7 @@ Result<DicomFolder> scan_dicom(const std::string& path, const Progress& progress
     else
       folder.refused.emplace_back(folder.entries[n].name, errors[n]);
 
-  // Assign slices to series, and in them to grids.
+  // Assign slices to series, and in each series to stacks of one grid.
   std::map<std::string, std::size_t> series_of;
   for (DicomSlice& slice : slices) {
     const DicomDataSet& data = folder.entries[slice.entry].file.data;

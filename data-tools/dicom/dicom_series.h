@@ -1,5 +1,5 @@
-// DicomFolder: the series in a folder of DICOM files, each as one or more stacks of slices. Reads only
-// headers, and the pixels of slices at the same position.
+// DicomFolder: the series in a folder of DICOM files, each as one or more stacks of slices.
+// scan_dicom() reads only headers, and the pixels of slices at the same position.
 #pragma once
 
 #include "data-tools/dicom/dicom_file.h"
@@ -11,7 +11,7 @@ namespace trephine::data_tools {
 /// A file of the folder.
 struct DicomEntry {
   std::string path, name;  ///< name: relative to the folder, for messages
-  DicomFile file;          ///< closed, to limit open files, unless its source is in memory
+  DicomFile file;  ///< file.source is null (closed to limit open files), unless the data are in memory
 };
 
 /// One image: a file, or a frame of it.
@@ -21,7 +21,7 @@ struct DicomSlice {
   SlicePosition plane;
   double slope = 1, intercept = 0;  ///< value = slope * stored value + intercept
   bool has_rescale = false;         ///< the file has slope and intercept
-  std::string rescale_type;         ///< unit of the value: "HU"
+  std::string rescale_type;         ///< unit of the value, such as "HU"
   int rows = 0, columns = 0, bits_allocated = 0, bits_stored = 0, high_bit = 0;
   bool is_signed = false;
   std::optional<std::pair<int, int>> padding;  ///< range of stored values, inclusive
@@ -39,19 +39,21 @@ struct DicomStack {
 
 struct DicomSeries {
   std::string uid, number, modality, description, kernel, date;
-  std::vector<DicomStack> stacks;  ///< in the order found; best_stack() selects the default
+  std::vector<DicomStack>
+      stacks;  ///< by grid in the order found, then by mark; best_stack() selects the default
 };
 
 struct DicomFolder {
   std::vector<DicomEntry> entries;
   std::vector<DicomSeries> series;       ///< by number, then in the order found
   std::vector<std::string> passed_over;  ///< files that are not images with a position: "name (reason)"
-  /// Files that may be slices but cannot be used, and files that are not DICOM, with reasons.
+  /// Files that may be slices but are missing or cannot be used, and files that are not DICOM: name and
+  /// reason.
   std::vector<std::pair<std::string, std::string>> refused, no_dicom;
   std::vector<std::string> notices;
 };
 
-/// Reads a folder, to any depth, or one file. Error if interrupted, or if `path` is a damaged archive. A
+/// Reads a folder, to any depth, an archive, or one file. Error as for read_dicom_headers(). The result for a
 /// folder without images has no series.
 Result<DicomFolder> scan_dicom(const std::string& path, const Progress& progress);
 

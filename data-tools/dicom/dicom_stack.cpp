@@ -76,11 +76,11 @@ Result<SliceStack> stack_slices(const std::vector<SlicePosition>& slices, bool m
                    .remedy = "export one stack only"};
     if (std::abs(s.row_spacing - first.row_spacing) > 1e-4 * first.row_spacing ||
         std::abs(s.column_spacing - first.column_spacing) > 1e-4 * first.column_spacing)
-      return Error{
-          .what = "the slices have different pixel spacings",
-          .found = mm(first.row_spacing) + " in " + first.name + ", " + mm(s.row_spacing) + " in " + s.name,
-          .expected = "one spacing",
-          .remedy = "export one stack only"};
+      return Error{.what = "the slices have different pixel spacings",
+                   .found = mm(first.row_spacing) + " x " + mm(first.column_spacing) + " in " + first.name +
+                            ", " + mm(s.row_spacing) + " x " + mm(s.column_spacing) + " in " + s.name,
+                   .expected = "one spacing",
+                   .remedy = "export one stack only"};
   }
 
   // Order along the normal.
@@ -117,7 +117,8 @@ Result<SliceStack> stack_slices(const std::vector<SlicePosition>& slices, bool m
                      sorted.end());
     const double usual = sorted[sorted.size() / 2];
     const auto [smallest_gap, largest_gap] = std::minmax_element(gaps.begin(), gaps.end());
-    // Rounding changes the distance of two positions by at most sqrt(3) steps; limited to a part of a slice.
+    // Rounding changes the distance of two positions by at most sqrt(3) steps. The allowance for it is at
+    // most a quarter of the slice distance.
     const double rounding = std::min(std::sqrt(3.0) * rounding_of(slices), 0.25 * usual);
     const double tolerance = std::max({k_step_share * usual, k_step_mm, 0.5 * rounding});
     const dvec3 extent = at(count - 1).position - at(0).position;
@@ -140,7 +141,7 @@ Result<SliceStack> stack_slices(const std::vector<SlicePosition>& slices, bool m
         if (std::abs(g - multiple * usual) > multiple * tolerance) is_only_missing = false;
         if (multiple > 1) missing += static_cast<std::size_t>(multiple) - 1;
       }
-      // Many missing slices are a change of the spacing instead.
+      // More missing slices than a quarter of those present are treated as a change of the spacing.
       is_only_missing = is_only_missing && missing > 0 && 4 * missing <= count;
       if (!makes_even) {
         std::string where;
@@ -181,7 +182,7 @@ Result<SliceStack> stack_slices(const std::vector<SlicePosition>& slices, bool m
       }
     }
     step = extent / static_cast<double>(steps);
-    // A smaller lateral offset is rounding of the positions, not tilt.
+    // A lateral offset below this limit is caused by rounding of the positions, not by tilt.
     const dvec3 lateral = extent - length * normal;
     if (glm::length(lateral) < std::max(k_step_mm, rounding))
       step = glm::dot(step, normal) * normal;

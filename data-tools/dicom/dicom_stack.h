@@ -21,15 +21,16 @@ struct SlicePosition {
 };
 
 struct SliceStack {
-  std::vector<int> order;   ///< input indices along the stack; slice k of the volume is input order[k]
-  std::vector<double> at;   ///< fractional indices in `order` of interpolated slices; else empty
-  volume::Frame frame;      ///< x along rows (columns of the image), y down the columns, z along the stack
+  std::vector<int> order;   ///< input indices along the stack; if `at` is empty, slice k is input order[k]
+  std::vector<double> at;   ///< for each interpolated slice, its fractional index in `order`; else empty
+  volume::Frame frame;      ///< x along a row of the image, y down a column, z along the stack
   double tilt_degrees = 0;  ///< angle between stack and normal, by which the frame is sheared
 };
 
-/// Sorts slices along their common normal. A tilted gantry gives an exactly sheared frame. Error for
-/// directions that differ or are not orthogonal, and slices at the same position; also for uneven or missing
-/// slices, unless `makes_even`: then evenly spaced slices are interpolated.
+/// Sorts slices along their common normal. The frame of a tilted gantry is sheared, without resampling. Error
+/// if a number is not finite, pixel spacings differ or are invalid, directions differ or are not orthogonal,
+/// two slices have the same position, or a slice is off the line of the stack. Uneven or missing slices are
+/// an error too, unless `makes_even`: then evenly spaced slices are interpolated.
 Result<SliceStack> stack_slices(const std::vector<SlicePosition>& slices, bool makes_even = false);
 
 }  // namespace trephine::data_tools

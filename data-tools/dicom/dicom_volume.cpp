@@ -66,8 +66,10 @@ class Loader {
   }
   std::string modality() const { return std::string(data_of(stack_->slices[0]).text(k_modality)); }
 
-  /// Selects the conversion of stored numbers to voxels: the requested scale; else Hounsfield units or whole
-  /// numbers unchanged; else stored numbers, or values with a scale.
+  /// Selects the conversion of stored numbers to voxels. A requested scale has precedence. Otherwise values
+  /// are unchanged if slope and intercept are whole numbers, and are rounded if they are Hounsfield units.
+  /// Other values are kept as stored numbers if all slices have the same slope and intercept; else see
+  /// choose_step().
   Status choose_scale(OpenedVolume& opened) {
     bool is_whole = true, is_uniform = true, has_all_rescales = true;
     std::set<std::string> types;
@@ -96,7 +98,7 @@ class Loader {
     opened.volume.is_hounsfield = is_ct && has_all_rescales && states_hounsfield;
     if (is_ct && !has_all_rescales)
       opened.notices.push_back(
-          "the values are not known to be Hounsfield units: slices without rescale slope and intercept");
+          "the values are not known to be Hounsfield units: the slices have no rescale slope and intercept");
     else if (is_ct && !states_hounsfield)
       opened.notices.push_back(
           types.size() > 1 ? "the values are not Hounsfield units: slices have several rescale types"
@@ -139,7 +141,7 @@ class Loader {
   }
 
   /// Selects one scale for slices with different slopes (PET): the step with which all values fit into int16.
-  /// Error if it is not finer than the noise.
+  /// Error if this step is not finer than the noise.
   Status choose_step(OpenedVolume& opened) {
     ValueStatistics statistics;
     if (is_compressed()) {
@@ -183,7 +185,8 @@ class Loader {
     return true;
   }
 
-  /// Fast path for 16-bit slices with whole numbers; false for other slices, or if a value does not fit.
+  /// Reads a plain 16-bit slice whose slope and intercept are whole numbers, fast. Returns false for other
+  /// slices, if padding is mapped to air, or if a value does not fit into int16.
   bool read_usual_slice(const DicomPixels& pixels, const DicomSlice& slice, std::int16_t* voxels,
                         std::size_t& padding) const {
     const bool is_whole = slice.slope == std::floor(slice.slope) &&
@@ -251,7 +254,7 @@ class Loader {
       return folder_->entries[slice.entry].file.is_encapsulated;
     });
   }
-  /// Reads slice k of the stack, from the shared file if there is one, else from its own file.
+  /// Reads slice k of the stack from `shared`, or from the slice's own file if `shared` is null.
   Status fill_slice(std::size_t k, const DicomPixels* shared, std::int16_t* voxels, std::size_t area,
                     std::size_t& padding) const {
     const DicomSlice& slice = stack_->slices[static_cast<std::size_t>(geometry_.order[k])];
@@ -284,7 +287,7 @@ class Loader {
     return std::nullopt;
   }
 
-  /// Reads all slices in child processes: damaged compressed pixels may crash the library.
+  /// Reads all slices in child processes, because damaged compressed pixels may crash GDCM.
   Status fill_in_subprocess(const DicomPixels* shared, std::int16_t* voxels, std::size_t area,
                             std::vector<std::size_t>& padding) const {
     struct SliceResult {
@@ -327,7 +330,7 @@ class Loader {
     Volume& v = opened.volume;
     const std::size_t area = static_cast<std::size_t>(v.size.x) * static_cast<std::size_t>(v.size.y);
     const std::vector<DicomSlice>& slices = stack_->slices;
-    // Inputs are read in the order of the stack; for interpolation they go to a separate buffer.
+    // Slices are read in the order of the stack; for interpolation they are read into a separate buffer.
     Buffer<std::int16_t> inputs;
     if (!geometry_.at.empty()) inputs = Buffer<std::int16_t>(area * slices.size());
     std::int16_t* target = geometry_.at.empty() ? v.voxels.data() : inputs.data();
@@ -372,15 +375,15 @@ class Loader {
                                          short_number(geometry_.frame.spacing().z) +
                                          " mm is used as the slice distance"
                                    : "one slice only, which does not state its thickness: 1 mm was assumed");
-    std::set<std::size_t> padded;
+    std::set<std::size_t> files_with_excess;
     for (const DicomSlice& slice : stack_->slices) {
       const DicomEntry& entry = folder_->entries[slice.entry];
       if (!entry.file.is_encapsulated && entry.file.pixel_bytes > expected_pixel_bytes(entry, slice) + 1)
-        padded.insert(slice.entry);
+        files_with_excess.insert(slice.entry);
     }
-    if (!padded.empty())
-      opened.notices.push_back("excess bytes after the pixels of " + counted(padded.size(), "file") +
-                               " were ignored");
+    if (!files_with_excess.empty())
+      opened.notices.push_back("excess bytes after the pixels of " +
+                               counted(files_with_excess.size(), "file") + " were ignored");
     if (padding_ > 0 && opened.volume.is_hounsfield) {
       std::int16_t value = 0;
       const bool is_convertible = voxel_of(first, first.padding ? first.padding->first : 0, value);

@@ -93,7 +93,7 @@ Status write_xray_file(const std::string& path, const XrayToWrite& xray) {
       .set(0x0018, 0x1150, "IS", std::to_string(std::lround(xray.exposure_ms)))
       .set(0x0018, 0x1151, "IS", std::to_string(std::lround(xray.current_ma)))
       .set(0x0018, 0x1155, "CS", "GR")
-      .set(0x0018, 0x115e, "DS", dicom_decimal(xray.area_product / 100))  // dGy cm2
+      .set(0x0018, 0x115e, "DS", dicom_decimal(xray.area_product / 100))  // mGy cm2 to dGy cm2
       .set(0x0018, 0x1164, "DS", text(pose.pixel) + "\\" + text(pose.pixel))
       .set(0x0018, 0x1500, "CS", "CARM")
       .set(0x0018, 0x1510, "DS", text(pose.primary))

@@ -33,9 +33,10 @@ struct XrayToWrite {
   std::uint16_t darkest = 0, brightest = 65535;                    ///< display window, pixel values
   double voltage_kv = 0, exposure_ms = 0, current_ma = 0;
   double area_product = 0;      ///< mGy cm2
-  std::uint64_t scan_hash = 0;  ///< hash of the scan: images of one scan share a frame of reference
+  std::uint64_t scan_hash = 0;  ///< hash of the scan: images of one scan share study and frame of reference
 };
-/// Writes an X-ray image as DICOM (XA), atomically. Equal images get equal unique identifiers.
+/// Writes an X-ray image as DICOM (XA), atomically. Images of one scan with equal pixels get equal unique
+/// identifiers.
 Status write_xray_file(const std::string& path, const XrayToWrite& xray);
 
 }  // namespace trephine::data_tools

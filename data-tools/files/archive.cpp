@@ -22,7 +22,7 @@ constexpr std::size_t k_max_members = 200'000;
 // Limit against archive bombs: largest ratio of unpacked to packed size, and bytes that are always allowed.
 constexpr std::uint64_t k_largest_ratio = 200, k_always_allowed_bytes = 256u << 20;
 
-/// Returns false for a gzip file with a wrong checksum or without its end: libarchive does not check them.
+/// Returns false for a gzip file with a wrong checksum or without its end. libarchive checks neither.
 bool is_whole_gzip(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   unsigned char head[2] = {};
@@ -36,7 +36,8 @@ bool is_whole_gzip(const std::string& path) {
   return (gzclose_r(file) == Z_OK) && read_bytes == 0;
 }
 
-/// Returns false for a tar file without its zeros at the end, as one that was truncated between two members.
+/// Returns false for a tar file that does not end with 1024 zero bytes, for example because it was truncated
+/// between two members.
 bool is_whole_tar(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   char magic[5] = {};
@@ -78,7 +79,8 @@ Result<std::vector<ArchiveMember>> read_archive(const std::string& path, const P
   const auto damage_error = [&] {
     Error error{"the archive cannot be unpacked", archive_name, "damaged contents, or another kind of file",
                 "a complete .zip, .tar or .gz", "copy it again, or unpack it and pass the folder"};
-    const int format = archive_format(reader.get()) & ARCHIVE_FORMAT_BASE_MASK;  // crashes for other formats
+    // archive_read_has_encrypted_entries() crashes for formats other than .zip and .7z.
+    const int format = archive_format(reader.get()) & ARCHIVE_FORMAT_BASE_MASK;
     if ((format == ARCHIVE_FORMAT_ZIP || format == ARCHIVE_FORMAT_7ZIP) &&
         archive_read_has_encrypted_entries(reader.get()) > 0)
       error.found = "it is protected by a password", error.remedy = "unpack it and pass the folder";
@@ -106,7 +108,7 @@ Result<std::vector<ArchiveMember>> read_archive(const std::string& path, const P
     const char* name = archive_entry_pathname(entry);
     ArchiveMember member{name ? name : "", nullptr};
     record_sensitive_name(member.name);
-    // A single compressed file is named like the archive, without its last extension.
+    // A single compressed file gets the name of the archive without the last extension.
     if (archive_format(reader.get()) == ARCHIVE_FORMAT_RAW)
       member.name = std::filesystem::path(archive_name).stem().string();
     std::string bytes;
@@ -122,7 +124,9 @@ Result<std::vector<ArchiveMember>> read_archive(const std::string& path, const P
         return Error{.what = "the unpacked archive is too large",
                      .where = archive_name,
                      .found = "more than " + std::to_string(limit >> 20) + " MiB",
-                     .expected = "at most half of the free memory, and 256 MiB or 200 times the packed size",
+                     .expected =
+                         "at most half of the free memory, and at most the larger of 256 MiB and 200 times "
+                         "the packed size",
                      .remedy = "unpack it and pass the folder"};
       bytes.resize(static_cast<std::size_t>(offset));
       bytes.append(static_cast<const char*>(part), size);

@@ -14,11 +14,12 @@ struct ArchiveMember {
   std::shared_ptr<const std::string> bytes;
 };
 
-/// Returns true if the file starts with the signature of an archive or compressed file.
+/// Returns true if the file has the signature of an archive or of a compressed file.
 bool is_archive(const std::string& path);
 
-/// Returns all plain members. Error if the archive is damaged or protected by a password, contains too many
-/// files, or exceeds half of the available memory or an implausible multiple of its packed size.
+/// Returns all plain members. Error if interrupted, or if the archive is damaged, is protected by a password,
+/// contains too many files, or unpacks to more than half of the available memory or to an implausible
+/// multiple of its packed size.
 Result<std::vector<ArchiveMember>> read_archive(const std::string& path, const Progress& progress);
 
 }  // namespace trephine::data_tools

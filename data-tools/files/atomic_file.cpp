@@ -31,10 +31,11 @@ Error write_error(const std::string& path, const std::string& found, const std::
                .remedy = remedy};
 }
 
-/// A partly written file or folder, registered for the handler of a signal.
+/// A partly written file or folder, registered so that the handler of a signal can remove it.
 class UnfinishedFile {
  public:
-  /// Registers a file, or a folder before its files. "####" in the name means 0001 to `numbered`.
+  /// Registers a file or a folder; the files of a folder are registered separately. "####" in a path means
+  /// 0001 to `numbered`. A path that is too long, or for which no slot is free, is not registered.
   explicit UnfinishedFile(const std::string& path, int numbered = 0) {
     if (path.size() >= Slot{}.path.size()) return;
     for (Slot& slot : slots()) {
@@ -110,7 +111,7 @@ fs::path resolve_links(fs::path path) {
   return path;
 }
 
-/// Returns a file's name, or its end if the prefix would make it too long.
+/// Returns a file's name, or only the end of a long name, because temporary_path() adds a prefix.
 std::string name_suffix(const fs::path& target) {
   constexpr std::size_t k_max = 160;
   const std::string name = target.filename().string();
@@ -125,7 +126,7 @@ fs::path temporary_path(const fs::path& target) {
          (k_prefix + std::to_string(::getpid()) + "-" + std::to_string(++count) + "-" + name_suffix(target));
 }
 
-/// Removes temporary files of this target that are over an hour old and have no running process.
+/// Removes temporary files of this target that are over an hour old and whose process no longer runs.
 void remove_abandoned(const fs::path& target) {
   std::error_code error;
   const std::string name = name_suffix(target);

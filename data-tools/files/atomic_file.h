@@ -13,8 +13,8 @@ namespace trephine::data_tools {
 /// name belongs to something other than a plain file (a folder, a pipe, a device).
 Status check_writable(const std::string& path);
 
-/// Calls write(temporary path in the same folder, with the same extension), syncs the file and its folder,
-/// and renames it to `path`. On failure no partial file remains and an existing `path` is unchanged. A
+/// Calls write(temporary path in the same folder, with the same extension), syncs this file, renames it to
+/// `path`, and syncs the folder. On failure no partial file remains and an existing `path` is unchanged. A
 /// symbolic link remains a link: its target is written. Permissions of an existing file are kept.
 Status write_atomically(const std::string& path, const std::function<Status(const std::string&)>& write);
 
@@ -24,20 +24,20 @@ Status write_file_atomically(const std::string& path, const std::string& content
 /// Checks that a new folder can be created at `path`.
 Status check_new_folder(const std::string& path);
 
-/// Creates a new folder, which write(temporary folder) fills. `files`: names of the files in this folder,
-/// in which "####" means 0001 to `numbered`. Error if `path` exists.
+/// Creates a new folder, which write(temporary folder) fills. `files`: names of the files in this folder, for
+/// remove_unfinished(); "####" in a name means 0001 to `numbered`. Error if `path` exists.
 Status write_folder_atomically(const std::string& path, const std::vector<std::string>& files,
                                const std::function<Status(const std::string&)>& write, int numbered = 0);
 
 /// Creates a folder for outputs and its parents; an existing folder is not an error.
 Status make_folder(const std::string& path);
 
-/// Returns the error of a failed write; `number` is an errno. Its kind is missing_here, as for a full or
-/// protected disk, unless the path is invalid.
+/// Returns the error of a failed write; `number` is an errno. The kind of the error is missing_here (a full
+/// or protected disk), or bad_input if the path is invalid.
 Error cannot_write(const std::string& path, int number);
 
-/// Removes partly written files. For the handler of a signal that ends the program: it calls only unlink and
-/// rmdir.
+/// Removes partly written files. The handler of a signal that ends the program may call it, because it calls
+/// only unlink and rmdir.
 void remove_unfinished() noexcept;
 
 /// Returns true if the name ends with `end` (lower case), ignoring case.

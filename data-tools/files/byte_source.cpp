@@ -10,7 +10,7 @@ namespace trephine::data_tools {
 
 std::unique_ptr<ByteSource> ByteSource::open(const std::string& path) {
   std::unique_ptr<ByteSource> source(new ByteSource);
-  source->file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe does not block
+  source->file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // opening a pipe must not block
   struct stat info {};
   if (source->file_ < 0 || ::fstat(source->file_, &info) != 0 || !S_ISREG(info.st_mode)) return nullptr;
   source->size_ = static_cast<std::uint64_t>(info.st_size);

@@ -20,7 +20,7 @@ class ByteSource {
 
   std::uint64_t size() const noexcept { return size_; }
   bool is_file() const noexcept { return file_ >= 0; }
-  /// Reads `count` bytes at `offset`; false if there are fewer.
+  /// Reads `count` bytes at `offset`; false if there are fewer bytes or they cannot be read.
   bool read(std::uint64_t offset, void* destination, std::size_t count) const;
 
  private:

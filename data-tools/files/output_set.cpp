@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "data-tools/files/atomic_file.h"
+#include "data-tools/files/words.h"
 
 namespace trephine::data_tools {
 
@@ -45,12 +46,10 @@ class HeaderDataFiles {
         continue;
       }
       for (const char* key : {"ElementDataFile", "data file", "datafile"}) {
-        const std::size_t colon = line.find_first_of("=:");
-        if (colon == std::string::npos || line.compare(0, std::strlen(key), key) != 0) continue;
-        const std::size_t start = line.find_first_not_of(" =:", colon);
-        const std::string value = start == std::string::npos ? "" : line.substr(start);
-        is_list = value.compare(0, 4, "LIST") == 0;
-        if (!is_list) names_.push_back(value);
+        const std::optional<std::string> value = header_value(line, key);
+        if (!value) continue;
+        is_list = value->compare(0, 4, "LIST") == 0;
+        if (!is_list) names_.push_back(*value);
       }
     }
   }
@@ -60,7 +59,7 @@ class HeaderDataFiles {
       std::error_code ignored;
       if (percent == std::string::npos)
         return fs::weakly_canonical(folder_ / name, ignored) == canonical_file;
-      // A pattern is compared only up to its number.
+      // Only the part of a pattern before its number is compared.
       const std::string prefix = fs::weakly_canonical(folder_ / name.substr(0, percent), ignored).string();
       return canonical_file.string().compare(0, prefix.size(), prefix) == 0;
     });
@@ -140,8 +139,8 @@ Status OutputSet::check() const {
     for (const std::string& input : inputs_)
       if (belongs_to(path, input))
         return Error{.what =
-                         "the output would replace an input: the file, a file of its folder, or the voxels "
-                         "of its header",
+                         "the output would replace an input file, a file in an input folder, or the voxels "
+                         "of an input header",
                      .where = file_name(path),
                      .expected = "a different name",
                      .remedy = "choose another name for it"};

@@ -14,9 +14,10 @@ namespace trephine::data_tools {
 /// Kind of a written file; its extensions are in a table of the implementation.
 enum class OutputKind { any, volume, mesh, picture, table, data, folder };  // folder: a new folder
 
-/// Returns the extensions of a kind as text, ".mha, .nrrd, .nii or .nii.gz"; empty for any.
+/// Returns the extensions of a kind as text, for example ".h5 or .hdf5"; empty for `any` and `folder`.
 std::string extensions_of(OutputKind kind);
-/// Returns true if the name ends with an extension of the kind, ignoring case.
+/// Returns true if the name ends with an extension of the kind, ignoring case, or if the kind has no
+/// extensions.
 bool is_output_of(OutputKind kind, const std::string& path);
 /// Error if is_output_of() is false.
 Status check_extension(OutputKind kind, const std::string& path);
@@ -25,17 +26,18 @@ class OutputSet {
  public:
   /// Declares an input: a file, a folder and its contents, or a header and its voxels. Ignores an empty path.
   void add_input(const std::string& path);
-  /// Declares an output; `name` is its name in reports ("output"). Ignores an empty path.
+  /// Declares an output; `name` is its name in reports, such as "output". Ignores an empty path.
   void add_output(std::string name, const std::string& path, OutputKind kind = OutputKind::any);
   /// Checks in advance that every output can be written and replaces no input.
   Status check() const;
 
-  /// Calls `write` for the declared output; ignores an empty path. Failures are kept for result().
+  /// Calls `write` for the output that was declared with `path`; ignores an empty path. A failure is kept for
+  /// result().
   void write(const std::string& path, const std::function<Status()>& write);
   /// Adds the status of a recording: its failure is included in result().
   void add_recording_status(const Status& status);
-  /// Returns the first failure, with the locations of all and the names of the written outputs. Call it after
-  /// all write() calls.
+  /// Returns the first failure, with the locations of all failures and the names of the written outputs. Call
+  /// this method after all write() calls.
   Status result() const;
   /// Returns the names of the written outputs, in order.
   const std::vector<std::string>& written() const { return written_; }

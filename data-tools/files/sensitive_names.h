@@ -1,5 +1,5 @@
 // Sensitive names: file names from archives and indexes, which may contain names of patients.
-// Machine-readable output omits them.
+// The command line replaces them in machine-readable output.
 #pragma once
 
 #include <string>
@@ -7,9 +7,9 @@
 
 namespace trephine::data_tools {
 
-/// Records a name that was read. Thread-safe.
+/// Records a name that was read, and its parts between slashes. Thread-safe.
 void record_sensitive_name(const std::string& name);
-/// Returns all names recorded by this process, and the names of their folders. Thread-safe.
+/// Returns all names and parts of names that this process has recorded. Thread-safe.
 std::vector<std::string> sensitive_names();
 
 }  // namespace trephine::data_tools

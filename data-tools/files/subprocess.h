@@ -11,7 +11,7 @@ namespace trephine::data_tools {
 /// Memory shared with child processes: they fill it and this process reads it. Initially zero.
 class SharedBytes {
  public:
-  /// Allocates; null if there is not enough memory.
+  /// Returns `bytes` bytes; null if there is not enough memory.
   static std::unique_ptr<SharedBytes> make(std::size_t bytes);
   ~SharedBytes();
   SharedBytes(const SharedBytes&) = delete;
@@ -33,7 +33,8 @@ struct SubprocessResult {
 
 /// Runs work(0) to work(count - 1) in forked processes that print nothing. Their changes are lost, except in
 /// SharedBytes. `on_progress` is called in this process with the finished share; false stops the work. An
-/// item may take `seconds_per_item`; each process gets at least `min_items` items.
+/// item that takes longer than `seconds_per_item` is a failure. The number of processes is at most count /
+/// min_items, but at least one.
 SubprocessResult run_in_subprocess(int count, const std::function<void(int)>& work,
                                    const std::function<bool(double)>& on_progress,
                                    double seconds_per_item = 60, int min_items = 1);

@@ -4,17 +4,34 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace trephine::data_tools {
 
-/// Formats a number with at most six digits.
+/// Formats a number with at most six significant digits.
 inline std::string short_number(double v) {
   char text[40];
   std::snprintf(text, sizeof text, "%.6g", v);
   return text;
+}
+
+/// Returns the value of a header line "key: value" or "key = value", with the key in upper or lower case and
+/// any blanks or tabs between; nullopt for another line.
+inline std::optional<std::string> header_value(const std::string& line, std::string_view key) {
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+  constexpr const char* k_blank = " \t";
+  if (line.size() < key.size() ||
+      !std::equal(key.begin(), key.end(), line.begin(), [&](char a, char b) { return lower(a) == lower(b); }))
+    return std::nullopt;
+  const std::size_t separator = line.find_first_not_of(k_blank, key.size());
+  if (separator == std::string::npos || (line[separator] != ':' && line[separator] != '='))
+    return std::nullopt;
+  // NRRD writes "key:=value" for its own keys.
+  const std::size_t value = line.find_first_not_of(" \t:=", separator);
+  return value == std::string::npos ? "" : line.substr(value);
 }
 
 /// Returns a number with its noun: "1 slice", "3 slices".

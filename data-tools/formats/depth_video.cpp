@@ -28,9 +28,9 @@ constexpr const char* k_depth_file = "depth.json";
 constexpr const char* k_tum_file = "depth.txt";
 constexpr const char* k_schema = "trephine.depth/1";
 constexpr const char* k_world = "LPS, mm";
-constexpr double k_tum_step = 0.2;            // mm: 5000 per metre
-constexpr std::size_t k_max_pictures = 3000;  // some minutes
-constexpr std::size_t k_max_values = std::size_t{1} << 30;
+constexpr double k_tum_step = 0.2;                          // mm: 5000 per metre
+constexpr std::size_t k_max_pictures = 3000;                // 100 s at 30 pictures per second
+constexpr std::size_t k_max_values = std::size_t{1} << 30;  // depths of all pictures together
 
 std::string picture_name(std::size_t index) {
   std::string digits = std::to_string(index + 1);
@@ -45,7 +45,7 @@ Error line_error(const std::string& where, std::size_t line, const std::string& 
                .remedy = "correct the line, or remove it"};
 }
 
-/// Reads the list of a TUM folder: times since 1970, and pictures relative to the folder.
+/// Reads depth.txt of a TUM folder: times in s since 1970, and paths of pictures relative to the folder.
 Status read_tum(const std::string& path, const DepthVideoOptions& options, DepthVideo& video,
                 std::vector<std::string>& files) {
   std::ifstream in(fs::path(path) / k_tum_file);
@@ -95,7 +95,7 @@ Status read_depth_json(const std::string& path, DepthVideo& video, std::vector<s
     return json_error(j.contains("schema") ? "an unknown schema" : "no schema");
   if (j.contains("world") && j["world"] != k_world) return json_error("an unknown frame in world");
   try {
-    // All intrinsics are present or none: the options then state them.
+    // If one intrinsic is present, all four must be. Otherwise the caller states them in the options.
     const bool has_camera = j.contains("fx") || j.contains("fy") || j.contains("cx") || j.contains("cy");
     for (const auto& [key, value] :
          {std::pair{"fx", &video.fx}, {"fy", &video.fy}, {"cx", &video.cx}, {"cy", &video.cy}})
@@ -122,9 +122,10 @@ Status read_depth_json(const std::string& path, DepthVideo& video, std::vector<s
   if (!(video.mm_per_step > 0 && video.mm_per_step <= 100))
     return json_error("mm_a_step is not a number above 0 and at most 100");
   for (int a = 0; a < 3; ++a)
-    if (!(std::abs(video.position[a]) < 1e6)) return json_error("position_mm is farther than a kilometre");
-  const double length = glm::dot(video.rotation, video.rotation);
-  if (!(std::abs(length - 1) < 1e-6)) return json_error("a rotation that is not a unit quaternion");
+    if (!(std::abs(video.position[a]) < 1e6))
+      return json_error("a number of position_mm exceeds a kilometre");
+  const double squared_length = glm::dot(video.rotation, video.rotation);
+  if (!(std::abs(squared_length - 1) < 1e-6)) return json_error("rotation is not a unit quaternion");
   for (std::size_t i = 0; i < video.times.size(); ++i)
     files.push_back((fs::path(path) / picture_name(i)).string());
   return std::nullopt;

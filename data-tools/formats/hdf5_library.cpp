@@ -1,4 +1,4 @@
-// libtrephine-tables: writes HDF5 files, by the C interface of HDF5 1.10.
+// libtrephine-tables: writes HDF5 files with the C interface of HDF5 1.10.
 #include <hdf5.h>
 #include <string>
 #include <vector>
@@ -10,7 +10,7 @@ namespace trephine::data_tools {
 namespace {
 
 constexpr hsize_t k_chunk_rows = 4096;
-constexpr unsigned k_compression = 4;  // of zlib, 0 to 9
+constexpr unsigned k_compression = 4;  // level of zlib, 0 to 9
 
 struct Column {
   hid_t dataset;
@@ -21,7 +21,7 @@ struct File {
   std::vector<Column> columns;
   bool has_failed = false;
 
-  /// Records a failure; returns false from the first failure on.
+  /// Records a failure if `is_good` is false. Returns false if this or an earlier check has failed.
   bool check(bool is_good) {
     has_failed = has_failed || !is_good;
     return !has_failed;
@@ -41,7 +41,7 @@ hid_t type_of(const File& file, int type) {
   }
 }
 
-/// Creates the groups of a path, without times, so that equal contents give equal bytes.
+/// Creates the groups of a path. They have no timestamps, so that equal contents give equal bytes.
 void add_groups(File& file, const std::string& path) {
   for (std::size_t end = path.find('/'); end != std::string::npos; end = path.find('/', end + 1)) {
     const std::string group = path.substr(0, end);

@@ -171,8 +171,8 @@ std::string find_metaimage_data(const std::string& path, MetaImageData& data) {
   return "";
 }
 
-/// Decompresses voxels and checks their size and checksum, which MetaIO does not; returns an error text, or
-/// "".
+/// Decompresses voxels and checks their size and checksum, because MetaIO checks neither. Returns an error
+/// text, or "".
 std::string inflate_voxels(const MetaImageData& data, char* voxels, std::size_t bytes) {
   std::ifstream in(data.path, std::ios::binary);
   in.seekg(static_cast<std::streamoff>(data.begin));
@@ -271,14 +271,14 @@ Status write_image_file(const std::string& temporary, const std::string& path, c
     }
     format.io->SetIORegion(region);
     itk::MetaDataDictionary& metadata = format.io->GetMetaDataDictionary();
-    // Marks the units of the values for open_volume().
+    // This key states the units of the values for open_volume().
     if (voxels.is_hounsfield) itk::EncapsulateMetaData<std::string>(metadata, k_units_key, k_units);
     if (has_extension(path, ".seg.nrrd")) add_segment_metadata(metadata, voxels);
     format.io->SetUseCompression(false);
     format.io->WriteImageInformation();
     format.io->Write(voxels.data());
   } catch (const itk::ExceptionObject&) {
-    return cannot_write(path, ENOSPC);  // the path was checked before
+    return cannot_write(path, ENOSPC);  // write_atomically() has already checked the path
   }
   return check_written(temporary, path, voxels.bytes());
 }

@@ -19,7 +19,7 @@ namespace trephine::data_tools {
 
 namespace {
 
-constexpr std::size_t k_max_list = 64u << 20;
+constexpr std::size_t k_max_list = 64u << 20;  // bytes of main.plist that are read
 
 /// Returns the value of a key in a property list: a <dict> of alternating <key> and value; null if absent.
 vtkXMLDataElement* value_of(vtkXMLDataElement* dict, const std::string& key) {
@@ -37,7 +37,7 @@ std::string text_of(vtkXMLDataElement* value) {
   return value && value->GetCharacterData() ? value->GetCharacterData() : "";
 }
 
-/// Appends the numbers of an <array> and its nested arrays.
+/// Appends the number of an element, or the numbers of an <array> and its nested arrays.
 void numbers_of(vtkXMLDataElement* value, std::vector<double>& numbers) {
   if (value == nullptr) return;
   const std::string_view name = value->GetName();
@@ -99,7 +99,8 @@ Result<OpenedVolume> open_invesalius(const std::string& path, const OpenOptions&
     return project_error(type == "int16" || type.empty() ? "a main.plist without shape or spacing"
                                                          : "a matrix of " + type + " instead of int16");
   if (orientation != std::vector<double>{1})
-    return project_error("slices that are not axial: the project does not store their orientation");
+    return project_error(
+        "slices that are not axial: the project does not store their directions in the patient");
   OpenedVolume opened;
   opened.format = "InVesalius";
   opened.modality = text_of(value_of(project, "modality"));

@@ -1,4 +1,4 @@
-// open_invesalius(): reads the scan of an InVesalius project (.inv3), an archive.
+// open_invesalius(): reads the scan of an InVesalius project, which is an archive (.inv3).
 #pragma once
 
 #include "data-tools/formats/opened_volume.h"

@@ -10,7 +10,7 @@ namespace trephine::data_tools {
 namespace {
 
 constexpr double k_seconds_per_item = 60;
-constexpr int k_min_items = 24;  // number of pictures read in the time of loading the library
+constexpr int k_min_items = 24;  // loading the library takes as long as reading this number of pictures
 
 struct LibraryName {
   const char *file, *entry, *task, *package;
@@ -29,7 +29,7 @@ LibraryName name_of_library(LoadedFormat format) {
   return {TREPHINE_TABLES_LIBRARY, k_table_entry, "writes HDF5", "libtrephine-tables"};
 }
 
-/// Returns null if the library is not installed.
+/// Returns the functions of a library; null if it is not installed.
 const void* functions_of(const LibraryName& name) {
   void* library = ::dlopen(name.file, RTLD_NOW | RTLD_LOCAL);
   void* entry = library ? ::dlsym(library, name.entry) : nullptr;

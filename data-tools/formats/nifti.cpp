@@ -17,6 +17,7 @@
 #include "data-tools/files/words.h"
 #include "data-tools/formats/reader_support.h"
 #include "data-tools/formats/voxel_values.h"
+#include "volume/base/text.h"
 
 namespace trephine::data_tools {
 
@@ -75,7 +76,7 @@ std::optional<ValueReader> reader_of(const nifti_image& image, const void* data)
   }
 }
 
-/// Swaps a header of the other byte order to the native one, so that it can be checked.
+/// Converts a header of the other byte order to the native byte order, so that it can be checked.
 void swap_to_native(void* header, int version) {
   std::int32_t size = 0;  // the first field of every version
   std::memcpy(&size, header, sizeof size);
@@ -92,7 +93,7 @@ float slope_of(const void* header, int version) {
                       : static_cast<const nifti_1_header*>(header)->scl_slope;
 }
 
-/// Returns the fault of a header that the library refuses.
+/// Returns the fault of a header that niftilib refuses.
 std::string header_fault(const void* header, int version) {
   if (header == nullptr) return "no NIfTI header";
   std::array<std::int64_t, 8> dim{};
@@ -106,7 +107,8 @@ std::string header_fault(const void* header, int version) {
   return "no valid NIfTI header";
 }
 
-/// Returns true if the file can contain `bytes` of voxels: a compressed file at most 1100 times its size.
+/// Returns true if the file can contain `bytes` of voxels. A compressed file contains at most 1100 times its
+/// size, because deflate compresses by a factor of at most 1032.
 bool can_hold(const nifti_image& image, std::size_t bytes) {
   std::error_code error;
   const auto file_bytes = std::filesystem::file_size(image.iname, error);
@@ -135,8 +137,9 @@ std::string xml_text(std::string text) {
   return text;
 }
 
-/// Returns the label table of a Caret extension, whatever its code, as TotalSegmentator and Connectome
-/// Workbench write it: <Label Key="1" Red="1" Green="0" Blue="0" Alpha="1"><![CDATA[spleen]]></Label>.
+/// Returns the label table of a Caret extension, as TotalSegmentator and Connectome Workbench write it. The
+/// code of the extension is ignored. Example of a label: <Label Key="1" Red="1" Green="0" Blue="0"
+/// Alpha="1"><![CDATA[spleen]]></Label>.
 std::vector<SegmentFacts> segments_of(const nifti_image& image) {
   std::vector<SegmentFacts> segments;
   for (int i = 0; i < image.num_ext; ++i) {
@@ -172,8 +175,9 @@ std::vector<SegmentFacts> segments_of(const nifti_image& image) {
   return segments;
 }
 
-/// Reads voxels unchanged (niftilib replaces non-finite values by 0), from a compressed or plain file, and
-/// checks the checksum at its end. Returns false if the file is incomplete.
+/// Reads voxels from a compressed or plain file, in native byte order and otherwise unchanged (niftilib
+/// replaces non-finite values by 0). Checks the checksum of a compressed file. Returns false if the file is
+/// incomplete.
 bool read_voxels(const nifti_image& image, Buffer<char>& voxels) {
   std::unique_ptr<std::remove_pointer_t<gzFile>, int (*)(gzFile)> file(gzopen(image.iname, "rb"), gzclose_r);
   if (!file) return false;
@@ -209,8 +213,8 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
                  .remedy = "copy or export it again"};
   };
   std::vector<std::string> notices;
-  nifti_set_debug_level(-1);  // keeps the library from printing
-  // The header is checked first: the library prints messages when it converts a broken one.
+  nifti_set_debug_level(-1);  // keeps niftilib from printing
+  // The header is checked first, because niftilib prints messages when it converts a broken header.
   int version = 0;  // 0: Analyze 7.5
   const std::unique_ptr<void, decltype(&std::free)> header(nifti_read_header(path.c_str(), &version, 0),
                                                            &std::free);
@@ -240,7 +244,7 @@ Result<OpenedVolume> open_nifti(const std::string& path, const OpenOptions& opti
     if (!(s > 0) || !std::isfinite(s))
       return Error{.what = "the spacing is not a positive number",
                    .where = where,
-                   .found = std::to_string(s) + " mm",
+                   .found = rounded_text(s) + " mm",
                    .expected = "a spacing above 0 mm on each axis",
                    .remedy = "export the volume again"};
 
@@ -360,18 +364,18 @@ Status write_nifti(const std::string& temporary, const std::string& path, const 
   }
   ras.m[3][3] = 1;
   header.sform_code = header.qform_code = NIFTI_XFORM_SCANNER_ANAT;
-  double q[3], at[3], d[3], side = 1;
-  nifti_dmat44_to_quatern(ras, &q[0], &q[1], &q[2], &at[0], &at[1], &at[2], &d[0], &d[1], &d[2], &side);
+  double q[3], at[3], d[3], qfac = 1;
+  nifti_dmat44_to_quatern(ras, &q[0], &q[1], &q[2], &at[0], &at[1], &at[2], &d[0], &d[1], &d[2], &qfac);
   header.quatern_b = static_cast<float>(q[0]);
   header.quatern_c = static_cast<float>(q[1]);
   header.quatern_d = static_cast<float>(q[2]);
   header.qoffset_x = static_cast<float>(at[0]);
   header.qoffset_y = static_cast<float>(at[1]);
   header.qoffset_z = static_cast<float>(at[2]);
-  header.pixdim[0] = static_cast<float>(side);
+  header.pixdim[0] = static_cast<float>(qfac);
   std::memcpy(header.magic, "n+1", 4);
 
-  // gzopen writes both formats; T: without compression.
+  // gzopen() writes both .nii.gz and .nii; mode "T" writes without compression.
   gzFile file = gzopen(temporary.c_str(), has_extension(path, ".gz") ? "wb" : "wbT");
   if (file == nullptr) return cannot_write(path, errno);
   const auto put = [file](const void* data, std::size_t count) {

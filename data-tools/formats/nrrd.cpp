@@ -28,7 +28,7 @@ namespace {
 
 using File = std::unique_ptr<Nrrd, Nrrd* (*)(Nrrd*)>;
 
-/// Returns the signs that convert the axes of a space to LPS; empty if it is not anatomical.
+/// Returns the signs that convert the axes of a space to LPS; empty if the space is not anatomical.
 std::optional<glm::dvec3> signs_to_lps(int space) {
   switch (space) {
     case nrrdSpaceLeftPosteriorSuperior:
@@ -71,7 +71,7 @@ Result<glm::dvec3> space_unit_mm(const Nrrd& file, const std::string& where) {
   return units;
 }
 
-/// File axes that are axes of the volume, and its frame (LPS, mm).
+/// Axes of the file that are axes of the volume, and the volume's frame (LPS, mm).
 struct Layout {
   std::array<unsigned, 3> axes{};
   glm::dvec3 origin{0.0};
@@ -80,7 +80,8 @@ struct Layout {
 
 Result<Layout> layout_of(const Nrrd& file, const OpenOptions& options, const std::string& where) {
   Layout layout;
-  // With "space dimension: 3" alone the axes are unknown: those of the options are used, if present.
+  // A file with "space dimension: 3" but without a space has unknown axes: the axes of the options are used
+  // if the options contain a spacing.
   if (file.spaceDim == 0 || (file.space == nrrdSpaceUnknown && options.spacing)) {
     std::string spacings;
     for (unsigned a = 0; a < file.dim; ++a)
@@ -199,12 +200,10 @@ bool has_outside_data_file(const std::string& path) {
     while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
     if (line.empty()) break;
     if (is_list && escapes_folder(line)) return true;
-    for (const char* key : {"data file:", "datafile:"})
-      if (line.starts_with(key)) {
-        const std::size_t at = line.find_first_not_of(' ', std::strlen(key));
-        const std::string name = at == std::string::npos ? "" : line.substr(at);
-        is_list = name.starts_with("LIST");
-        if (!is_list && escapes_folder(name)) return true;
+    for (const char* key : {"data file", "datafile"})
+      if (const std::optional<std::string> name = header_value(line, key)) {
+        is_list = name->starts_with("LIST");
+        if (!is_list && escapes_folder(*name)) return true;
       }
   }
   return false;
@@ -217,10 +216,8 @@ std::string missing_data_file(const std::string& path) {
   for (std::string line; std::getline(in, line) && lines++ < 1000;) {
     while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
     if (line.empty()) break;
-    for (const char* key : {"data file:", "datafile:"}) {
-      if (!line.starts_with(key)) continue;
-      const std::size_t at = line.find_first_not_of(' ', std::strlen(key));
-      const std::string name = at == std::string::npos ? "" : line.substr(at);
+    for (const char* key : {"data file", "datafile"}) {
+      const std::string name = header_value(line, key).value_or("");
       if (name.empty() || name.starts_with("LIST") || name.find('%') != std::string::npos) continue;
       std::error_code failure;
       if (!std::filesystem::is_regular_file(std::filesystem::path(path).parent_path() / name, failure))
@@ -233,9 +230,9 @@ std::string missing_data_file(const std::string& path) {
 /// Fields of a header by name, and its length in bytes.
 struct HeaderText {
   std::map<std::string, std::string> fields;
-  std::string repeated;  ///< a field that appears twice; empty: none does
+  std::string repeated;  ///< a field that appears twice, or ""
   std::size_t bytes = 0;
-  bool has_end = false;  ///< an empty line before the voxels
+  bool has_end = false;  ///< the header ends with an empty line, before the voxels
   std::string operator[](const char* name) const {
     const auto found = fields.find(name);
     return found == fields.end() ? "" : found->second;
@@ -258,7 +255,7 @@ HeaderText header_text(const std::string& path) {
   return text;
 }
 
-/// Returns the fault of a header that the library refuses.
+/// Returns the fault of a header that teem refuses.
 std::string header_fault(const HeaderText& text) {
   if (!text.repeated.empty()) return "two fields " + text.repeated;
   for (const char* name : {"type", "dimension", "sizes", "encoding"})
@@ -386,7 +383,7 @@ Result<OpenedVolume> open_nrrd(const std::string& path, const OpenOptions& optio
       !failure && file_bytes > text.bytes + bytes)
     opened.notices.push_back(counted(file_bytes - text.bytes - bytes, "byte") + " after the voxels ignored");
   opened.segments = segments_of(*file);
-  // Layers of segments are read one by one.
+  // The caller reads the layers of segments one by one: they need no notice.
   if (volumes > 1 && opened.segments.empty()) add_volume_notice(opened, index.value(), volumes);
   if (opened.segments.empty()) detect_units(opened, value_of(*file, k_units_key) == k_units);
   return opened;

@@ -58,6 +58,12 @@ std::string format_of(const std::string& path) {
   return "";
 }
 
+/// Returns true for a file of a scan, not of a model, in a format that is not DICOM.
+bool is_scan(const std::string& path) {
+  const std::string format = format_of(path);
+  return !format.empty() && !format.ends_with(" model");
+}
+
 /// Returns true if the file starts with a DICOM preamble.
 bool has_dicom_preamble(const std::string& path) {
   std::array<char, 132> header{};
@@ -82,8 +88,9 @@ Result<OpenedVolume> open_member(const ArchiveMember& member, const OpenOptions&
   return opened;
 }
 
-/// Opens a folder or archive without DICOM images that contains one scan of another format. Otherwise returns
-/// an error about its contents, or `error`, that of the search for DICOM images.
+/// Opens a folder or archive without DICOM images that contains one scan of another format. With several
+/// scans, returns an error about them; without any scan, returns `error`, the result of the search for DICOM
+/// images.
 Result<OpenedVolume> open_other_contents(const std::string& path, const OpenOptions& options, Error error) {
   std::vector<std::string> scans;
   std::string format;
@@ -91,12 +98,11 @@ Result<OpenedVolume> open_other_contents(const std::string& path, const OpenOpti
   const bool is_folder = fs::is_directory(path, failure);
   if (is_folder) {
     for (fs::directory_iterator at(path, failure), end; !failure && at != end; at.increment(failure))
-      if (at->is_regular_file(failure) && !format_of(at->path().string()).empty())
-        scans.push_back(at->path().string());
+      if (at->is_regular_file(failure) && is_scan(at->path().string())) scans.push_back(at->path().string());
   } else if (const auto members = read_archive(path, options.progress)) {
     const ArchiveMember* scan = nullptr;
     for (const ArchiveMember& member : members.value())
-      if (!format_of(member.name).empty()) scans.push_back(member.name), scan = &member;
+      if (is_scan(member.name)) scans.push_back(member.name), scan = &member;
     if (scans.size() == 1) return open_member(*scan, options);
   }
   if (scans.empty()) return error;

@@ -1,4 +1,4 @@
-// open_volume(): reads a scan in any supported format; writers of volumes.
+// open_volume() reads a scan in any supported format; write_volume() and related functions write volumes.
 #pragma once
 
 #include <optional>
@@ -13,16 +13,16 @@ class Version;
 
 namespace trephine::data_tools {
 
-/// Opens a DICOM folder, file or archive, or a file or folder of another supported format. Geometry is
-/// orientation and position in world LPS, mm. Error for anything that is not one regular stack, values that
-/// do not fit into int16, and broken files.
+/// Opens a DICOM folder, file or archive, or a file or folder of another supported format. The
+/// frame of the volume is in world LPS, mm. Error for contents that are not one regular stack, values that do
+/// not fit into int16, and broken files.
 Result<OpenedVolume> open_volume(const std::string& path, const OpenOptions& options = {});
 
 /// Lists the volumes in DICOM files, including those that open_volume() cannot open. Reads only headers, and
 /// the pixels of slices at the same position.
 Result<std::vector<SeriesFacts>> list_series(const std::string& path, const Progress& progress = {});
 
-/// Returns the unit vectors (LPS) of three axis letters; empty if they are invalid.
+/// Returns the unit vectors (LPS) of three axis letters, such as "RAS"; empty if the letters are invalid.
 std::optional<glm::dmat3> axes_of(const std::string& letters);
 
 /// Writes .mha, .nrrd, .nii, .nii.gz, .vti or .vdb (int16; .vdb: float), atomically. A sheared volume is
@@ -43,8 +43,9 @@ enum class FolderFormat { dicom, png, tiff };
 Status write_volume_folder(const std::string& path, FolderFormat format, const volume::Volume& volume,
                            const Progress& progress = {});
 
-/// Returns the volume resampled (Catmull-Rom cubic) to orthogonal axes with the spacing along them, on a grid
-/// that contains all of it; an orthogonal volume is copied unchanged.
+/// Returns the volume resampled (Catmull-Rom cubic) to orthogonal axes, on a grid that contains all of it.
+/// The spacing of a new axis is the component of the old axis along the new one. An orthogonal volume is
+/// copied unchanged.
 Result<volume::Volume> orthogonalized(const volume::Volume& volume);
 
 }  // namespace trephine::data_tools

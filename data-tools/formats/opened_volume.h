@@ -1,4 +1,5 @@
-// OpenedVolume: a volume that was read, the options of reading, and what a file or folder contains.
+// OpenedVolume: a volume that was read. OpenOptions: options of reading. SeriesFacts and SegmentFacts:
+// contents of a file or folder.
 #pragma once
 
 #include <optional>
@@ -13,39 +14,41 @@ namespace trephine::data_tools {
 
 /// Options of reading. A missing option that is required is an error with a remedy.
 struct OpenOptions {
-  int series = 0;                     ///< index in a folder, from 1 as listed; 0: the default series
-  int volume = 0;                     ///< index in a series or file (4-D, echoes), from 1; 0: the default
-  bool is_resampled = false;          ///< missing and uneven slices are interpolated
-  bool maps_padding = false;          ///< padding of the scanner becomes air (-1000) in CT
-  std::optional<double> scale;        ///< file units per voxel unit, if int16 would lose more than noise
-  std::optional<glm::dvec3> spacing;  ///< mm, of a file without spacing; its axes are then `axes`
+  int series = 0;             ///< index in a folder, from 1 as listed; 0: the default series
+  int volume = 0;             ///< index in a series or file (4-D, echoes), from 1; 0: the default
+  bool is_resampled = false;  ///< missing and uneven slices are interpolated
+  bool maps_padding = false;  ///< padding of the scanner becomes air (-1000) in CT
+  std::optional<double>
+      scale;  ///< file units per voxel unit; required if rounding to int16 would exceed the noise
+  std::optional<glm::dvec3> spacing;  ///< mm, for a file without spacing; `axes` then states its axes
   /// Directions of x, y and z: left or right, posterior or anterior, superior or inferior.
   std::string axes = "LPS";
   std::string raw;  ///< "X,Y,Z,TYPE[,big][,skip=N]": the file is numbers without a header
-  /// Transform to use if sform and qform of a NIfTI file differ; any: error.
+  /// Transform to use if sform and qform of a NIfTI file differ; with `any`, the difference is an error.
   enum class NiftiFrame { any, sform, qform } nifti_frame = NiftiFrame::any;
   Progress progress;
 };
 
-/// A volume that can be opened, for the user to select.
+/// A volume in DICOM files that the user can select.
 struct SeriesFacts {
   int series = 0, volume = 0;  ///< as in OpenOptions
   int volumes = 1;             ///< number of volumes in this series
   std::string modality, description, kernel, date, mark;
   glm::ivec3 size{0};
   glm::dvec3 spacing{0.0};  ///< mm
-  std::string problem;      ///< why it cannot be opened without options, or ""
+  std::string problem;      ///< reason why it cannot be opened without options, or ""
   bool is_localizer = false;
 };
 
 /// A segment of a segmentation.
 struct SegmentFacts {
   std::string name;
-  int value = 0, layer = 0;  ///< value of its voxels in volume `layer`, from 0
+  int value = 0, layer = 0;  ///< value of its voxels in volume `layer`; layers count from 0
   std::optional<glm::u8vec3> colour = std::nullopt;
 };
 
-/// A volume, and information for the user about its file; without the patient's identity and the path.
+/// A volume, and information for the user about its file. The identity of the patient and the path are
+/// omitted.
 struct OpenedVolume {
   volume::Volume volume;
   std::string format;    ///< name of the format, such as "DICOM" or "NIfTI"

@@ -1,4 +1,4 @@
-// Library trephine-pictures: PictureLibrary with OpenImageIO; uses no other code of ours.
+// libtrephine-pictures: implements PictureLibrary with OpenImageIO; links no other code of trephine.
 #include <OpenImageIO/imageio.h>
 #include <cmath>
 #include <cstdio>
@@ -16,11 +16,11 @@ void fail(PictureFacts& facts, const std::string& reason) {
   std::snprintf(facts.fault, sizeof facts.fault, "%s", reason.c_str());
 }
 
-/// Disables OpenImageIO's threads: they do not exist in a forked process.
+/// Disables OpenImageIO's threads, because a forked process does not have them.
 void keep_to_one_thread() { OIIO::attribute("threads", 1); }
 
-/// Returns the number of pages in a TIFF file's chain of headers, including those beyond the end of the file;
-/// -1: the end is missing; 0: not a TIFF, or BigTIFF.
+/// Returns the number of pages in a TIFF file's chain of headers, including a page beyond the end of the
+/// file; -1 if the file ends within a header; 0 if it is no TIFF, or is a BigTIFF.
 int pages_in_chain(const char* path) {
   std::ifstream in(path, std::ios::binary);
   unsigned char header[8] = {};
@@ -45,11 +45,12 @@ int pages_in_chain(const char* path) {
   return pages;
 }
 
-/// Returns the bits per value in the file; OpenImageIO scales values with fewer bits to 8 or 16.
+/// Returns the bits per value in the file. OpenImageIO scales values with fewer bits than its format to 8 or
+/// 16 bits.
 int bits_of(const char* path, const OIIO::ImageSpec& spec) {
   const int format_bits = static_cast<int>(8 * spec.format.basesize());
   int bits = spec.get_int_attribute("oiio:BitsPerSample", format_bits);
-  // OpenImageIO does not report it for PNG.
+  // OpenImageIO does not report the bits per value of a PNG.
   char header[26] = {};
   if (std::ifstream(path, std::ios::binary).read(header, sizeof header) &&
       std::memcmp(header + 1, "PNG", 3) == 0)
@@ -79,7 +80,7 @@ void describe(const char* path, PictureFacts& facts) {
 
 void read(const char* path, int page, PictureFacts& facts, float* grey_values) {
   keep_to_one_thread();
-  // Colours are errors, not converted to grey; values are not corrected for gamma.
+  // OpenImageIO must not convert colours: they are errors below. Values are not corrected for gamma.
   OIIO::ImageSpec request;
   request.attribute("oiio:RawColor", 1);
   request.attribute("oiio:UnassociatedAlpha", 1);
@@ -94,7 +95,7 @@ void read(const char* path, int page, PictureFacts& facts, float* grey_values) {
   if (bits_of(path, spec) != facts.bits)
     return fail(facts, std::to_string(bits_of(path, spec)) + " bits per pixel; the first has " +
                            std::to_string(facts.bits));
-  // OpenImageIO inverts 8-bit values, but not 16-bit values.
+  // OpenImageIO inverts 8-bit values of such pictures, but not 16-bit values: both are refused.
   if (spec.get_int_attribute("tiff:PhotometricInterpretation", 1) == 0)
     return fail(facts, "inverted grey values (MINISWHITE)");
   const auto pixels = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
@@ -144,7 +145,7 @@ void read(const char* path, int page, PictureFacts& facts, float* grey_values) {
     for (double& v : values) v = std::floor(v * largest / scaled_largest + 0.5);
   }
   const std::size_t colours = channels >= 3 ? 3 : 1;
-  facts.pages = in->seek_subimage(page + 1, 0) ? page + 2 : page + 1;  // lower bound
+  facts.pages = in->seek_subimage(page + 1, 0) ? page + 2 : page + 1;  // lower bound of the number of pages
   for (std::size_t i = 0; i < pixels; ++i) {
     for (std::size_t c = 1; c < colours; ++c)
       if (values[i * channels + c] != values[i * channels]) return fail(facts, "colours");

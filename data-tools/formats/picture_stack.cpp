@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -26,7 +27,8 @@ namespace {
 constexpr const char* k_stack_file = "stack.json";
 constexpr const char* k_kind = "trephine.stack";
 constexpr std::size_t k_max_pictures = 20'000;
-/// Limits of a stack that is read in one pass. Unused shared memory is not allocated by the kernel.
+/// Limits of a stack that is read in one pass: numbers of values and of pages. The kernel does not allocate
+/// unused shared memory.
 constexpr std::size_t k_small_values = 16 << 20, k_small_pages = 4096;
 
 bool is_picture(const std::string& name) {
@@ -35,7 +37,7 @@ bool is_picture(const std::string& name) {
   return false;
 }
 
-/// Compares names by the numbers in them: slice2 before slice10.
+/// Returns true if name `a` precedes `b`; numbers in the names are compared by value: slice2 before slice10.
 bool comes_before(const std::string& a, const std::string& b) {
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
   std::size_t i = 0, k = 0;
@@ -59,7 +61,8 @@ bool comes_before(const std::string& a, const std::string& b) {
   return a < b;
 }
 
-/// Returns the pictures of a folder in order; empty if it contains other files.
+/// Returns the pictures of a folder in order; empty if there are too many, or if the folder contains anything
+/// else except .json, .txt and hidden files and Thumbs.db.
 std::vector<std::string> find_pictures(const std::string& folder) {
   std::vector<std::string> names;
   std::error_code error;
@@ -96,7 +99,8 @@ struct NumberedName {
   }
 };
 
-/// Error unless the names are consecutive: no number is missing or duplicated.
+/// Returns an error if the names have different patterns, or if the only number that changes is duplicated or
+/// does not increase in equal steps.
 Status check_consecutive(const std::vector<std::string>& names, const std::string& where) {
   std::vector<NumberedName> parsed(names.begin(), names.end());
   const auto name_error = [&](const std::string& what, const std::string& found) {
@@ -118,10 +122,17 @@ Status check_consecutive(const std::vector<std::string>& names, const std::strin
         counter = k;
       }
   }
+  const auto step_to = [&](std::size_t i) -> long long {
+    return counter ? parsed[i].numbers[*counter] - parsed[i - 1].numbers[*counter] : 0;
+  };
+  long long least = std::numeric_limits<long long>::max();
   for (std::size_t i = 1; i < parsed.size(); ++i) {
-    const long long step = counter ? parsed[i].numbers[*counter] - parsed[i - 1].numbers[*counter] : 0;
-    if (step == 0) return name_error("two pictures have the same number", names[i - 1] + " and " + names[i]);
-    if (step != parsed[1].numbers[*counter] - parsed[0].numbers[*counter])
+    if (step_to(i) == 0)
+      return name_error("two pictures have the same number", names[i - 1] + " and " + names[i]);
+    least = std::min(least, step_to(i));
+  }
+  for (std::size_t i = 1; i < parsed.size(); ++i) {
+    if (step_to(i) != least)
       return name_error("pictures are missing", "no picture between " + names[i - 1] + " and " + names[i]);
   }
   return std::nullopt;
@@ -233,7 +244,7 @@ Result<OpenedVolume> open_picture_stack(const std::string& path, const OpenOptio
       return !options.progress || options.progress(start + length * share);
     };
   };
-  PictureFacts child_first;  // in each child process
+  PictureFacts child_first;  // each child process sets its own copy
   if (Status failure = with_library(
           LoadedFormat::pictures, static_cast<int>(std::min(slices.size(), k_small_pages)), where,
           [&](const void* table, int i) {

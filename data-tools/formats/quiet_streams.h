@@ -1,5 +1,5 @@
-// QuietStreams: discards output of libraries to std::cerr and std::cout within a scope; errors are reported
-// by us.
+// QuietStreams: discards output of libraries to std::cerr and std::cout within a scope. Functions that use
+// it report errors in their results.
 #pragma once
 
 #include <iostream>
@@ -7,7 +7,7 @@
 
 namespace trephine::data_tools {
 
-/// Not thread-safe: no other thread may use it or write to these streams.
+/// Not thread-safe: no other thread may use a QuietStreams or write to these streams at the same time.
 class QuietStreams {
  public:
   QuietStreams() : cerr_(std::cerr.rdbuf(discarded_.rdbuf())), cout_(std::cout.rdbuf(discarded_.rdbuf())) {}

@@ -5,7 +5,7 @@
 
 namespace trephine::data_tools {
 
-/// Reads a file with the layout options.raw and the voxel size options.spacing (mm); see open_volume().
+/// Reads a file with the layout options.raw. Requires the voxel size options.spacing (mm); see open_volume().
 Result<OpenedVolume> open_raw(const std::string& path, const OpenOptions& options);
 
 }  // namespace trephine::data_tools

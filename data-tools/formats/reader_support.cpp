@@ -21,7 +21,7 @@ Result<volume::Volume> allocate_volume(const glm::ivec3& size, const Result<volu
 }
 
 Error too_large(std::size_t bytes, const std::string& where) {
-  return Error{.what = "the file is larger than the memory of this machine",
+  return Error{.what = "the file is larger than the available memory",
                .where = where,
                .found = std::to_string(bytes >> 20) + " MiB",
                .expected = "at most " + std::to_string(volume::available_memory_bytes() >> 20) + " MiB",

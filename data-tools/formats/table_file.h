@@ -12,10 +12,10 @@ namespace trephine::data_tools {
 
 class TableFile {
  public:
-  enum class Type { real, whole, flag, text };  ///< 64-bit number; whole number below 2^53; 0 or 1; UTF-8
+  enum class Type { real, whole, flag, text };  ///< 64-bit float; whole number below 2^53; 0 or 1; UTF-8
 
-  /// Creates the file at `path`, which is closed by close(). `where`: its name in errors. Error if the
-  /// library of the format is not installed, or the file cannot be created.
+  /// Creates the file at `path`; close() closes it. `where`: name of the file in errors. Error if the library
+  /// of the format is not installed, or the file cannot be created.
   static Result<std::unique_ptr<TableFile>> create(const std::string& path, const std::string& where);
   ~TableFile();
   TableFile(const TableFile&) = delete;
@@ -25,7 +25,7 @@ class TableFile {
   void describe(const std::string& object, const std::string& name, const std::string& text);
   void describe(const std::string& object, const std::string& name, double number);
   /// Adds a column, such as "events/tick", with `width` values per row; returns its index. Groups are created
-  /// when they are needed. `unit` and `meaning` become its attributes, unless empty.
+  /// when they are needed. `unit` and `meaning` become attributes of the column, unless they are empty.
   int add_column(const std::string& name, Type type, int width, const std::string& unit,
                  const std::string& meaning);
   /// Appends a row to a column of numbers. Requires as many values as the column is wide.

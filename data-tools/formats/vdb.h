@@ -1,5 +1,5 @@
-// open_vdb(): reads and writes OpenVDB's sparse grids. Files have no patient axes: ours are LPS in mm, which
-// is assumed for others, with a notice.
+// open_vdb(), write_vdb(): OpenVDB's sparse grids. The format has no patient axes: files are written in LPS
+// and mm, and the files of other programs are assumed to be so, with a notice.
 #pragma once
 
 #include "data-tools/formats/opened_volume.h"

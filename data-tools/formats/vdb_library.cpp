@@ -1,4 +1,4 @@
-// Library trephine-vdb: VdbLibrary with OpenVDB; uses no other code of ours.
+// Library trephine-vdb: implements VdbLibrary with OpenVDB, without other code of this project.
 #include <cmath>
 #include <cstdio>
 #include <openvdb/openvdb.h>

@@ -52,7 +52,7 @@ ValueStep step_for(const ValueStatistics& statistics) {
   // Prefer whole units.
   const double noise = statistics.noise();
   if (statistics.max_magnitude() <= k_max_voxel && noise >= 1) return {1, true};
-  // Two digits, rounded up, so that the notice states the exact value.
+  // The step is rounded up to two digits, so that the notice can state it exactly.
   double step = statistics.max_magnitude() > 0 ? statistics.max_magnitude() / k_max_voxel : 1;
   const double digit = std::pow(10, std::floor(std::log10(step)) - 1);
   if (digit > 0) step = std::strtod(short_number(std::ceil(step / digit) * digit).c_str(), nullptr);

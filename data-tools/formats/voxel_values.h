@@ -26,7 +26,7 @@ ValueReader values_of(const void* data, double slope = 1, double intercept = 0) 
 class ValueStatistics {
  public:
   ValueStatistics() = default;
-  /// Creates statistics that were collected elsewhere.
+  /// Creates statistics from a range and a noise that were measured before.
   ValueStatistics(double max_magnitude, double noise) : max_magnitude_(max_magnitude), known_noise_(noise) {}
   void add(std::span<const double> values);
   double max_magnitude() const noexcept { return max_magnitude_; }  ///< largest absolute value
@@ -44,15 +44,15 @@ struct ValueStep {
   double step = 1;
   bool is_finer_than_noise = false;
 };
-/// Returns the step with which all values fit into 16 bits.
+/// Returns a step with which all values fit into 16 bits: 1 if this suffices and the noise is at least 1.
 ValueStep step_for(const ValueStatistics& statistics);
 
-/// Returns the error for values with noise finer than the 16-bit step.
+/// Returns the error for values whose noise is smaller than the step that 16 bits require.
 Error too_coarse(const std::string& where, const ValueStatistics& statistics);
 
-/// Fills a volume. Whole numbers that fit are kept. Fractions are rounded or scaled, with a notice, if that
-/// loses less than their noise. `scale` scales all values, with a notice. Error for other values, and for
-/// values that are not finite.
+/// Fills a volume. Whole numbers that fit into 16 bits are kept. If values have fractions, all are rounded or
+/// scaled, with a notice, provided that the step is at most their noise. `scale`, if given, is the step for
+/// all values, with a notice. Error for other values, and for values that are not finite.
 Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optional<double> scale,
                    const std::string& where, std::vector<std::string>& notices);
 

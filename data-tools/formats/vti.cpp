@@ -180,7 +180,8 @@ Status write_vti(const std::string& temporary, const std::string& path, const Vo
   writer->SetDataModeToAppended();
   writer->EncodeAppendedDataOff();
   listen_to(writer->GetExecutive(), errors);
-  // VTK does not report a full disk; the path was checked before.
+  // VTK does not report a full disk. The path was checked before, so a failure is attributed to a full disk,
+  // and the size of the file is checked.
   const bool is_written = writer->Write() == 1 && errors.empty() && writer->GetErrorCode() == 0;
   return is_written ? check_written(temporary, path, voxels.bytes()) : cannot_write(path, ENOSPC);
 }

@@ -1,5 +1,5 @@
-// open_vti(): reads and writes VTK image data (.vti), with VTK. Files have no patient axes: ours are LPS,
-// which is assumed for others, with a notice.
+// open_vti(), write_vti(): VTK image data (.vti), with VTK. The format has no patient axes: files are written
+// in LPS, and the files of other programs are assumed to be in LPS, with a notice.
 #pragma once
 
 #include "data-tools/formats/opened_volume.h"
@@ -7,7 +7,8 @@
 
 namespace trephine::data_tools {
 
-/// Reads the active scalars, or else the first array of the points, one number each; see open_volume().
+/// Reads the active scalars of the points or, without these, the first array of the points. Error for more
+/// than one number per point. See open_volume().
 Result<OpenedVolume> open_vti(const std::string& path, const OpenOptions& options);
 
 /// Writes int16 or uint8 voxels to `temporary`; `path` is the name in errors.

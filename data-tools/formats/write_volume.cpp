@@ -26,8 +26,8 @@ using volume::Volume;
 glm::dvec3 label_colour(int label, const std::vector<glm::u8vec3>& chosen) noexcept {
   if (static_cast<std::size_t>(label) < chosen.size())
     return glm::dvec3(chosen[static_cast<std::size_t>(label)]) / 255.0;
-  // Hues at multiples of the golden angle: successive labels differ strongly. Every fifth label has nearly
-  // the hue of an earlier one, but another brightness.
+  // Hues at multiples of the golden angle: successive labels differ strongly. Labels whose numbers differ by
+  // 5 have similar hues, so each group of five labels has another brightness than the next.
   constexpr double k_brightness[][2] = {{0.35, 0.54}, {0.68, 0.32}, {0.2, 0.42}};  // least, range
   const double(&brightness)[2] = k_brightness[label > 0 ? (label - 1) / 5 % 3 : 0];
   const double least = brightness[0], range = brightness[1];

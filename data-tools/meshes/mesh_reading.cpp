@@ -33,11 +33,14 @@
 #include "data-tools/formats/vtk_errors.h"
 #include "data-tools/meshes/obj_file.h"
 #include "data-tools/meshes/ply_file.h"
+#include "volume/base/text.h"
 #include "volume/surface/surface_facts.h"
 
 namespace trephine::data_tools {
 
 namespace {
+
+constexpr std::size_t k_max_header = 1 << 16;  ///< bytes in which the frame of a model is searched
 
 /// Returns the contents of a file, decompressed if it is a gzip file.
 Result<std::string> read_decompressed(const std::string& path) {
@@ -78,20 +81,25 @@ Status check_corners(vtkPolyData* raw, const std::string& name) {
   return std::nullopt;
 }
 
-/// Returns the frame that a text file names in its comments, "RAS" or "LPS", or "". 3D Slicer writes
-/// "SPACE=RAS" into the comments or the first lines of its models.
-std::string frame_in_comments(const std::string& path) {
+/// Returns the frame that the beginning of a file states: "RAS", "LPS", or "" if it states none. 3D Slicer
+/// writes "SPACE=RAS" into the comments or the first lines of its models.
+std::string frame_in_comments(std::string header) {
   // The whole header of a .ply file; the description at the beginning of other formats.
-  constexpr std::size_t k_max = 1 << 16, k_description = 600;
-  std::ifstream file(path, std::ios::binary);
-  std::string header(k_max, '\0');
-  file.read(header.data(), static_cast<std::streamsize>(header.size()));
-  header.resize(static_cast<std::size_t>(file.gcount()));
+  constexpr std::size_t k_description = 600;
   const std::size_t end = header.find("end_header");
   header.resize(std::min(header.size(), end == std::string::npos ? k_description : end));
   for (const char* frame : {"RAS", "LPS"})
     if (header.find(std::string("SPACE=") + frame) != std::string::npos) return frame;
   return "";
+}
+
+/// Returns the first bytes of a file.
+std::string beginning_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes(k_max_header, '\0');
+  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(file.gcount()));
+  return bytes;
 }
 
 /// Returns the frame in the field data of a model, where 3D Slicer writes it, or "".
@@ -142,11 +150,12 @@ void add_notices(PolygonModel& model) {
     add("the model is " + short_number(longest) + " mm long: check its unit (option mesh-scale)");
 }
 
-/// Scales a model and converts it to LPS. Error if it contains no polygon or a vertex is not finite.
+/// Scales a model and converts it to LPS. Error if it contains no polygon, or a coordinate is not finite or
+/// exceeds 1000 m.
 Result<PolygonModel> finish_model(PolygonModel model, double scale, const std::string& frame,
                                   const std::string& path, const ModelFile& file) {
   const std::string name = file_name(path);
-  const std::string stated_frame = file.frame.empty() ? frame_in_comments(path) : file.frame;
+  const std::string& stated_frame = file.frame;
   const std::string used_frame = !frame.empty() ? frame : stated_frame.empty() ? "LPS" : stated_frame;
   const double sign = used_frame == "RAS" ? -1 : 1;
   for (std::size_t i = 0; i < model.vertices.size(); ++i) {
@@ -286,7 +295,7 @@ struct SharedModel {
   }
 };
 
-/// Reads in a child process: once for the sizes, once for the contents.
+/// Reads the file twice in child processes: first for the sizes, then for the contents.
 Result<PolygonModel> read_in_subprocess(const std::string& path, ModelFile& file) {
   const std::string model_name = file_name(path);
   const auto shared = SharedBytes::make(sizeof(SharedModel));
@@ -355,7 +364,7 @@ Result<PolygonModel> read_polygon_model(const std::string& path, double scale, c
   if (!(scale > 0 && scale <= 1e6))
     return Error{.what = "the scale of a model is out of range",
                  .where = file_name(path),
-                 .found = std::to_string(scale),
+                 .found = rounded_text(scale),
                  .expected = "mm per unit, above 0, at most a million"};
   constexpr const char* k_formats = ".ply, .ply.gz, .obj, .stl, .vtk or .vtp";
   std::error_code failure;
@@ -371,7 +380,8 @@ Result<PolygonModel> read_polygon_model(const std::string& path, double scale, c
     auto model =
         has_end(".obj") ? read_obj(text.value(), file_name(path)) : read_ply(text.value(), file_name(path));
     if (!model) return model.error();
-    return finish_model(std::move(model).value(), scale, frame, path, {});
+    return finish_model(std::move(model).value(), scale, frame, path,
+                        {.frame = frame_in_comments(text.value().substr(0, k_max_header))});
   }
   if (!has_end(".stl") && !has_end(".vtk") && !has_end(".vtp"))
     return Error{.what = "unknown model format",
@@ -389,6 +399,7 @@ Result<PolygonModel> read_polygon_model(const std::string& path, double scale, c
   ModelFile file;
   auto model = read_in_subprocess(path, file);
   if (!model) return model.error();
+  if (file.frame.empty()) file.frame = frame_in_comments(beginning_of(path));
   return finish_model(std::move(model).value(), scale, frame, path, file);
 }
 

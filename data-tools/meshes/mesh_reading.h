@@ -19,7 +19,8 @@ struct PolygonModel {
 /// Reads .ply, .ply.gz, .obj (with our own readers: VTK 9.1 crashes on some files), .stl, .vtk or .vtp.
 /// Polygons and strips become triangles; `scale` (mm per unit) is applied. `frame`, "LPS" or "RAS", states
 /// the axes; "" uses the file's own statement (3D Slicer writes SPACE=RAS into headers or field data), else
-/// LPS. Error if the file does not exist or contains no polygon, or a coordinate is not finite.
+/// LPS. Error if the file does not exist, is damaged or contains no polygon, or if a coordinate is not finite
+/// or exceeds 1000 m.
 Result<PolygonModel> read_polygon_model(const std::string& path, double scale = 1,
                                         const std::string& frame = "");
 

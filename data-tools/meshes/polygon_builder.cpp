@@ -12,7 +12,8 @@ namespace trephine::data_tools {
 
 namespace {
 
-/// Returns true if every corner of the outline is convex: a fan then covers exactly the polygon.
+/// Returns true if every corner of the outline is convex. A fan then covers exactly the polygon, unless the
+/// outline turns around more than once.
 bool is_convex(const std::vector<glm::dvec3>& vertices, std::span<const std::uint32_t> corners) {
   const std::size_t n = corners.size();
   const auto at = [&](std::size_t i) -> const glm::dvec3& { return vertices[corners[i % n]]; };

@@ -9,8 +9,8 @@ using glm::dvec3;
 namespace {
 
 constexpr dvec3 k_foramen_of_monro{5.8, -14, 6.5};  // mm, of the left ventricle in a head of reference size
-constexpr double k_behind = 110,
-                 k_aside = 30;  // mm from the nasion along the midline and to the side, Kocher's point
+constexpr double k_posterior = 110,
+                 k_lateral = 30;  // mm from the nasion along the midline and to the side, Kocher's point
 
 class Finder {
  public:
@@ -20,7 +20,8 @@ class Finder {
   dvec3 on_vault(const dvec3& direction) const {
     return distance_to_vault(dvec3(0), direction, 150, anatomy_) * direction;
   }
-  /// Returns the first bone, or the skin, on a line toward the head. `from`: in a head of reference size.
+  /// Returns the first point of cortical bone (`is_bone`) or of any tissue on a line toward the head; the
+  /// start if there is no such point within the reach. `from`: in a head of reference size.
   dvec3 first_point(const dvec3& from, const dvec3& along, bool is_bone) const {
     constexpr double k_step = 0.05, k_fine = 0.05, k_reach = 120;  // mm
     for (double t = 0; t < k_reach; t += k_step) {
@@ -30,7 +31,7 @@ class Finder {
     }
     return from * anatomy_.size;
   }
-  /// Walks along the vault from the nasion, first along the midline, then to a side.
+  /// Returns Kocher's point: follows the vault from the nasion, first along the midline, then to a side.
   dvec3 kochers_point(const dvec3& nasion, double side) const {
     constexpr double k_turn = 0.001;  // radians
     dvec3 direction = glm::normalize(nasion), previous = nasion;
@@ -42,8 +43,8 @@ class Finder {
         previous = next;
       }
     };
-    walk(k_behind, [&] { return dvec3(0, direction.z, -direction.y); });
-    walk(k_aside, [&] { return dvec3(side, 0, 0); });
+    walk(k_posterior, [&] { return dvec3(0, direction.z, -direction.y); });
+    walk(k_lateral, [&] { return dvec3(side, 0, 0); });
     return previous;
   }
   HeadLandmarks::Side side_of(const dvec3& nasion, double side) const {

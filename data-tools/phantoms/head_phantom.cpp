@@ -204,7 +204,8 @@ HeadSample sample_head(const dvec3& p_world, double voxel_mm, const HeadAnatomy&
     return {brush.hounsfield(), tissue, 0};
   }
 
-  // Skin: dome, face and neck. Below the fat the exact depth has no effect, and each blend only increases it.
+  // Skin: dome, face and neck. Below the fat the exact depth has no effect. A blend only increases the depth,
+  // so the remaining blends are skipped there.
   const double deep = -5.0 - 2 * edge;
   double skin = ellipsoid(p - dvec3(0, 2, 1), {77, 96, 76});
   if (skin > deep) skin = blend(skin, ellipsoid(p - dvec3(0, -46, -62), {60, 60, 66}), 20);

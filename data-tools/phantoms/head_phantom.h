@@ -26,7 +26,7 @@ enum class HeadTissue : unsigned char {
 inline constexpr const char* k_head_tissue_names[] = {
     "air",   "soft_tissue",    "cortical_bone", "diploe",       "dura",   "csf",
     "brain", "ventricle_left", "tooth",         "venous_sinus", "tumour", "ventricle_right"};
-/// Surgical approach of a head: determines the position of the tumour, and the size of the planned opening.
+/// Surgical approach to a head: determines position and size of the tumour, and the planned opening.
 enum class HeadApproach : unsigned char { vault, frontotemporal, suboccipital, keyhole };
 inline constexpr std::string_view k_head_approach_names[] = {"vault", "frontotemporal", "suboccipital",
                                                              "keyhole"};
@@ -41,8 +41,8 @@ struct HeadAnatomy {
   double tumour_radius = 13;       ///< mm, in a head of reference size
   double opening_margin = 10;      ///< mm, planned margin of the opening around the tumour
 };
-/// Returns the anatomy of a seed; deterministic. The seed places the tumour of the vault, on either side;
-/// that of the other approaches is on the left.
+/// Returns the anatomy of a seed; deterministic. For the approach `vault` the seed also determines the
+/// tumour, which is on the left or on the right. The tumours of the other approaches are fixed, on the left.
 HeadAnatomy head_anatomy(std::uint64_t seed, HeadApproach approach = HeadApproach::vault);
 
 /// Point toward which approaches and their trajectories are directed, mm, in a head of reference size.
@@ -55,9 +55,11 @@ inline constexpr glm::dvec3 k_head_low{-86, -112, -124}, k_head_high{86, 104, 82
 struct HeadSample {
   double hounsfield;
   HeadTissue tissue;
-  double clear_mm;  ///< in open air: distance to the skin, up to a factor of k_head_steepness; else 0
+  /// In open air: estimate of the distance to the skin, at most k_head_steepness times the true distance;
+  /// elsewhere 0.
+  double clear_mm;
 };
-/// Largest ratio of clear_mm, which is of first order, to the true distance.
+/// Largest ratio of clear_mm, a first-order estimate, to the true distance.
 inline constexpr double k_head_steepness = 3;
 /// Samples the head; `voxel_mm` sets the width of partial-volume edges.
 HeadSample sample_head(const glm::dvec3& p_world, double voxel_mm, const HeadAnatomy& anatomy) noexcept;

@@ -10,6 +10,7 @@
 #include "data-tools/phantoms/spine_phantom.h"
 #include "volume/base/deterministic_math.h"
 #include "volume/base/parallel.h"
+#include "volume/base/text.h"
 #include "volume/scan/gaussian.h"
 
 namespace trephine::data_tools {
@@ -49,7 +50,7 @@ const std::vector<PhantomInfo> k_catalogue{
      {{"angle", "degrees from its axis to its side", 30}}},
     {"steps", "a staircase, turned off the axes", {{"rise", "mm", 3}, {"run", "mm", 6}}},
     {"shell",
-     "a skull-like shell between 0.36 and 0.42 of the box, with two holes",
+     "a skull-like shell with radii of 0.36 and 0.42 of the box's edge, and two holes",
      {{"noise", "HU, +- uniform", 20}}},
     {"box", "a box, turned off the axes", {{"width", "mm", 50}, {"depth", "mm", 40}, {"height", "mm", 30}}},
     {"peg", "a peg on a half space, turned off the axes", {{"radius", "mm", 6}, {"height", "mm", 20}}},
@@ -81,7 +82,8 @@ dvec3 tilted_normal(double degrees) {
   return {deterministic_sin(degrees * k_degree), 0, deterministic_cos(degrees * k_degree)};
 }
 
-/// Axes aligned with no lattice plane: rotated by 17 degrees about z, then by 11 about x.
+/// Axes that are not parallel to any lattice plane: x, y and z rotated by 11 degrees about x, then by 17
+/// about z.
 const dvec3 k_across{0.9563047559630354, 0.29237170472273677, 0.0},
     k_along{-0.2870000130267722, 0.9387347441136001, 0.1908089953765448},
     k_up{0.055787151254673206, -0.18247154975911864, 0.981627183447664};
@@ -299,19 +301,19 @@ Result<Volume> make_phantom(const std::string& name, const PhantomOptions& optio
         (key == "noise" && value < 0))
       return Error{.what = "the parameter is out of range",
                    .where = "parameter " + key,
-                   .found = std::to_string(value),
+                   .found = rounded_text(value),
                    .expected = may_be_zero ? key == "noise" ? "0 to 10000" : "-10000 to 10000"
                                            : "a positive number up to 10000"};
   }
   if (!(options.psf_sigma_voxels >= 0 && options.psf_sigma_voxels <= 2))
     return Error{.what = "the blur is out of range",
                  .where = "psf",
-                 .found = std::to_string(options.psf_sigma_voxels),
+                 .found = rounded_text(options.psf_sigma_voxels),
                  .expected = "0 to 2 voxels"};
   if (!(std::abs(options.shear_degrees) <= 45))
     return Error{.what = "the shear is out of range",
                  .where = "shear",
-                 .found = std::to_string(options.shear_degrees),
+                 .found = rounded_text(options.shear_degrees),
                  .expected = "-45 to 45 degrees"};
   const auto approach =
       options.approach.empty() ? std::optional(HeadApproach::vault) : head_approach(options.approach);
@@ -337,7 +339,7 @@ Result<Volume> make_phantom(const std::string& name, const PhantomOptions& optio
       if (!(spacing[i] > 0) || !std::isfinite(spacing[i]))
         return Error{.what = "the spacing is not a positive number",
                      .where = "spacing",
-                     .found = std::to_string(spacing[i]),
+                     .found = rounded_text(spacing[i]),
                      .expected = "mm above 0"};
   }
   if (options.size) size = *options.size;
@@ -372,7 +374,7 @@ Result<Volume> make_phantom(const std::string& name, const PhantomOptions& optio
       for (int y = 0; y < size.y; ++y)
         for (int x = 0; x < size.x;) {
           const HeadSample s = sample_head(result.frame.world_from_volume(dvec3(x, y, z)), voxel_mm, anatomy);
-          // Voxels nearer than the skin are open air, too.
+          // The next voxels of the row, up to the skin, are open air, too.
           const int run = 1 + static_cast<int>(s.clear_mm / (k_head_steepness * step_mm));
           for (const int end = std::min(x + run, size.x); x < end; ++x) {
             const std::size_t i = result.index(x, y, z);

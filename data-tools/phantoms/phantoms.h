@@ -14,7 +14,9 @@
 namespace trephine::data_tools {
 
 /// Sampling of a phantom. Shapes are defined in a box of 120 mm around the world origin, independent of the
-/// grid (head and spine: their own extent). If only size or only spacing is set, the grid fills the box.
+/// grid (head and spine: their own extent). If only size or only spacing is set, the grid fills the box. If
+/// neither is set, the box has 128 voxels per edge, the head voxels of 0.8 mm, and the spine voxels of 0.7
+/// mm.
 struct PhantomOptions {
   std::optional<glm::ivec3> size;  ///< voxels
   std::optional<glm::dvec3> spacing_mm;
@@ -46,8 +48,8 @@ std::span<const PhantomInfo> phantom_catalogue();
 Result<volume::Volume> make_phantom(const std::string& name, const PhantomOptions& options = {});
 
 /// Returns the signed distance (mm, negative inside) of an analytic phantom at a world point, to first order
-/// near its surface (exact for sphere, plane, plate and torus, and away from the edges of groove, corner,
-/// slot, cone and steps). Reference of every accuracy test.
+/// near its surface. It is exact for sphere, plane, plate, torus and wedge. For the other shapes except
+/// gyroid it is exact near the surface, away from edges and tips. Accuracy tests use it as their reference.
 double phantom_distance(const std::string& name, const std::map<std::string, double>& parameters,
                         const glm::dvec3& p_world);
 

@@ -1,6 +1,6 @@
 // Signed distances (mm, negative inside) for anatomical phantoms, their blends, and Brush, which paints
-// intensities. Points are in the frame of the phantom's reference anatomy, mm. First-order forms, exact near
-// the surface.
+// intensities. Points are in the frame of the phantom's reference anatomy, mm. The distances are first-order
+// estimates, whose zero surface is exact.
 #pragma once
 
 #include <algorithm>

@@ -18,12 +18,13 @@ constexpr dvec3 k_pedicle_front{11.5, 10, 6.5}, k_pedicle_back{14.5, 27, 6.5};
 constexpr double k_pedicle_height = 0.62;  ///< ratio of a pedicle's width to its height
 constexpr double k_joint_gap = 1.6;        ///< gap between facets, mm
 constexpr double k_sac = 6.6;              ///< radius of the dural sac, mm
-constexpr double k_reach_z = 46;           ///< upper limit of a vertebra's height from its centre, mm
+constexpr double k_reach_z = 46;           ///< upper limit of |z| of a vertebra's bone, mm
 
 /// Returns the distance to the spinal canal, mm, in the local frame.
 double canal(const dvec3& p) { return elliptic_cylinder(p.x, p.y - k_canal_y, k_canal_rx, k_canal_ry); }
 
-/// Returns the distance to the rim of a disc, mm. The point is in the frames of the vertebrae at both sides.
+/// Returns the distance to the rim of a disc, mm. `above`, `below`: one point, in the frames of the upper and
+/// of the lower vertebra.
 double disc_rim(const dvec3& above, const dvec3& below) {
   return std::max(elliptic_cylinder(above.x, above.y, k_body_x, k_body_y),
                   elliptic_cylinder(below.x, below.y, k_body_x, k_body_y)) -
@@ -82,8 +83,9 @@ double SpinePhantom::body(const dvec3& p) const noexcept {
 
 /// Returns the distance to the bone of one vertebra; p.x >= 0 (left and right are symmetric).
 double SpinePhantom::bone(const dvec3& p) const noexcept {
-  double arch = capsule({p.x, p.y, (p.z + 2) * 0.34}, {14, 30, 0}, {0, 40.5, 0}, 3.4, 3.2);          // lamina
-  arch = blend(arch, capsule({p.x, p.y, (p.z + 7) * 0.40}, {0, 42, 0}, {0, 66, 0.8}, 2.8, 3.8), 4);  // spine
+  double arch = capsule({p.x, p.y, (p.z + 2) * 0.34}, {14, 30, 0}, {0, 40.5, 0}, 3.4, 3.2);  // lamina
+  arch = blend(arch, capsule({p.x, p.y, (p.z + 7) * 0.40}, {0, 42, 0}, {0, 66, 0.8}, 2.8, 3.8),
+               4);                                                                 // spinous process
   arch = blend(arch, capsule(p, {16, 29, 5}, {41, 35, 7}, 4.8, 3.0), 5);           // transverse process
   arch = blend(arch, capsule(p, {17, 31, 8}, {18.6, 33, 20}, 5.0, 4.4), 4);        // upper facets
   arch = blend(arch, capsule(p, {12.5, 36.5, -5}, {13.2, 38, -20}, 4.8, 4.4), 4);  // lower facets
@@ -115,7 +117,8 @@ SpinePhantom::Sample SpinePhantom::sample(const dvec3& world, double voxel_mm) c
   const auto paint = [&](double s, double hounsfield, SpineTissue kind) {
     if (brush.paint(s, hounsfield)) tissue = kind;
   };
-  // Parts farther away than the edge paint nothing: they are skipped where that is cheap to decide.
+  // Parts that are farther away than the width of the soft border paint nothing. They are skipped where this
+  // is cheap to decide.
   const double edge = brush.edge();
   const auto paint_waves = [&](double s, double middle, double height, double period) {
     return s <= edge && brush.paint(s, middle + height * wave(world, period));
@@ -234,7 +237,8 @@ double SpinePhantom::part_distance(const SpinePart& part, const dvec3& world) co
   } else {
     distance = std::max({distance, nerve_root(p[vertebra]), -part.side * world.x});
   }
-  constexpr double k_far = 2;  // mm: beyond it a point is outside, whatever the other parts are
+  // Far outside the part, the parts that cover it are not considered: they only increase the distance.
+  constexpr double k_far = 2;  // mm
   if (distance > k_far) return distance;
   // As in sample(): bone covers nerve roots, which cover the dural sac, which covers discs.
   for (const double bone : bone_distances(world)) distance = std::max(distance, -bone);
@@ -256,7 +260,8 @@ double SpinePhantom::bone_margin(int vertebra, const dvec3& entry, const dvec3& 
 
 std::vector<SpineScrew> SpinePhantom::screws() const {
   constexpr double k_wall = 0.4, k_sizes = 0.5;  // mm
-  // Pedicle screw: along the axis of the pedicle. Cortical screw: through its middle, from caudal and medial.
+  // Pedicle screw: along the axis of the pedicle. Cortical screw: through the middle of the pedicle, from
+  // caudal and medial.
   const dvec3 axis = k_pedicle_front - k_pedicle_back, middle = 0.5 * (k_pedicle_front + k_pedicle_back);
   const auto on_axis = [&](double y) { return k_pedicle_back + axis * ((y - k_pedicle_back.y) / axis.y); };
   const dvec3 low(11.6, 35.5, 0.5), outward = (middle - low) / (middle.y - low.y);
@@ -277,8 +282,8 @@ std::vector<SpineScrew> SpinePhantom::screws() const {
     std::array<LocalScrew, 2> found;
     for (std::size_t k = 0; k < 2; ++k) {
       // Local search for the line with the most bone around it: the ends move alone, together and in opposite
-      // directions while that improves it.
-      using Move = std::array<double, 4>;  // of the entry along x and z, then of the target
+      // directions, as long as the thickness of the bone increases.
+      using Move = std::array<double, 4>;  // shift of the entry along x and z, then of the target
       constexpr std::array<Move, 8> k_moves{{{1, 0, 0, 0},
                                              {0, 1, 0, 0},
                                              {0, 0, 1, 0},
@@ -292,7 +297,7 @@ std::vector<SpineScrew> SpinePhantom::screws() const {
         return std::pair(v.world(initial[k].entry + dvec3(m[0], 0, m[1])),
                          v.world(initial[k].target + dvec3(m[2], 0, m[3])));
       };
-      const auto room_at = [&](const Move& m) {
+      const auto margin_at = [&](const Move& m) {
         for (const double shift : m)
           if (std::abs(shift) > initial[k].reach) return -1e3;
         // A cortical screw points laterally and cranially.
@@ -302,7 +307,7 @@ std::vector<SpineScrew> SpinePhantom::screws() const {
         const auto [entry, target] = ends_at(m);
         return bone_margin(i, entry, target);
       };
-      double best = room_at(at);
+      double best = margin_at(at);
       for (double step = 2; step > 0.05; step *= 0.5)
         for (bool has_moved = true; has_moved;) {
           has_moved = false;
@@ -310,13 +315,14 @@ std::vector<SpineScrew> SpinePhantom::screws() const {
             for (const double change : {step, -step}) {
               Move next = at;
               for (std::size_t c = 0; c < 4; ++c) next[c] += change * move[c];
-              if (const double next_room = room_at(next); next_room > best + 1e-6)
-                best = next_room, at = next, has_moved = true;
+              if (const double next_margin = margin_at(next); next_margin > best + 1e-6)
+                best = next_margin, at = next, has_moved = true;
             }
         }
-      const double fits = std::floor(2 * (best - k_wall) / k_sizes) * k_sizes;
+      const double largest_diameter = std::floor(2 * (best - k_wall) / k_sizes) * k_sizes;
       found[k] = {initial[k].kind, initial[k].entry + dvec3(at[0], 0, at[1]),
-                  initial[k].target + dvec3(at[2], 0, at[3]), std::clamp(fits, k_sizes, initial[k].diameter)};
+                  initial[k].target + dvec3(at[2], 0, at[3]),
+                  std::clamp(largest_diameter, k_sizes, initial[k].diameter)};
     }
     for (const char* side : {"left", "right"})
       for (const LocalScrew& screw : found) {

@@ -28,7 +28,7 @@ struct SpineScrew {
 struct SpinePart {
   std::string name;  ///< "disc L3-L4", "dural sac", "L3 left nerve root"
   SpineTissue tissue = SpineTissue::disc;
-  int vertebra = 0;                       ///< 0: L3; of a disc the upper one
+  int vertebra = 0;                       ///< 0: L3; for a disc, the vertebra above it
   double side = 0;                        ///< 1: left, -1: right, 0: in the middle
   glm::dvec3 low_world{0.0}, high_world;  ///< mm, box around it
 };
@@ -48,8 +48,8 @@ class SpinePhantom {
   std::array<double, 3> bone_distances(const glm::dvec3& p_world) const noexcept;
   /// Returns discs, dural sac and nerve roots.
   std::vector<SpinePart> parts() const;
-  /// Returns the distance to a part, mm, negative inside: the points that sample() assigns to it, within the
-  /// box of the spine. To first order near its surface.
+  /// Returns the distance to a part, mm, negative inside, to first order near its surface. The part consists
+  /// of the points in the box of the spine that sample() assigns to it.
   double part_distance(const SpinePart& part, const glm::dvec3& p_world) const noexcept;
   /// Converts a point of a vertebra (0: L3) to the world, mm. `p` is relative to the centre of its body: x to
   /// the left, y to the back, z up, in mm of the reference L3.
@@ -75,10 +75,10 @@ class SpinePhantom {
   double bone(const glm::dvec3& local) const noexcept;
   double body(const glm::dvec3& local) const noexcept;
   double sac(const glm::dvec3& world) const noexcept;
-  /// Returns a point in the frames of the vertebrae, with x >= 0.
+  /// Returns a point in the frame of each vertebra, mirrored to x >= 0.
   std::array<glm::dvec3, 3> folded(const glm::dvec3& world) const noexcept;
   std::array<Vertebra, 3> vertebrae_;
-  std::array<glm::dvec3, 8> sac_;  ///< centre line of the dural sac, from cranial, world mm
+  std::array<glm::dvec3, 8> sac_;  ///< centre line of the dural sac, from cranial to caudal, world mm
   double pedicle_ = 4.4;           ///< half width of the pedicles, mm
 };
 

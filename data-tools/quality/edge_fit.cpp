@@ -57,8 +57,9 @@ EdgeFit::EdgeFit(const Volume& v, const glm::ivec3& at, double in_plane, const d
       for (int x = -reach.x; x <= reach.x; ++x) {
         const dvec3 offset = v.frame.vector_world_from_volume(dvec3(x, y, z));
         const double along = glm::dot(offset, initial_.normal);
-        const dvec3 aside = offset - along * initial_.normal;
-        const double up = glm::dot(aside, slice_normal), flat2 = glm::dot(aside, aside) - up * up;
+        const dvec3 tangential = offset - along * initial_.normal;
+        const double up = glm::dot(tangential, slice_normal),
+                     flat2 = glm::dot(tangential, tangential) - up * up;
         if (std::abs(along) > longest || flat2 / (wide * wide) + up * up / (tall * tall) > 1) continue;
         const glm::ivec3 p = at + glm::ivec3(x, y, z);
         if (!v.contains(p)) continue;
@@ -141,7 +142,9 @@ std::vector<ScanQuality::EdgePoint> EdgeFit::superimposed_points(const Edge& edg
 }
 
 bool EdgeFit::is_level(const Edge& e, int side, double noise) const {
-  constexpr double k_beyond = 1.3;  // sigma: the fit gives the remaining part of the step beyond it
+  // Only voxels at least this far from the edge are tested, in sigma. The fit accounts for the remaining part
+  // of the step there.
+  constexpr double k_beyond = 1.3;
   double n = 0, x = 0, xx = 0, y = 0, xy = 0, farthest = 0;
   for (std::size_t k = 0; k < offsets_.size(); ++k) {
     const double z = side * e.signed_distance(offsets_[k]) / e.sigma;

@@ -33,13 +33,15 @@ struct Edge {
 /// Fits an edge to the voxels around one voxel.
 class EdgeFit {
  public:
-  /// Collects the voxels around `at`: farther along the edge's normal than across it, in more than one slice.
-  /// `in_plane`: voxel spacing within a slice, mm; `slice_step`: mm between slices.
+  /// Collects the voxels around `at`, from more than one slice: up to 4 voxels away along the edge's normal,
+  /// and at most 2.5 voxels, or as far as the next slice, across the normal. `in_plane`: voxel spacing within
+  /// a slice, mm; `slice_step`: mm between slices.
   EdgeFit(const volume::Volume& v, const glm::ivec3& at, double in_plane, const glm::dvec3& slice_normal,
           double slice_step);
   /// Quality of a fit: rough if residuals or uneven sides exceed what noise explains.
   enum class Fit { none, rough, clean };
-  /// Fits one edge of at least `min_step` and rates the fit; `noise` is a sigma, both as intensities.
+  /// Fits one edge and rates the fit. `noise` (a sigma) and `min_step` (least step of the edge) are
+  /// intensities.
   Fit run(double noise, double min_step, Edge& edge) const;
   /// Returns every seventh voxel as distance from the edge (mm) and share of its step.
   std::vector<ScanQuality::EdgePoint> superimposed_points(const Edge& edge) const;
@@ -53,7 +55,8 @@ class EdgeFit {
   bool is_level(const Edge& edge, int side, double noise) const;
   /// Returns the sum of squared residuals.
   double squares(const Edge& edge) const;
-  /// Returns the damped Gauss-Newton step toward the least squares; the normal turns along u and w.
+  /// Returns the damped Gauss-Newton step toward the least sum of squares; the normal turns along u and w.
+  /// Empty if the equations are singular.
   std::optional<Unknowns> step_from(const Edge& edge, const glm::dvec3& u, const glm::dvec3& w,
                                     double damping) const;
   static std::optional<Unknowns> solve(System system);

@@ -115,8 +115,9 @@ double linear_at(const Volume& v, const dvec3& p) {
   return sum;
 }
 
-/// Returns the thickness, mm, of the shape below a surface voxel along the inward normal; empty if that line
-/// reaches the border of the scan or the wall is thicker than `max_thickness` mm.
+/// Returns the thickness, mm, of the shape below a surface voxel along the inward normal. Empty if no surface
+/// is found near the voxel, the line along the normal reaches the border of the scan, or the wall is thicker
+/// than `max_thickness` mm.
 std::optional<double> wall_below(const Volume& v, const volume::Shape& shape, const glm::ivec3& at,
                                  double max_thickness) {
   const dvec3 normal_world = gradient_at(v, at);
@@ -159,7 +160,9 @@ class Survey {
   /// Clean edges of the shape; clean edges of the skin, or of a head holder, which may be sharper; rough
   /// edges of both.
   enum Kind : std::size_t { shape_edge, skin_edge, rough, kinds };
-  std::array<std::vector<FittedEdge>, kinds> along, across;  ///< normals within the slices, and across them
+  /// Edges whose normals are nearly parallel to the slices (`along`) or nearly perpendicular to them
+  /// (`across`).
+  std::array<std::vector<FittedEdge>, kinds> along, across;
   std::array<std::vector<ScanQuality::EdgePoint>, kinds> edge_points;
   std::vector<double> walls, insides, outsides;  ///< of the shape: thickness (mm), intensities of both sides
 
@@ -227,9 +230,9 @@ class Survey {
   void add_fitted(const Candidate& candidate) {
     const Edge& edge = candidate.edge;
     const Kind kind = candidate.found == EdgeFit::Fit::rough ? rough : candidate.kind;
-    // An edge that is sharper than voxels allow is synthetic, not scanned; an edge that hardly exceeds the
-    // threshold does not belong to the shape. Shares of a voxel, and of the edge's step.
-    constexpr double k_min_sigma = 0.27, k_clearance = 0.15;
+    // An edge that is sharper than voxels allow is synthetic, not scanned. An edge that hardly exceeds the
+    // threshold does not belong to the shape.
+    constexpr double k_min_sigma = 0.27, k_clearance = 0.15;  // share of a voxel; share of the edge's step
     const double height = edge.outside + edge.step - k_clearance * edge.step;
     if (edge.sigma < k_min_sigma * in_plane_ || (kind == shape_edge && height < shape_->low)) return;
     const double cosine = std::abs(glm::dot(edge.normal, slice_normal(*v_)));
@@ -250,7 +253,8 @@ class Survey {
 
 constexpr std::size_t k_enough = 12, k_enough_rough = 30;  // number of edges for a result
 
-/// Returns edges of the best kinds, until there are enough.
+/// Returns edges of the shape; if these are not enough, also those of the skin, and then rough edges. Sets
+/// `is_rough` if rough edges were needed.
 std::vector<FittedEdge> choose(const std::array<std::vector<FittedEdge>, Survey::kinds>& edges,
                                bool& is_rough) {
   std::vector<FittedEdge> chosen;

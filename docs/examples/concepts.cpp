@@ -1,4 +1,4 @@
-// Runs every sample of docs/concepts.md, in its order; a test compares the two files.
+// Runs the samples of docs/concepts.md in the order of the page; a test compares the two files.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -6,12 +6,12 @@
 
 namespace {
 
-/// Ends the program with the error's text.
+/// Prints an error and ends the program; does nothing without an error.
 void stop_on(const trephine::Status& error) {
   if (error) std::puts(error->message().c_str()), std::exit(1);
 }
 
-/// Volume: a cube of 64 voxels of 0.5 mm with a ball of bone in it.
+/// Volume: a cube with 64 voxels of 0.5 mm along each edge, and a ball of bone in the middle.
 std::shared_ptr<const trephine::Volume> make_ball() {
   const auto frame = trephine::volume::Frame::from_spacing({-16, -16, -16}, {0.5, 0.5, 0.5}).value();
   trephine::Volume scan = trephine::volume::make_volume({64, 64, 64}, frame).value();

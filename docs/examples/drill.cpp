@@ -1,4 +1,4 @@
-// Presses a burr into the built-in head, and prints the force and the removed bone.
+// Presses a burr into the built-in head, prints the force and the removed bone, and undoes the cut.
 #include <cstdio>
 #include <trephine/operation.h>
 

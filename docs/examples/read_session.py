@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Reads the tables of `trephine export` and prints path length and force of each hand.
+"""Reads the tables of `trephine export`. Prints path length and strongest force of each hand, removed volume and events.
 
 Usage: read_session.py FILE.h5
 """

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Projects a point of the patient into an X-ray, by the DICOM header alone.
+"""Projects a point of the patient into an X-ray. Reads only the DICOM header of the image.
 
     trephine fluoro spine --view lateral --dicom shot.dcm
     python3 xray_pixel.py shot.dcm 10,20,30
@@ -12,7 +12,7 @@ import sys
 
 
 def header(path):
-    """Returns the attributes of an explicit, little endian file, by their tags."""
+    """Returns the attributes of a DICOM file (explicit VR, little endian) by their tags."""
     data = open(path, "rb").read()
     found, at = {}, 132
     while at + 8 <= len(data):
@@ -35,14 +35,15 @@ def pixel(path, point):
     to_detector, to_patient = numbers(0x0018, 0x1110)[0], numbers(0x0018, 0x1111)[0]
     down_mm, right_mm = numbers(0x0018, 0x1164)
     x, y, z = (p - c for p, c in zip(point, numbers(0x300A, 0x012C)))
-    # To the image's right, toward the detector, and up (PS3.3 C.8.7.5).
+    # Distances of the point from the isocentre: to the right and up in the image, and toward the detector
+    # (PS3.3 C.8.7.5).
     right = x * math.cos(primary) + y * math.sin(primary)
     outward = x * math.sin(primary) - y * math.cos(primary)
     toward = outward * math.cos(secondary) + z * math.sin(secondary)
     up = z * math.cos(secondary) - outward * math.sin(secondary)
-    larger = to_detector / (to_patient + toward)
+    magnification = to_detector / (to_patient + toward)
     columns, rows = found[0x0028, 0x0011], found[0x0028, 0x0010]
-    return (columns - 1) / 2 + larger * right / right_mm, (rows - 1) / 2 - larger * up / down_mm
+    return (columns - 1) / 2 + magnification * right / right_mm, (rows - 1) / 2 - magnification * up / down_mm
 
 
 if __name__ == "__main__":

@@ -12,8 +12,9 @@ namespace {
 
 /// Section of a ray between two cameras.
 struct RaySection {
-  int layers = 0;               ///< intervals of matter
-  double enters = 0, ends = 0;  ///< first and last position of matter; anything between them is hidden
+  int layers = 0;  ///< intervals of matter
+  /// First and last position of matter, which the two cameras see. They do not see gaps between these.
+  double enters = 0, ends = 0;
 };
 RaySection section_between(std::span<const float> ray, double near, double far) noexcept {
   RaySection section;

@@ -1,14 +1,16 @@
-// DepthParts: concave object as several parts that six cameras see completely: the published solution for
-// hidden surfaces (Kim et al. 2009: a workspace for each object, concave objects decomposed).
+// DepthParts: a concave object, divided into parts that six cameras see completely. This is the published
+// solution for hidden surfaces (Kim et al. 2009: each object has its own workspace, and concave objects are
+// decomposed).
 #pragma once
 
 #include "haptics/depth/depth_cube.h"
 
 namespace trephine::haptics::baselines {
 
-/// Boxes of a cube's lattice, halved until along at least one axis no ray has more than one layer of matter.
-/// Cameras on the faces of each box see only its contents. Immutable when made; queries: any thread, no
-/// allocation, some 20 halvings and three rays.
+/// Boxes of a cube's lattice. A box is halved until no ray along at least one axis has more than one layer
+/// of matter, or until it has one lattice point. Cameras on the faces of each box see only its contents.
+/// Immutable when made; queries: any thread, no allocation, some 20 halvings, and three rays (twelve for
+/// is_inside_smoothly()).
 class DepthParts {
  public:
   /// Borrows the cube for this call only. Cost: n log n in its pixels.
@@ -29,7 +31,7 @@ class DepthParts {
   struct Node {
     int axis = -1;             ///< the halved axis; -1: a part
     int split = 0;             ///< first lattice point of the second half
-    std::uint32_t second = 0;  ///< node of the second half; that of the first half follows its parent
+    std::uint32_t second = 0;  ///< node of the second half; the node of the first half follows its parent
   };
   void divide(const depth::DepthCube& cube, const Box& box);
   Box part_of(const glm::ivec3& size, const glm::ivec3& position) const noexcept;

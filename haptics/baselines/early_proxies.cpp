@@ -14,15 +14,15 @@ using glm::ivec3;
 
 namespace {
 
-constexpr int k_max_steps = 4096;  // samples of a motion; a faster hand is sampled more coarsely
+constexpr int k_max_steps = 4096;  // samples of a motion; a longer motion is sampled more coarsely
 
 dvec3 unit(const dvec3& v) noexcept {
   const double length = glm::length(v);
   return length > 0 ? v / length : dvec3(0);
 }
 
-/// Returns the normal at a voxel, toward lower values, by central differences of the intensities, or for a
-/// label of its field; world frame.
+/// Returns the normal (world frame) at a voxel, toward lower values, by central differences of the
+/// intensities. For a label, and beyond the border of the volume, the values are those of the field.
 dvec3 voxel_normal(const volume::Field& field, const volume::Frame& frame, const ivec3& v,
                    int& cells) noexcept {
   cells += 6;
@@ -110,7 +110,8 @@ ProxyStep PlaneProxy::step(const TouchScene& scene, const TouchState& touch_stat
   PlaneMemory& plane = state.plane;
   if (!state.has_proxy) plane = PlaneMemory{};
   if (plane.age % k_ticks_per_plane == 0) {
-    // The surface nearest along the gradient at the HIP, if the HIP is in a solid or close to one.
+    // Finds the plane of the first shape whose surface is within three voxel diagonals of the HIP, along
+    // the gradient of the shape's field.
     const dvec3 p = frame.volume_from_world(hip);
     const bool had_plane = plane.shape >= 0;
     const double old_height = had_plane ? glm::dot(hip - plane.point_world, plane.normal_world) : 0;
@@ -129,7 +130,7 @@ ProxyStep PlaneProxy::step(const TouchScene& scene, const TouchState& touch_stat
       plane.point_world = hip - height * normal;
       plane.normal_world = normal;
     }
-    // Step onto the new plane, undone over the recovery time.
+    // The jump from the old plane to the new one is removed over the recovery time.
     plane.recovery = had_plane && plane.shape >= 0 && old_height < 0
                          ? old_height - glm::dot(hip - plane.point_world, plane.normal_world)
                          : 0;

@@ -6,10 +6,10 @@
 namespace trephine::haptics::baselines {
 
 /// Samples the motion in steps of k = 0.1 mm (delta = k / |end - start|). Each sample looks up the nearest
-/// voxel in a binary transfer function. The normal is the central difference there, negated on the back. The
-/// proxy continues in the tangent plane at the contact ("Haptic Interaction with Volumetric Datasets Using
-/// Surface-based Haptic Libraries", 3.2 - 3.4). Passes thin matter between two steps, and matter under the
-/// tangent plane. Cost: proportional to speed.
+/// voxel in a binary transfer function. The normal is the central difference at that voxel, negated on the
+/// back. The proxy continues in the tangent plane at the contact ("Haptic Interaction with Volumetric
+/// Datasets Using Surface-based Haptic Libraries", 3.2 - 3.4). Passes thin matter between two steps, and
+/// matter under the tangent plane. Cost: proportional to speed.
 class RaystepProxy final : public ProxyMethod {
  public:
   static constexpr double k_step = 0.1;  ///< mm
@@ -30,7 +30,7 @@ class RaystepProxy final : public ProxyMethod {
 class PlaneProxy final : public ProxyMethod {
  public:
   static constexpr int k_ticks_per_plane = 10;
-  static constexpr int k_recovery = 5;
+  static constexpr int k_recovery = 5;  ///< ticks
   static constexpr MethodInfo k_info{.name = "plane",
                                      .meaning = "a tangent plane, found at a tenth of the rate",
                                      .source = "Adachi, Kumano and Ogino 1995; Mark et al. 1996",

@@ -1,5 +1,5 @@
-// find_rest(): proxy by look-ups of single points in depth images: the local occupancy map instance (LOMI) of
-// Kim et al. 2009, reproduced with its faults as a baseline.
+// find_rest(): finds the proxy by look-ups of single points in depth images. This is the local occupancy map
+// instance (LOMI) of Kim et al. 2009, reproduced with its faults as a baseline.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ enum class HipCase : std::uint8_t {
 
 /// Result and cost of a search.
 struct LomiRest {
-  glm::dvec3 before{0.0};    ///< mm, the temporary position: the last free one of the motion
+  glm::dvec3 before{0.0};    ///< mm, the temporary position: the last free position of the motion
   glm::dvec3 position{0.0};  ///< mm, the final position
   HipCase hip_case = HipCase::moves_out;
   int queries = 0;  ///< collision queries
@@ -39,8 +39,9 @@ struct LomiRest {
 // `inside(p)` returns true if p (mm) is in matter, by the nearest pixels or smoothly between them. No
 // function here allocates.
 
-inline constexpr int k_max_steps = 4096;  ///< queries along a motion; a longer one is sampled more coarsely
-inline constexpr int k_max_voxels = 31;   ///< along an edge of the map
+inline constexpr int k_max_steps =
+    4096;                                ///< queries along a motion; a longer motion is sampled more coarsely
+inline constexpr int k_max_voxels = 31;  ///< along an edge of the map
 
 /// Finds the last free position of a motion in steps of the resolution. Returns false if all of it is free.
 template <class Inside>
@@ -58,8 +59,9 @@ bool preliminary_collision(const glm::dvec3& from, const glm::dvec3& hip, double
   return false;
 }
 
-/// Walks from free voxel to free voxel, each the nearest to the HIP of its 26 neighbours, within the map. No
-/// voxel is queried twice or stored: neighbours of voxels earlier on the walk were queried there.
+/// Walks through free voxels of the map: from each voxel to its free neighbour (of 26) that is nearest to the
+/// HIP, until no neighbour is nearer than the voxel itself. No voxel is queried twice, and no result is
+/// stored: the walk skips the neighbours of earlier voxels, which were queried at those voxels.
 template <class Inside>
 glm::dvec3 walk_abstract_lomi(const glm::dvec3& middle, const glm::dvec3& hip, const LomiOptions& options,
                               const Inside& inside, LomiRest& rest) noexcept {
@@ -96,7 +98,7 @@ glm::dvec3 walk_abstract_lomi(const glm::dvec3& middle, const glm::dvec3& hip, c
   return position_of(current);
 }
 
-/// Returns the free voxel of the whole map that is nearest to the HIP; all voxels are queried and stored
+/// Returns the free voxel of the whole map that is nearest to the HIP. All voxels are queried and stored
 /// first. A free voxel behind a thin wall counts as well.
 template <class Inside>
 glm::dvec3 search_physical_lomi(const glm::dvec3& middle, const glm::dvec3& hip, const LomiOptions& options,

@@ -59,7 +59,7 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& touch_state
   const auto inside = [&](const dvec3& p) { return query(p, false); };
   const auto inside_smoothly = [&](const dvec3& p) { return query(p, true); };
   const dvec3 from = frame.world_from_volume(state.proxy_volume);
-  // Look-ups by nearest pixels and smooth ones may disagree.
+  // Look-ups by nearest pixels and smooth look-ups may disagree: matter requires both.
   const auto is_in_matter = [&](const dvec3& p) { return inside(p) && inside_smoothly(p); };
   // A proxy inside matter is released at the HIP.
   if (is_in_matter(from)) {
@@ -79,7 +79,8 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& touch_state
     if (const double length = glm::length(out); length > 0 && hit_item >= 0)
       result.set_contact(hit_item, Side::front, out / length);
   }
-  // A free position halfway between two pixels may not be free after rounding for the next step.
+  // A position halfway between two pixels may be in matter after rounding. The proxy then stays at its
+  // previous position.
   if (is_in_matter(
           frame.world_from_volume(result.path_volume[static_cast<std::size_t>(result.waypoint_count - 1)])))
     result.waypoint_count = 1;
@@ -87,8 +88,9 @@ ProxyStep LomiProxy::step(const TouchScene& scene, const TouchState& touch_state
   state.had_contact = result.has_contact;
   state.proxy_volume = result.path_volume[static_cast<std::size_t>(result.waypoint_count - 1)];
   result.proxy_world = frame.world_from_volume(state.proxy_volume);
-  // Friction moves the end of the spring from the final position toward the temporary one, where the surface
-  // was met. The next search begins at the final position, so that friction does not hold a resting hand.
+  // Friction moves the end of the spring from the final position toward the temporary position, at which the
+  // motion met the surface. The next search begins at the final position, so that friction does not hold a
+  // resting hand.
   if (is_rubbing) {
     const Material& material = material_of(scene, result.shape, result.side);
     const dvec3 slid = rest.before - rest.position;

@@ -13,7 +13,7 @@ using glm::ivec3;
 namespace {
 
 constexpr int k_max_nodes = 192;      // voxels that a search may open
-constexpr int k_max_idle = 24;        // voxels closed in a row without progress: the target is unreachable
+constexpr int k_max_idle = 24;        // voxels closed in a row without progress, after which the search ends
 constexpr int k_max_length = 24;      // voxels: the longest path
 constexpr double k_margin = 0x1p-10;  // voxels: distance that the proxy keeps from a wall
 
@@ -124,8 +124,8 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, const ProxyInput& 
   if (!barrier.is_blocked) {
     result.add_waypoint(hip);
   } else {
-    // Move to the wall. The voxel before it is free; the motion to the clamped point leaves the traced line,
-    // so it is tested again.
+    // Moves to the wall. The voxel before the wall is free. The motion to the clamped point leaves the traced
+    // line, so this motion is tested again.
     dvec3 p = clamp_to_voxel(state.proxy_volume + barrier.t * (hip - state.proxy_volume), barrier.before);
     ShapeSet after = state.inside;
     if (find_barrier(scene, grid, state.proxy_volume, p, state.around.passable, after, result.counters)
@@ -141,8 +141,8 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, const ProxyInput& 
     const dvec3 p_world = frame.world_from_volume(p);
     const double height = glm::dot(input.hip_world - p_world, normal);
     if (height >= 0 || normal == dvec3(0)) {
-      // A normal along the motion does not describe this wall: use that of the voxel's face.
-      normal = facet_normal(frame, barrier.face);
+      // A normal along the motion does not describe this wall: the normal of the voxel's face replaces it.
+      normal = voxel_face_normal(frame, barrier.face);
     }
     landing = landing_of_first_leg(result);
     result.set_contact(barrier.shape, side_of(barrier.is_back), normal);
@@ -152,7 +152,8 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, const ProxyInput& 
     const dvec3 across = glm::normalize(normal * frame.axes());
     const int found =
         search.run(start, frame.volume_from_world(projected_world), p, across, PathProxy::k_depth);
-    // The new proxy: the point at which the line from the found voxel's centre to the HIP leaves the voxel.
+    // The new proxy is the point at which the line from the found voxel's centre to the HIP leaves the voxel,
+    // or the HIP if it is inside the voxel.
     const ivec3 v = search.at(found).voxel;
     const dvec3 centre(v), to_hip = hip - centre;
     double leave = 1;

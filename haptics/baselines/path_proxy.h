@@ -5,11 +5,12 @@
 
 namespace trephine::haptics::baselines {
 
-/// The motion to the HIP is traversed exactly; from where a wall stops it, A* over the free voxels finds the
-/// voxel nearest to the HIP's projection on the wall's plane, within `k_depth` voxels of that plane; the
-/// proxy moves to the point of that voxel's boundary toward the HIP, if that is nearer than where it was
-/// stopped (Jiang, dissertation "A Surface-based Volume Haptics Approach", 3.4.1.2). This leads around
-/// stair-steps at which ray casts stop. The search is bounded, and so is the step.
+/// Traverses the motion to the HIP exactly. If a wall stops the motion, A* starts there, over the free voxels
+/// within `k_depth` voxels of the wall's plane, and finds the voxel nearest to the HIP's projection on that
+/// plane. The proxy moves to the point of this voxel's boundary in the direction of the HIP, if that point is
+/// nearer to the HIP than the point at which the wall stopped the motion (Jiang, dissertation "A
+/// Surface-based Volume Haptics Approach", 3.4.1.2). The path leads around stair-steps of voxels, at which
+/// ray casts stop. The search is bounded, and so is the step.
 class PathProxy final : public ProxyMethod {
  public:
   static constexpr double k_depth = 2;  ///< t_depth, voxels

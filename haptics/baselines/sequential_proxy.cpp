@@ -13,7 +13,7 @@ using glm::dvec3;
 
 namespace {
 
-constexpr double k_not_met = 1e299;
+constexpr double k_not_met = 1e299;  // depth of a volume without contact
 
 const Placement& placement_of(const TouchItem& mesh, const ProxyInput& input) noexcept {
   const auto m = static_cast<std::size_t>(mesh.mover);
@@ -86,7 +86,7 @@ void SequentialProxy::begin(const TouchState& touch_state, const dvec3& hip,
   }
 }
 
-/// Moves the proxy of one volume alone, from `start` after the god-object on the meshes.
+/// Moves the proxy on one volume alone, from `start` toward `target`, the god-object on the meshes.
 SequentialProxy::PartResult SequentialProxy::follow(const Part& part, const TouchState& touch_state,
                                                     const ProxyState& state, const dvec3& start,
                                                     const dvec3& target) const noexcept {
@@ -129,7 +129,7 @@ ProxyStep SequentialProxy::step(const TouchScene& scene, const TouchState& touch
   state.mesh_proxy_world = target;
   result.counters.iterations += on_meshes.counters.iterations;
 
-  // For every volume a proxy follows the god-object; the one that is stopped first counts.
+  // On every volume a proxy follows the god-object; the proxy that is stopped first counts.
   const dvec3 start = base.world_from_volume(state.proxy_volume);
   const Part* best_part = nullptr;
   PartResult nearest;

@@ -1,4 +1,4 @@
-// SequentialProxy: contact with scenes, first with all models, then with each volume.
+// SequentialProxy: contact with scenes, first with all meshes, then with each volume.
 #pragma once
 
 #include "haptics/proxy/implicit_proxy.h"
@@ -6,8 +6,8 @@
 namespace trephine::haptics::baselines {
 
 /// The pipeline of Jiang (dissertation "A Surface-based Volume Haptics Approach", 4.2.2): a god-object on the
-/// meshes follows the hand; then, for every volume alone, a proxy follows that god-object, and the one that
-/// is stopped first counts. Implemented with its faults: meshes do not react when volumes push the proxy into
+/// meshes follows the hand; then, on every volume alone, a proxy follows that god-object. The proxy that is
+/// stopped first counts. Implemented with its faults: meshes do not react when volumes push the proxy into
 /// them (figure 23). Changes of a scene after prepare() have no effect.
 class SequentialProxy final : public ProxyMethod {
  public:

@@ -57,7 +57,8 @@ VoxelSampling::Contact VoxelSampling::contact(const Placement& tool, bool uses_t
   const double size = glm::length(torque);
   if (size > 0) {
     const dvec3 axis = torque / size;
-    contact.perpendicular = force - glm::dot(axis, force) * axis;  // the sum of the parts is that of the sum
+    // The sum of the perpendicular parts of the forces is the perpendicular part of their sum.
+    contact.perpendicular = force - glm::dot(axis, force) * axis;
   }
   const double scale = options_.averaged_from > 0 && contact.points >= options_.averaged_from
                            ? static_cast<double>(options_.averaged_from) / contact.points
@@ -73,8 +74,8 @@ DynamicTool::DynamicTool(const VoxelSampling& sampling, const Options& options, 
       dt_(dt),
       inertia_(0.4 * options.mass * options.sphere_radius * options.sphere_radius) {}
 
-/// A torque is good if a force at the end of the tool could make it, and bad without such a force: a lever
-/// between two contacts.
+/// Computes the share of the contact's mean torque that its force could not cause, even if it acted at the
+/// end of the tool. Such a torque arises if the tool is a lever between two contacts.
 void DynamicTool::judge_torque() noexcept {
   torques_[tick_++ % torques_.size()] = glm::length(contact_.on_tool.torque_world);
   double mean = 0;

@@ -5,6 +5,7 @@
 #include <functional>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <utility>
 
 namespace trephine::haptics::baselines {
 
@@ -64,9 +65,23 @@ VoxMap VoxMap::of(const volume::Occupancy& solid, const volume::Frame& frame, in
   return map;
 }
 
+namespace {
+
+/// Twice the signed area of p, q and the point (y, z) in the plane of y and z. Exactly the negative if p and
+/// q are swapped.
+double side(const dvec3& p, const dvec3& q, double y, double z) noexcept {
+  const bool is_swapped = std::pair(q.y, q.z) < std::pair(p.y, p.z);
+  const dvec3 &from = is_swapped ? q : p, &to = is_swapped ? p : q;
+  const double value = (to.y - from.y) * (z - from.z) - (to.z - from.z) * (y - from.y);
+  return is_swapped ? -value : value;
+}
+
+}  // namespace
+
 VoxMap VoxMap::of(const MeshTree& mesh, double voxel, Interior interior, int layers) {
   const int border = layers + 2;
-  const dvec3 origin = mesh.low() - (border + 0.37) * voxel;  // no vertex at the border of a voxel
+  // 0.37: the low corner of the mesh is not at the border of a voxel.
+  const dvec3 origin = mesh.low() - (border + 0.37) * voxel;
   const ivec3 size = ivec3(glm::ceil((mesh.high() - origin) / voxel)) + border + 1;
   VoxMap map(volume::Frame::from_spacing(origin, dvec3(voxel)).value(), size);
   // Until they are known to be free, voxels belong to the interior.
@@ -87,16 +102,18 @@ VoxMap VoxMap::of(const MeshTree& mesh, double voxel, Interior interior, int lay
     for (int z = 0; z < size.z; ++z)
       for (int y = 0; y < size.y; ++y) {
         const dvec3 row = origin + voxel * dvec3(-1, y, z);
-        // The crossings of the row, each between two voxels.
+        // Positions (mm, along x) at which the row of voxel centres crosses the mesh.
         std::vector<double> crossings;
         for (std::uint32_t t = 0; t < mesh.triangle_count(); ++t) {
-          const auto [a, b, c] = mesh.corners(t);
-          const auto side = [&](const dvec3& p, const dvec3& q) {
-            return (q.y - p.y) * (row.z - p.z) - (q.z - p.z) * (row.y - p.y);
+          auto [a, b, c] = mesh.corners(t);
+          if (side(a, b, c.y, c.z) < 0) std::swap(b, c);
+          const double u = side(b, c, row.y, row.z), v = side(c, a, row.y, row.z),
+                       w = side(a, b, row.y, row.z);
+          // A common edge of two triangles, and the rows through it, belong to one of them.
+          const auto is_inside = [](double value, const dvec3& p, const dvec3& q) {
+            return value > 0 || (value == 0 && (q.z < p.z || (q.z == p.z && q.y > p.y)));
           };
-          const double u = side(b, c), v = side(c, a), w = side(a, b);
-          if ((u < 0 || v < 0 || w < 0) && (u >= 0 || v >= 0 || w >= 0)) continue;
-          if (u + v + w == 0) continue;
+          if (!(u + v + w > 0) || !is_inside(u, b, c) || !is_inside(v, c, a) || !is_inside(w, a, b)) continue;
           crossings.push_back((u * a.x + v * b.x + w * c.x) / (u + v + w));
         }
         std::sort(crossings.begin(), crossings.end());
@@ -112,7 +129,8 @@ VoxMap VoxMap::of(const MeshTree& mesh, double voxel, Interior interior, int lay
       changed = 0;
       for (int axis = 0; axis < 3; ++axis)
         for (const int step : {1, -1}) {
-          // The wall moves along the axis: a voxel becomes free if the one before it is free, or outside.
+          // The wall moves along the axis: a voxel becomes free if the previous voxel is free, or outside the
+          // map.
           ivec3 from(0), to = size - 1;
           const auto advance = [&](const ivec3& v) {
             ivec3 before = v;
@@ -149,7 +167,8 @@ void VoxMap::build(std::vector<Voxel> voxels, int layers) {
   }
   int edge = 8;
   for (; edge < std::max({size_.x, size_.y, size_.z}); edge *= 8) ++levels_;
-  // Returns an aggregate, or the index of a new node or leaf for the cube of this edge.
+  // Returns an aggregate, or the index of a new node or leaf, for the cube at `low` with `size` voxels along
+  // an edge.
   const std::function<std::uint32_t(const ivec3&, int)> node_of = [&](const ivec3& low, int size) {
     const auto child_size = size / 8;
     std::array<std::uint32_t, 512> children;

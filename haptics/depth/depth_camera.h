@@ -1,4 +1,4 @@
-// DepthCamera: pinhole camera of depths, with the parameters of public formats.
+// DepthCamera: pinhole depth camera, with the intrinsic parameters that public depth formats use.
 #pragma once
 
 #include <glm/vec3.hpp>

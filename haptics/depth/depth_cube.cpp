@@ -7,6 +7,7 @@
 #include <glm/common.hpp>
 
 #include "volume/base/parallel.h"
+#include "volume/base/text.h"
 
 namespace trephine::haptics::depth {
 
@@ -15,8 +16,8 @@ using glm::ivec3;
 
 namespace {
 
-constexpr int k_bits = 14;                      // fractional bits of a pixel, of corners across the rays
-constexpr double k_farthest = double{1 << 15};  // pixels, the farthest corner
+constexpr int k_bits = 14;                      // fractional bits of a corner's pixel coordinates
+constexpr double k_farthest = double{1 << 15};  // pixels, limit of a corner's coordinates
 constexpr std::int64_t k_one = std::int64_t{1} << k_bits;
 constexpr float k_near_end = -1;  // crossing of a ray that begins within matter
 
@@ -25,12 +26,13 @@ struct Corner {
   double depth;
 };
 
-/// Returns twice the signed area of the triangle (a, b, p); exact, since coordinates are below 2^30.
+/// Returns twice the signed area of the triangle of a, b and the point (x, y); exact, since coordinates are
+/// below 2^30.
 std::int64_t side(const Corner& a, const Corner& b, std::int64_t x, std::int64_t y) noexcept {
   return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
 }
-/// Returns true if a point on the edge a b counts as inside: for exactly one of the two triangles that share
-/// it.
+/// Returns true if a point on the edge a b counts as inside. This is so for exactly one of the two triangles
+/// that share the edge.
 bool owns(const Corner& a, const Corner& b) noexcept { return b.y < a.y || (b.y == a.y && b.x > a.x); }
 
 /// Calls meet(i, j, depth) for the pixels whose rays cross a triangle with counter-clockwise corners.
@@ -74,8 +76,8 @@ void DepthCube::SignedRays::sort(std::size_t pixels, std::vector<Crossing> unsor
     });
 }
 
-/// `start(ray, winding)` sets the winding number at the ray's near end; false if it is unknown. Matter with a
-/// winding number above 1 is one layer.
+/// `start(pixel, winding)` sets the winding number at the near end of the pixel's ray, and returns true; it
+/// returns false if that number is unknown. Adjacent matter with winding numbers other than 0 is one layer.
 template <class Start>
 std::size_t DepthCube::set_image(int axis, const SignedRays& rays, const Start& start) {
   const auto [u, v] = across(axis);
@@ -94,12 +96,12 @@ std::size_t DepthCube::set_image(int axis, const SignedRays& rays, const Start& 
         const bool was = winding != 0;
         winding += c.sign;
         if ((winding != 0) == was) continue;
-        image.at.push_back(c.at);  // also a layer of no thickness: a voxel at the threshold
+        image.at.push_back(c.at);  // keeps layers of no thickness: a voxel at the threshold
       }
       // Matter continues beyond the far end.
       if (winding != 0) image.at.push_back(static_cast<float>(size_[axis]));
     } else {
-      ++open;  // both sides are unknown
+      ++open;  // the ray gets no layers, since its sides are unknown
     }
     image.first[p + 1] = static_cast<std::uint32_t>(image.at.size());
   }
@@ -191,11 +193,11 @@ Result<DepthCube> DepthCube::of_triangles(const ModelCorners& corners,
   if (!positions.empty()) for_corners([&](std::size_t i) { positions[i] = position_of(i); });
   // A mirrored frame reverses triangles.
   const glm::dmat3& axes = frame.axes();
-  const int turn = glm::dot(glm::cross(axes[0], axes[1]), axes[2]) < 0 ? -1 : 1;
+  const int handedness = glm::dot(glm::cross(axes[0], axes[1]), axes[2]) < 0 ? -1 : 1;
   std::array<SignedRays, 3> rays;
   parallel_for(3, threads, [&](int axis) {
     const int u = across(axis)[0], v = across(axis)[1];
-    const int handed = axis == 1 ? -turn : turn;  // x, z, y is left-handed
+    const int handed = axis == 1 ? -handedness : handedness;  // x, z, y is left-handed
     std::vector<Crossing> crossings;
     const auto corner = [&](std::uint32_t index) {
       const dvec3 p = positions.empty() ? position_of(index) : positions[index];
@@ -206,7 +208,7 @@ Result<DepthCube> DepthCube::of_triangles(const ModelCorners& corners,
     for (const std::uint32_t t : axis == 0 ? needed.of_columns : needed.of_box) {
       Corner a = corner(triangles[t]), b = corner(triangles[t + 1]), c = corner(triangles[t + 2]);
       const std::int64_t area = side(a, b, c.x, c.y);
-      if (area == 0) continue;  // edge-on: its neighbours are crossed
+      if (area == 0) continue;  // edge-on: rays cross its neighbours instead
       // Rays leave matter through triangles that face along them.
       const int sign = (area > 0) == (handed > 0) ? -1 : 1;
       if (area < 0) std::swap(b, c);
@@ -218,8 +220,8 @@ Result<DepthCube> DepthCube::of_triangles(const ModelCorners& corners,
     rays[static_cast<std::size_t>(axis)].sort(
         static_cast<std::size_t>(size[u]) * static_cast<std::size_t>(size[v]), std::move(crossings));
   });
-  // Complete rays along x determine the side of every point by themselves; rays along y and z begin within
-  // the lattice and start with the side that the former determine.
+  // Rays along x are complete lines: they determine by themselves whether a point is in matter. Rays along y
+  // and z begin within the lattice, and start with the winding number that the rays along x determine.
   const SignedRays& along_x = rays[0];
   const auto pixel_of = [](int i, int j, int columns) {
     return static_cast<std::size_t>(i) + static_cast<std::size_t>(columns) * static_cast<std::size_t>(j);
@@ -236,7 +238,8 @@ Result<DepthCube> DepthCube::of_triangles(const ModelCorners& corners,
       }
       const auto x = static_cast<int>(pixel % static_cast<std::size_t>(size.x)),
                  other = static_cast<int>(pixel / static_cast<std::size_t>(size.x));
-      // A point near a crossing may be on either side of it for the rays along x.
+      // Sets the winding number at the near end from that of a lattice point. Fails at a point near a
+      // crossing, since the rays may disagree there.
       const auto find_winding = [&](int position, int& sum) {
         constexpr float k_near = 1e-3F;  // pixels
         int before = 0;
@@ -257,7 +260,8 @@ Result<DepthCube> DepthCube::of_triangles(const ModelCorners& corners,
       while (first < size[axis] && !find_winding(first, winding)) ++first;
       while (last > first && !find_winding(last, at_last)) --last;
       if (first < size[axis]) return last <= first || winding == at_last;
-      // The ray is in a face: matter begins at its near end if the ray only leaves.
+      // All points are near crossings: the ray is in a face. The winding number at the near end is the
+      // smallest with which the number is nowhere negative along the ray.
       int least = 0, sum = 0;
       for (const Crossing& c : ray) least = std::min(least, sum += c.sign);
       winding = -least;
@@ -316,7 +320,7 @@ Result<DepthCube> DepthCube::of_voxels(const volume::Field& field, const volume:
                    .remedy = "choose a coarser resolution"};
     cube.size_[axis] = static_cast<int>(pixels);
   }
-  // The lattice starts one voxel before the first.
+  // The lattice starts one voxel before the first voxel.
   const volume::Frame& voxels = field.volume().frame;
   glm::dmat3 axes = voxels.axes();
   for (int axis = 0; axis < 3; ++axis) axes[axis] /= rays[axis];
@@ -330,7 +334,7 @@ Result<DepthCube> DepthCube::of_voxels(const volume::Field& field, const volume:
         const ivec3 off(corner & 1, corner >> 1 & 1, corner >> 2 & 1), p = cell + off;
         value[off[axis]][off[u]][off[v]] = field.at(p.x, p.y, p.z);
       }
-      // A ray at a cell's border belongs to the next cell.
+      // A ray on the border of two cells belongs to the higher cell.
       for (int j = 0; j < rays[v]; ++j)
         for (int i = 0; i < rays[u]; ++i) {
           const double s = static_cast<double>(i) / rays[u], t = static_cast<double>(j) / rays[v];
@@ -444,7 +448,7 @@ Result<volume::Frame> lattice_around(const dvec3& low, const dvec3& high, double
   if (!(pixel_mm > 0) || !std::isfinite(pixel_mm))
     return Error{.what = "invalid resolution",
                  .where = "resolution",
-                 .found = std::to_string(pixel_mm) + " mm",
+                 .found = rounded_text(pixel_mm) + " mm",
                  .expected = "above 0 mm"};
   const dvec3 wide = high - low;
   for (int axis = 0; axis < 3; ++axis) {
@@ -457,7 +461,7 @@ Result<volume::Frame> lattice_around(const dvec3& low, const dvec3& high, double
     if (!(pixels <= DepthCube::k_max))
       return Error{.what = "depth images of this resolution are too large",
                    .where = "resolution",
-                   .found = std::to_string(pixel_mm) + " mm",
+                   .found = rounded_text(pixel_mm) + " mm",
                    .expected = "at most " + std::to_string(DepthCube::k_max) + " pixels along an edge",
                    .remedy = "choose a coarser resolution"};
     size[axis] = static_cast<int>(pixels);

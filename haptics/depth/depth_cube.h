@@ -23,7 +23,7 @@ enum class Layers : std::uint8_t {
 /// Returns the two axes perpendicular to `axis`, in ascending order.
 constexpr std::array<int, 2> across(int axis) noexcept { return {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2}; }
 
-/// Corners of a model at rest, or interpolated linearly between two shapes. Borrows them.
+/// Corners of a model at rest, or interpolated linearly between two shapes. Borrows the corners.
 struct ModelCorners {
   std::span<const glm::dvec3> from, to;
   double share = 0;  ///< 0: `from`, 1: `to`
@@ -44,8 +44,8 @@ struct ModelCorners {
 
 /// Rays through the points of a lattice, along x, y and z of its frame, with the positions at which each
 /// enters and leaves matter, in order. Immutable when made; queries: any thread, no allocation. Rays along x
-/// are complete lines and determine whether the others begin in matter, so that a lattice may be inside
-/// matter.
+/// are complete lines and determine whether the rays along y and z begin in matter, so that a lattice may be
+/// inside matter.
 class DepthCube {
  public:
   static constexpr int k_max = 2048;  ///< pixels along an edge
@@ -55,23 +55,23 @@ class DepthCube {
   /// a ray crosses are found in integer arithmetic: no ray crosses only one side of a closed surface. A
   /// lattice may be a clip volume far smaller than the model: then a corner costs one position test, a
   /// triangle costs a comparison of the results for its corners, and no data of the model's size are kept.
-  /// Error: the lattice is too large, or the model extends too far beyond it. The same bits for any number of
-  /// threads. `met_triangles`: output, the indices of the first corners of triangles with boxes that meet the
-  /// lattice.
+  /// Error: the lattice is too small or too large, or the model extends too far beyond it. The result has the
+  /// same bits for any number of threads. `met_triangles`: output, the index of the first corner of each
+  /// triangle whose bounding box meets the lattice.
   static Result<DepthCube> of_triangles(const ModelCorners& corners, std::span<const std::uint32_t> triangles,
                                         const volume::Frame& frame, const glm::ivec3& size, int threads = 0,
                                         std::vector<std::uint32_t>* met_triangles = nullptr);
 
-  /// Builds from an untouched shape of a volume, trilinear between its voxels. `rays`: per voxel along each
-  /// axis, the first one through its centre. Solids end half a voxel beyond the border. Only cells that the
-  /// surface crosses are read.
+  /// Builds from an untouched shape of a volume, trilinear between its voxels. `rays`: number per voxel
+  /// along each axis; the first ray passes through the voxel's centre. Solids end half a voxel beyond the
+  /// border. Only cells that the surface crosses are read.
   static Result<DepthCube> of_voxels(const volume::Field& field, const volume::Occupancy& bits,
                                      const glm::ivec3& rays, int threads = 0);
 
   const volume::Frame& frame() const noexcept { return frame_; }
   const glm::ivec3& size() const noexcept { return size_; }
-  /// Returns the crossings of the ray along `axis` at pixel (i, j) of the two other axes, in the order x, y,
-  /// z: increasing; even ones enter matter.
+  /// Returns the crossings of the ray along `axis` at pixel (i, j), where i and j count along the two other
+  /// axes, in the order x, y, z. The crossings increase; those with even indices enter matter.
   std::span<const float> ray(int axis, int i, int j) const noexcept {
     const Image& image = images_[static_cast<std::size_t>(axis)];
     const auto pixel =
@@ -86,7 +86,8 @@ class DepthCube {
 
   std::size_t crossing_count() const noexcept;
   std::size_t bytes() const noexcept;
-  /// Returns the number of rays on which the winding number does not return to 0: the surface is open, or
+  /// Returns the number of rays with inconsistent winding numbers: rays along x on which the number does not
+  /// return to 0, and rays along y and z that disagree with the rays along x. The surface is open, or
   /// intersects itself at a grazing ray.
   std::size_t open_rays() const noexcept { return open_rays_; }
 
@@ -124,7 +125,8 @@ class DepthCube {
 /// Returns the rays per voxel for pixels of at most this size; fewer if the images would be too large.
 glm::ivec3 rays_per_voxel(const volume::Volume& volume, double pixel_mm) noexcept;
 
-/// Returns the lattice for a model within these bounds (mm), with one more pixel on each side.
+/// Returns the lattice for a model within these bounds (mm), with one more pixel on each side. `size`:
+/// output, number of lattice points along each axis.
 Result<volume::Frame> lattice_around(const glm::dvec3& low, const glm::dvec3& high, double pixel_mm,
                                      glm::ivec3& size);
 

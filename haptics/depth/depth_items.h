@@ -12,8 +12,8 @@ struct ItemPixels {
   double of_volumes = 0.2;  ///< mm, at most; sets the number of rays per voxel
 };
 
-/// Draws the images of each item before any cut; models in their own frames. Error: a model moves, is not
-/// closed, or is too large for this pixel size.
+/// Draws the images of each item: volumes as they are before any cut, models in their own frames. Error: a
+/// model moves or is not closed, or an item is too large for its images.
 Result<std::vector<DepthCube>> cubes_of(const TouchScene& scene, const ItemPixels& pixels);
 
 }  // namespace trephine::haptics::depth

@@ -8,6 +8,7 @@
 
 #include "haptics/depth/motion_fit.h"
 #include "volume/base/mix_hash.h"
+#include "volume/base/text.h"
 
 namespace trephine::haptics::depth {
 
@@ -30,12 +31,12 @@ Result<std::shared_ptr<const DepthModel>> DepthModel::of(ModelKeys keys) {
   if (!(keys.beat > 0) || !std::isfinite(keys.beat))
     return Error{.what = "the time between two key frames is invalid",
                  .where = "time between key frames",
-                 .found = std::to_string(keys.beat) + " s",
+                 .found = rounded_text(keys.beat) + " s",
                  .expected = "above 0 s"};
   const std::size_t vertices = keys.keys[0].size();
   for (std::size_t k = 0; k < keys.keys.size(); ++k) {
     if (keys.keys[k].size() != vertices)
-      return Error{.what = "the key frames of a model have different vertices",
+      return Error{.what = "the key frames of a model have different numbers of vertices",
                    .where = "key " + std::to_string(k + 1),
                    .found = std::to_string(keys.keys[k].size()) + " vertices",
                    .expected = std::to_string(vertices)};
@@ -69,8 +70,9 @@ Result<std::shared_ptr<const DepthModel>> DepthModel::of_keys(
 }
 
 Status DepthModel::check(double pixel) const {
-  // A closed surface uses each edge once in each direction: compared by the indices of corners, or, since
-  // files repeat corners, by their positions, in every key.
+  // A closed surface uses each edge equally often in both directions. Edges are compared by the indices of
+  // their corners. If the surface is not closed by these, edges are compared by the positions of their
+  // corners in every key, since files repeat corners.
   const auto& t = keys_.triangles;
   const auto is_closed = [&](const auto& name_of) {
     std::uint64_t sum = 0;
@@ -107,7 +109,7 @@ Status DepthModel::check(double pixel) const {
   if (!(std::abs(volume) > 1e-9 * area * glm::length(high_ - low_)))
     return Error{.what = "the model encloses no volume",
                  .where = "model",
-                 .found = "a sheet with two sides, or one shape twice",
+                 .found = "a sheet with two sides, or a shape and its reversed copy",
                  .expected = "a closed surface that encloses a volume",
                  .remedy = "use method mesh"};
   const dvec3 wide = high_ - low_;
@@ -118,7 +120,7 @@ Status DepthModel::check(double pixel) const {
       !(std::max({wide.x, wide.y, wide.z}) / pixel <= k_max))
     return Error{.what = "the model is too large for this pixel size",
                  .where = "model",
-                 .found = std::to_string(widest / pixel) + " pixels",
+                 .found = rounded_text(widest / pixel) + " pixels",
                  .expected = "at most 10000 pixels across, within 1000000 pixels of its origin",
                  .remedy = "choose larger pixels"};
   return std::nullopt;
@@ -184,7 +186,7 @@ Result<DepthSet> DepthModel::draw(const DepthView& view, int threads) const {
   set.has_successor = is_moving(view.time);
   if (!set.has_successor) return set;
   const ModelCorners next = corners(view.time + view.interval);
-  // Triangles near the touch, or all triangles if there is no near one.
+  // Samples the triangles near the touch; if no triangle is near, all triangles that meet the clip volume.
   std::vector<MovingPointPair> samples;
   const auto& t = keys_.triangles;
   for (const double around : {k_around, 1e300}) {

@@ -16,7 +16,7 @@ struct ModelKeys {
   After after = After::stay;
 };
 
-/// Draws the triangles themselves for every set: no data are precomputed, so that all of them may move.
+/// Draws the triangles again for every set. No data are precomputed, so that all triangles may move.
 class DepthModel final : public DepthSource {
  public:
   /// Error: no triangles, keys with different numbers of corners, or an invalid position or time.

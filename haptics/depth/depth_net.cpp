@@ -39,8 +39,8 @@ void DepthNet::set_by_rays() {
 }
 
 namespace {
-/// Returns true if an interval of matter is between two lattice points. Both ends belong to matter.
-bool is_between_places(float begin, float end) noexcept { return std::ceil(begin) > std::floor(end); }
+/// Returns true if an interval of matter contains no lattice point. Both ends belong to matter.
+bool is_between_points(float begin, float end) noexcept { return std::ceil(begin) > std::floor(end); }
 }  // namespace
 
 bool DepthNet::is_thin(int axis, const ivec3& v) const noexcept {
@@ -48,7 +48,7 @@ bool DepthNet::is_thin(int axis, const ivec3& v) const noexcept {
   const std::span<const float> ray = cube_.ray(axis, v[i], v[j]);
   const auto low = static_cast<float>(v[axis]);
   for (std::size_t k = 0; k + 1 < ray.size() && ray[k] < low + 1; k += 2)
-    if (ray[k] > low && is_between_places(ray[k], ray[k + 1])) return true;
+    if (ray[k] > low && is_between_points(ray[k], ray[k + 1])) return true;
   return false;
 }
 
@@ -62,9 +62,10 @@ void DepthNet::set_solid(const ivec3& v) noexcept {
   bits_[row_of(v) + static_cast<std::size_t>(v.x >> 6)] |= std::uint64_t{1} << (v.x & 63);
 }
 
-/// Makes a point solid by any of its three rays, also if matter only just ends at it: a ray that grazes an
-/// edge or a corner of a model crosses one of its triangles or no triangle, which would leave a hole in a
-/// thin wall. The rays of a point disagree only near the ends of an interval of matter.
+/// Makes a lattice point solid if matter on any of its three rays contains it, or ends within k_graze of it.
+/// A ray that grazes an edge or a corner of a model may miss the adjacent triangles, which would leave a hole
+/// in a thin wall. Only the points near the ends of an interval are tested, since the rays of a point
+/// disagree only there.
 void DepthNet::set_by_ends() {
   constexpr float k_graze = 0x1p-10F;  // share of a pixel, above the rounding of corners and crossings
   constexpr int k_near = 3;            // lattice points
@@ -90,8 +91,8 @@ void DepthNet::set_by_ends() {
   }
 }
 
-/// Makes both ends of edges through thin matter solid, so that no path between free points leads through it.
-/// Where three free edges lead around such an edge, nothing is separated, and it is left out.
+/// Makes both ends of edges through thin matter solid, so that no path between free points leads through that
+/// matter. An edge is left out if three free edges lead around it, since its matter separates no points.
 void DepthNet::hold_thin_matter() {
   const ivec3 size = cube_.size();
   std::vector<ivec3> held;
@@ -114,7 +115,7 @@ void DepthNet::hold_thin_matter() {
       for (int column = 0; column < size[i]; ++column) {
         const std::span<const float> ray = cube_.ray(axis, column, row);
         for (std::size_t k = 0; k + 1 < ray.size(); k += 2) {
-          if (!is_between_places(ray[k], ray[k + 1])) continue;
+          if (!is_between_points(ray[k], ray[k + 1])) continue;
           ivec3 v;
           v[i] = column, v[j] = row, v[axis] = static_cast<int>(std::floor(ray[k]));
           if (v[axis] < 0 || v[axis] + 1 >= size[axis] || is_around_free(v)) continue;
@@ -147,7 +148,8 @@ float DepthNet::crossing(const ivec3& in, const ivec3& air) const noexcept {
   const int axis = in.x != air.x ? 0 : in.y != air.y ? 1 : 2, low = std::min(in[axis], air[axis]);
   const auto [u, v] = across(axis);
   const std::span<const float> ray = cube_.ray(axis, in[u], in[v]);
-  // Increasing crossings that leave matter, or that enter it.
+  // Searches the crossings that leave matter if `in` is the lower point, otherwise those that enter it; both
+  // in increasing order.
   for (std::size_t k = in[axis] < air[axis] ? 1 : 0; k < ray.size(); k += 2) {
     if (ray[k] < static_cast<float>(low)) continue;
     if (ray[k] > static_cast<float>(low + 1)) break;

@@ -1,5 +1,5 @@
-// DepthNet: surface that depth images show, a net on their crossings that is closed between pixels, layers
-// and cameras.
+// DepthNet: surface that depth images show. It is a net on the crossings of their rays, and is closed between
+// pixels, layers and cameras.
 #pragma once
 
 #include <bit>
@@ -33,7 +33,8 @@ class DepthNet {
   /// Returns the configuration of the cell from v on, as volume::config_of() does.
   int config(const glm::ivec3& v) const noexcept;
   /// Returns the position of the surface from a solid point to a free neighbour, 0 to 1. If their ray has no
-  /// crossing, it is at the point about which two rays disagree, or which was made solid for thin matter.
+  /// crossing, the surface is at the point about which two rays disagree, or at a point that was made solid
+  /// for thin matter.
   float crossing(const glm::ivec3& in, const glm::ivec3& air) const noexcept;
   /// Calls use(low) for the points of a layer z whose edge to the next point along `axis` crosses the
   /// surface; both points are in the lattice.
@@ -85,8 +86,8 @@ void DepthNet::for_crossed_edges(int axis, int z, const Use& use) const {
   }
 }
 
-/// Cache of the vertices that one step placed, for any net: neighbours of a cell need them four times, and a
-/// step visits the same cells again.
+/// Cache of the vertices that one step places, for all nets: a vertex belongs to several quads, and a step
+/// visits the same cells again.
 class VertexCache {
  public:
   VertexCache() noexcept {
@@ -107,7 +108,7 @@ class VertexCache {
   std::array<Slot, 64> slots_;
 };
 
-/// A net as a value. Borrows the net and the cache.
+/// View of a net, with the interface of samples that surface nets require. Borrows the net and the cache.
 class DepthSamples {
  public:
   explicit DepthSamples(const DepthNet& net, VertexCache* placed = nullptr) noexcept

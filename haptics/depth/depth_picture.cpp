@@ -17,7 +17,8 @@ using glm::ivec2;
 PixelSurface pixel_surface(const DepthCamera& c, const dvec3& low, const dvec3& high, double beyond,
                            const std::function<double(int, int)>& depth_of) {
   PixelSurface result;
-  // Pixels that may show the clip volume: by its corners, if all of them are before the camera.
+  // Bounds the pixels that may show the clip volume: by its corners if all of them are in front of the
+  // camera, no pixels if all are behind it, otherwise all pixels.
   result.first = ivec2(0), result.last = ivec2(c.width - 1, c.height - 1);
   if (high.z <= 0) result.last = ivec2(-1);
   if (low.z > 0) {
@@ -35,7 +36,8 @@ PixelSurface pixel_surface(const DepthCamera& c, const dvec3& low, const dvec3& 
     result.last = glm::min(result.last, ivec2(within(std::ceil(highest.x) + 1, c.width),
                                               within(std::ceil(highest.y) + 1, c.height)));
   }
-  // Beyond the whole clip volume, so that outlines without a background are walls too.
+  // Depth of pixels without a measurement: beyond the clip volume, so that outlines next to them are walls,
+  // too.
   const double background = std::max(0.0, high.z) + beyond;
   constexpr std::uint32_t k_none = 0xffffffff;
   const int columns = result.last.x - result.first.x + 1;
@@ -113,12 +115,13 @@ std::optional<double> DepthPicture::behind(const dvec3& p) const noexcept {
 double DepthPicture::known_cube_edge(const dvec3& p) const noexcept {
   const dvec3 at = placement.local_from_world(p);
   if (!(at.z > 0)) return 0;
-  // Distance to the picture's nearest edge: half the diagonal of the cube.
+  // The distance (mm) to the nearest edge of the picture becomes half the diagonal of the cube.
   const double u = camera.fx * at.x / at.z + camera.cx, v = camera.fy * at.y / at.z + camera.cy;
   const double margin = at.z * std::min(std::min(u, camera.width - 1 - u) / camera.fx,
                                         std::min(v, camera.height - 1 - v) / camera.fy);
   constexpr double k_diagonal = 1.7320508075688772;
-  // The sides converge over the depth of the cube: little at large distances.
+  // The view narrows toward the camera over the depth of the cube, so the cube is smaller; at large distances
+  // the difference is small.
   return std::max(0.0, 2 * margin / k_diagonal * (1 - margin / at.z));
 }
 

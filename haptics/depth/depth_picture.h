@@ -12,7 +12,7 @@ namespace trephine::haptics::depth {
 
 /// Part of a camera's picture that shows a clip volume, as a surface: pixels joined to their neighbours.
 struct PixelSurface {
-  glm::ivec2 first{0}, last{-1};  ///< pixels
+  glm::ivec2 first{0}, last{-1};  ///< pixels, both included
   std::vector<glm::dvec3> vertices;
   std::vector<std::uint32_t> triangles;  ///< counter-clockwise as viewed from the camera
   std::size_t pixels_with_depth = 0;     ///< pixels with a measurement
@@ -34,14 +34,15 @@ struct DepthPicture {
   double depth(int column, int row) const noexcept;
   /// Stores the depths (mm) of the pixels; 0 or less: no measurement.
   void set_depths(const std::vector<double>& depths);
-  /// Returns the distance of p (mm, frame of the object) behind the surface in the picture; negative: in
-  /// front of it. Empty: p is outside the picture, or has no measurement.
+  /// Returns the distance (mm, along the camera's z) of p (frame of the object) behind the surface in the
+  /// picture; negative: p is in front of it. The farthest of the four pixels around p counts. Empty: p is
+  /// outside the picture, or these pixels have no measurement.
   std::optional<double> behind(const glm::dvec3& p) const noexcept;
-  /// Returns the edge (mm) of a cube about p (object's frame) in which the picture shows all space before the
-  /// surface.
+  /// Returns the edge (mm) of a cube about p (object's frame) in which the picture shows all space in front
+  /// of the surface.
   double known_cube_edge(const glm::dvec3& p) const noexcept;
 };
-/// Returns an error if the number of pixels differs or the camera is invalid.
+/// Returns an error if the camera is invalid, or `values` does not have one value per pixel of the camera.
 Status check(const DepthPicture& picture);
 
 /// Returns the surface within the clip volume; anything behind it counts as matter. The set is at rest:

@@ -99,7 +99,7 @@ ProxyStep DepthProxy::step(const TouchScene& scene, const TouchState& touch_stat
     return cast(a, b, hit);
   };
   end_with_friction(frame, scene, input.hip_world, landing, &facets, is_blocked, state, result);
-  // The proxy can be inside only through a side that does not block.
+  // The proxy enters a solid only through a side that does not block.
   if (state.proxy_volume != before && (!state.inside.is_empty() || !result.has_contact))
     find_solids(result.proxy_world);
   return result;

@@ -1,5 +1,5 @@
-// DepthProxy: contact by depth images with all their layers. Only images are prepared, and no surface is
-// passed.
+// DepthProxy: contact by depth images with all their layers. Only images are prepared, and the proxy does not
+// pass through any surface that they show.
 #pragma once
 
 #include "haptics/depth/depth_net.h"
@@ -10,9 +10,8 @@ namespace trephine::haptics {
 /// A god-object on the surface that the images of each item show: a net on the points where rays along three
 /// axes cross its layers, built only in the cells that the motion meets. The net is closed between pixels,
 /// layers and cameras, including hidden interiors, and as exact as the crossings of the rays. Matter that no
-/// ray meets, thinner than a pixel in two directions, is missing. Volumes are touched as they were before any
-/// cut.
-/// Cost: some us in contact, whatever the scene's size.
+/// ray meets, thinner than a pixel in two directions, is missing. Volumes are touched as they are before any
+/// cut. Cost: some us per item in contact, whatever the item's size.
 class DepthProxy final : public ProxyMethod {
  public:
   static constexpr double k_pixel = 0.2;  ///< mm, of models; volumes have one ray per voxel

@@ -9,7 +9,7 @@ namespace trephine::haptics::depth {
 /// Inputs of the rules. As published: 1 m/s, 100 images and 1000 forces per second.
 struct Rates {
   double fastest = 1000;      ///< mm/s, the largest speed of the hand
-  double image_rate = 100;    ///< Hz, of the depth images, in addition to the displayed ones
+  double image_rate = 100;    ///< Hz, of the depth images, which are drawn in addition to the display
   double haptic_rate = 1000;  ///< Hz
 };
 
@@ -30,11 +30,11 @@ inline int viewport(double clip_volume_mm, double desired_resolution) noexcept {
   return static_cast<int>(std::ceil(clip_volume_mm / desired_resolution * (1 - 1e-12)));
 }
 
-/// Returns the edge of the local occupancy map (LOMI): the distance of a hand in one haptic step, in both
-/// directions.
+/// Returns the edge of the local occupancy map (LOMI): the distance that the fastest hand moves in one haptic
+/// step, in both directions.
 constexpr double lomi_size(const Rates& r) noexcept { return 2 * r.fastest / r.haptic_rate; }
 
-/// Returns the number of voxels along its edge: odd, so that there is a central one.
+/// Returns the number of voxels along the edge of the local occupancy map: odd, so that one voxel is central.
 inline int lomi_voxels(double lomi_mm, double desired_resolution) noexcept {
   const int whole = viewport(lomi_mm, desired_resolution);
   return whole + (whole % 2 == 0);

@@ -6,6 +6,7 @@
 
 #include "volume/base/mix_hash.h"
 #include "volume/base/morton.h"
+#include "volume/base/text.h"
 #include "volume/surface/local_net.h"
 
 namespace trephine::haptics::depth {
@@ -19,7 +20,7 @@ Result<volume::Frame> DepthView::lattice(ivec3& size) const {
     return Error{
         .what = "the size of depth images is out of range",
         .where = "clip volume",
-        .found = std::to_string(edge) + " mm in pixels of " + std::to_string(pixel) + " mm",
+        .found = rounded_text(edge) + " mm in pixels of " + rounded_text(pixel) + " mm",
         .expected = "above 0 mm, at most " + std::to_string(DepthCube::k_max - 1) + " pixels along an edge",
         .remedy = "choose larger pixels, or a smaller clip volume"};
   constexpr double k_farthest = 1e6;  // pixels
@@ -29,7 +30,7 @@ Result<volume::Frame> DepthView::lattice(ivec3& size) const {
     if (!(std::abs(first[axis]) < k_farthest))
       return Error{.what = "depth images are too far from the origin of the object",
                    .where = "clip volume",
-                   .found = std::to_string(middle[axis]) + " mm",
+                   .found = rounded_text(middle[axis]) + " mm",
                    .expected = "within a million pixels",
                    .remedy = "move the object near its origin, or choose larger pixels"};
   }
@@ -69,8 +70,8 @@ void triangles_of(const DepthNet& net, std::vector<dvec3>& vertices, std::vector
   const volume::Frame& frame = net.cube().frame();
   const DepthSamples samples(net);
   const volume::LocalNet local{samples};
-  // Numbers of the vertices of two layers of cells: below a lattice point, and above it. Cells with several
-  // patches have consecutive numbers.
+  // Index of the first vertex of each cell, for two layers of cells: below and above a layer of lattice
+  // points. The vertices of a cell with several patches have consecutive indices.
   constexpr std::uint32_t k_none = 0xffffffff;
   const auto columns = static_cast<std::size_t>(size.x);
   std::array<std::vector<std::uint32_t>, 2> layers;
@@ -102,7 +103,7 @@ void triangles_of(const DepthNet& net, std::vector<dvec3>& vertices, std::vector
     if (net.is_solid(low) == is_mirrored) std::swap(quad[1], quad[3]);
     triangles.insert(triangles.end(), {quad[0], quad[1], quad[2], quad[0], quad[2], quad[3]});
   };
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;  // code and first triangle index of each quad
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;  // code, and begin in `triangles`, of each quad
   for (int z = 0; z < size.z; ++z) {
     std::fill(layers[static_cast<std::size_t>(z & 1)].begin(), layers[static_cast<std::size_t>(z & 1)].end(),
               k_none);
@@ -119,9 +120,9 @@ void triangles_of(const DepthNet& net, std::vector<dvec3>& vertices, std::vector
   std::vector<std::uint32_t> sorted;
   sorted.reserve(triangles.size());
   codes.reserve(order.size());
-  for (const auto& [place, begin] : order) {
+  for (const auto& [code, begin] : order) {
     sorted.insert(sorted.end(), triangles.begin() + begin, triangles.begin() + begin + 6);
-    codes.push_back(place);
+    codes.push_back(code);
   }
   triangles = std::move(sorted);
 }
@@ -136,7 +137,8 @@ DepthSet set_of(const DepthView& view, const DepthNet& net) {
   set.tree = std::make_shared<const MeshTree>(
       MeshTree::of_ordered(std::move(vertices), std::move(triangles), codes));
   const DepthCube& cube = net.cube();
-  // A quad spans the cells around its edge: two points inside the border all quads exist.
+  // A quad spans the four cells around its edge. All quads exist in the box that is two lattice points inside
+  // the border.
   set.low = cube.frame().world_from_volume(dvec3(2));
   set.high = cube.frame().world_from_volume(dvec3(cube.size() - 3));
   const auto side = [&](int axis) { return static_cast<std::size_t>(cube.size()[axis]); };

@@ -1,5 +1,5 @@
-// DepthSource: object that can be drawn, and is touched by depth images of its surface around a hand. When it
-// changes, they are drawn again.
+// DepthSource: object that can be drawn, and is touched by depth images of its surface around a hand. When
+// the object changes, the images are drawn again.
 #pragma once
 
 #include <cstdint>
@@ -33,8 +33,8 @@ struct DepthView {
   Result<volume::Frame> lattice(glm::ivec3& size) const;
 };
 
-/// Extrapolation between two sets: the rigid motion that best fits the deformation around the middle. Made
-/// with + - * / and roots only, for equal bits on any machine.
+/// Extrapolation between two sets: the rigid motion that best fits the deformation around the touched point.
+/// Computed with + - * / and roots only, for equal bits on any machine.
 struct DepthMotion {
   glm::dvec3 pivot{0.0};   ///< mm, in the object's frame
   glm::dvec3 travel{0.0};  ///< mm per interval, of the pivot
@@ -57,8 +57,8 @@ struct DepthSet {
   double slack = 0;             ///< mm, largest error of `motion` when the next set is due
 
   // Statistics.
-  std::size_t pixels = 0;     ///< of the three images
-  std::size_t crossings = 0;  ///< layers in the images
+  std::size_t pixels = 0;     ///< of all images of the set
+  std::size_t crossings = 0;  ///< of rays with surfaces; in a picture: pixels with a measurement
   std::size_t open_rays = 0;  ///< rays with unknown sides: the object has a hole there
   std::uint64_t serial = 0;   ///< distinct for each set that a hand receives
 
@@ -66,7 +66,7 @@ struct DepthSet {
   Placement displacement_at(double time) const noexcept {
     return motion.is_still() ? Placement{} : motion.after((time - view.time) / view.interval);
   }
-  /// Sets serial, prediction and previous slack by the previous set; null: this is the first.
+  /// Sets serial, prediction and previous slack from the previous set; null: this is the first set.
   void follow(const DepthSet* before) noexcept {
     serial = before ? before->serial + 1 : 1;
     extrapolated = before ? before->displacement_at(view.time) : Placement{};
@@ -100,11 +100,12 @@ class DepthSource {
   virtual void bounds(glm::dvec3& low, glm::dvec3& high) const noexcept = 0;
   /// Returns a hash of all its data.
   virtual std::uint64_t hash() const noexcept = 0;
-  /// Returns the surface to display at a time (s), own frame; null: the item's own.
+  /// Returns the surface to display at a time (s), own frame; null: display the surface of the item.
   virtual std::shared_ptr<const MeshTree> surface_at(double /*time*/) const { return nullptr; }
 };
 
-/// Returns the set of an item by its index among the items touched by depth images; null: not made yet.
+/// Returns the set of an item by its index among the items touched by depth images; null: the set does not
+/// exist yet.
 inline const DepthSet* set_in(const TouchState& touch_state, int depth_index) noexcept {
   const auto d = static_cast<std::size_t>(depth_index);
   return d < touch_state.depths.size() ? touch_state.depths[d].get() : nullptr;

@@ -8,6 +8,7 @@
 #include "haptics/depth/depth_picture.h"
 #include "haptics/depth/motion_fit.h"
 #include "volume/base/mix_hash.h"
+#include "volume/base/text.h"
 
 namespace trephine::haptics::depth {
 
@@ -30,7 +31,7 @@ Result<std::shared_ptr<const DepthStream>> DepthStream::of(DepthPictures stream)
   if (!is_length(stream.mm_per_step))
     return Error{.what = "the step of depths is invalid",
                  .where = "camera",
-                 .found = std::to_string(stream.mm_per_step) + " mm",
+                 .found = rounded_text(stream.mm_per_step) + " mm",
                  .expected = "above 0 mm"};
   if (stream.pictures.empty() || stream.pictures.size() != stream.times.size())
     return Error{.what = "the stream has no pictures, or not one time per picture",
@@ -49,13 +50,13 @@ Result<std::shared_ptr<const DepthStream>> DepthStream::of(DepthPictures stream)
     if (!is_rising || !std::isfinite(stream.times[p]))
       return Error{.what = "the times of depth pictures do not increase from 0",
                    .where = "picture " + std::to_string(p + 1),
-                   .found = std::to_string(stream.times[p]) + " s",
+                   .found = rounded_text(stream.times[p]) + " s",
                    .expected = "later than the previous one"};
   }
   if (stream.is_repeating && !(stream.repeats_after > stream.times.back()))
     return Error{.what = "a stream restarts before its end",
                  .where = "stream",
-                 .found = std::to_string(stream.repeats_after) + " s",
+                 .found = rounded_text(stream.repeats_after) + " s",
                  .expected = "after its last picture"};
   return std::shared_ptr<const DepthStream>(new DepthStream(std::move(stream)));
 }
@@ -160,10 +161,10 @@ bool DepthStream::is_moving(double time) const noexcept {
 double DepthStream::next_motion_change(double time) const noexcept {
   if (!is_moving(time)) return 1e300;
   const std::vector<double>& times = pictures_.times;
-  const double round =
+  const double repetition_start =
       pictures_.is_repeating ? pictures_.repeats_after * std::floor(time / pictures_.repeats_after) : 0;
-  const auto next = std::upper_bound(times.begin(), times.end(), time - round);
-  return round + (next == times.end() ? pictures_.repeats_after : *next);
+  const auto next = std::upper_bound(times.begin(), times.end(), time - repetition_start);
+  return repetition_start + (next == times.end() ? pictures_.repeats_after : *next);
 }
 
 Result<DepthSet> DepthStream::draw(const DepthView& view, int) const {
@@ -178,7 +179,7 @@ Result<DepthSet> DepthStream::draw(const DepthView& view, int) const {
   PixelSurface surface = pixel_surface(c, set.low, set.high, view.edge, [&](int column, int row) {
     return depth_of(pixel_index(column, row), current);
   });
-  std::vector<MovingPointPair> places;
+  std::vector<MovingPointPair> pairs;
   for (int j = surface.first.y; set.has_successor && j <= surface.last.y; ++j)
     for (int i = surface.first.x; i <= surface.last.x; ++i) {
       const double depth = depth_of(pixel_index(i, j), current);
@@ -187,15 +188,15 @@ Result<DepthSet> DepthStream::draw(const DepthView& view, int) const {
       if (glm::length(p - view.touch) > k_around) continue;
       const double then = depth_of(pixel_index(i, j), next);
       if (then > 0 && std::abs(then - depth) <= k_same)
-        places.push_back({p, c.unproject(i, j, then), weight_of(p - view.touch)});
+        pairs.push_back({p, c.unproject(i, j, then), weight_of(p - view.touch)});
     }
   const glm::ivec2 size = glm::max(surface.last - surface.first + 1, glm::ivec2(0));
   set.pixels = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
   set.crossings = surface.pixels_with_depth;
   set.tree = std::make_shared<const MeshTree>(std::move(surface.vertices), std::move(surface.triangles));
   if (set.has_successor) {
-    set.motion = motion_of(places);
-    set.slack = slack_of(set.motion, places, view.touch);
+    set.motion = motion_of(pairs);
+    set.slack = slack_of(set.motion, pairs, view.touch);
   }
   return set;
 }

@@ -1,4 +1,4 @@
-// DepthStream: pictures of one camera in sequence, recorded or live.
+// DepthStream: recorded pictures of one depth camera, in sequence.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,8 @@ class DepthStream final : public DepthSource {
  public:
   /// Largest change of depth (mm) within one object: of a pixel between two pictures, or between neighbours.
   static constexpr double k_same = 40;
-  /// Error: no camera, no pictures, pictures of different sizes, or times that do not increase.
+  /// Error: an invalid camera or step of depths, no pictures, pictures of another size than the camera's,
+  /// times that do not increase, or a repetition that does not start after the last picture.
   static Result<std::shared_ptr<const DepthStream>> of(DepthPictures pictures);
 
   Result<DepthSet> draw(const DepthView& view, int threads = 0) const override;
@@ -34,7 +35,7 @@ class DepthStream final : public DepthSource {
   double next_motion_change(double time) const noexcept override;
   void bounds(glm::dvec3& low, glm::dvec3& high) const noexcept override { low = low_, high = high_; }
   std::uint64_t hash() const noexcept override { return hash_; }
-  /// Returns the nearest picture's surface for display: without walls behind outlines, in at most 160 pixels
+  /// Returns the nearest picture's surface for display: without walls at silhouettes, in at most 160 pixels
   /// along each axis; null without measurements.
   std::shared_ptr<const MeshTree> surface_at(double time) const override;
   const DepthPictures& pictures() const noexcept { return pictures_; }

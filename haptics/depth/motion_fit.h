@@ -10,8 +10,9 @@
 
 namespace trephine::haptics::depth {
 
-inline constexpr double k_around = 5;         // mm around the touch: points that determine the motion
-inline constexpr double k_near_touch_mm = 3;  // mm around the touch: points at which it must be accurate
+inline constexpr double k_around = 5;  // mm around the touch: points that determine the motion
+inline constexpr double k_near_touch_mm =
+    3;  // mm around the touch: points at which the motion must be accurate
 
 /// A point of the surface at the time of a set and when the next set is due, mm, and its weight in the fit.
 struct MovingPointPair {
@@ -24,14 +25,14 @@ inline double weight_of(const glm::dvec3& off) noexcept {
   return near * near;
 }
 
-/// Returns the motion p -> q fitted by q - p = h x (q + p) about the pivot, exact if the motion is rigid
-/// (Cayley), by linear least squares.
-inline DepthMotion motion_of(const std::vector<MovingPointPair>& places) {
+/// Returns the motion that fits the pairs p -> q by linear least squares of q - p = h x (q + p), with p
+/// relative to the pivot, and q relative to the moved pivot (Cayley). It is exact if the motion is rigid.
+inline DepthMotion motion_of(const std::vector<MovingPointPair>& pairs) {
   using glm::dvec3;
   DepthMotion motion;
   double total = 0;
   dvec3 now(0), next(0);
-  for (const MovingPointPair& s : places)
+  for (const MovingPointPair& s : pairs)
     total += s.weight, now += s.weight * s.now, next += s.weight * s.next;
   if (!(total > 0)) return motion;
   motion.pivot = now / total;
@@ -39,7 +40,7 @@ inline DepthMotion motion_of(const std::vector<MovingPointPair>& places) {
   glm::dmat3 square(0);
   dvec3 right(0);
   double size = 0;
-  for (const MovingPointPair& s : places) {
+  for (const MovingPointPair& s : pairs) {
     const dvec3 r = (s.now - motion.pivot) + (s.next - motion.pivot - motion.travel);
     const dvec3 d = (s.next - s.now) - motion.travel;
     square += s.weight * (glm::dot(r, r) * glm::dmat3(1) - glm::outerProduct(r, r));
@@ -53,11 +54,11 @@ inline DepthMotion motion_of(const std::vector<MovingPointPair>& places) {
 }
 
 /// Returns the largest error (mm) of the motion at points near the touch.
-inline double slack_of(const DepthMotion& motion, const std::vector<MovingPointPair>& places,
+inline double slack_of(const DepthMotion& motion, const std::vector<MovingPointPair>& pairs,
                        const glm::dvec3& touch) {
   const Placement then = motion.after(1);
   double slack = 0;
-  for (const MovingPointPair& s : places)
+  for (const MovingPointPair& s : pairs)
     if (glm::length(s.now - touch) < k_near_touch_mm)
       slack = std::max(slack, glm::length(then.world_from_local(s.now) - s.next));
   return slack;

@@ -8,8 +8,8 @@
 
 namespace trephine::haptics {
 
-/// Adds the buttons of a second device to those of the first; where an axis of the first is zero, that of the
-/// second replaces it. Both must respond: a lost pedal stops the tool as a lost stylus does.
+/// Adds the buttons of a second device to those of the first; if an axis of the first is zero, the axis of
+/// the second replaces it. Both must respond: a lost pedal stops the tool as a lost stylus does.
 class CompositeDevice final : public Device {
  public:
   CompositeDevice(std::shared_ptr<Device> pose, std::shared_ptr<Device> buttons)
@@ -25,7 +25,7 @@ class CompositeDevice final : public Device {
   bool read(double t, Pose& pose) noexcept override {
     Pose buttons;
     buttons.buttons = 0;
-    // Both are read in each tick, so that each keeps its time.
+    // Both are read in each tick, so that neither misses a time step.
     const bool responds = buttons_->read(t, buttons);
     Pose own = pose;
     if (!pose_->read(t, own) || !responds) return false;

@@ -23,7 +23,8 @@ bool VirtualDevice::read(double t, Pose& pose) noexcept {
   if (dt > 0) {
     const glm::dvec3 previous = request_.at(request_.start_time() + time_).position_world;
     const glm::dvec3 request_velocity = (request.position_world - previous) / dt;
-    // 1 N = 1000 kg mm/s^2. Damping is integrated implicitly, so that a stiff hand stays stable at low rates.
+    // 1 N = 1000 kg mm/s^2. Damping and stiffness are integrated implicitly, so that a stiff hand stays
+    // stable at low rates.
     const double unit = 1000 / hand_.mass;
     const glm::dvec3 drive = wrench_.force_world + hand_.stiffness * (request.position_world - position_) +
                              hand_.damping * request_velocity;

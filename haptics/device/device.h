@@ -78,7 +78,8 @@ struct HandModel {
 };
 
 /// Simulated hand that follows a path and yields to the wrench: mass, spring, damper, encoder. Its
-/// orientation is that of the path, turned by the torque. Semi-implicit Euler at the servo's period.
+/// orientation is that of the path, turned by the torque. Integrated by implicit Euler at the servo's
+/// period, with the last wrench.
 class VirtualDevice final : public Device {
  public:
   VirtualDevice(PosePath request, const HandModel& hand);

@@ -10,7 +10,7 @@
 
 namespace trephine::haptics {
 
-// All functions are for the thread that opens the devices.
+// Call all functions on the thread that opens the devices.
 
 /// One result of a check of this machine, with its remedy.
 struct DeviceCheck {

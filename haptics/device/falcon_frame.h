@@ -17,7 +17,7 @@ struct FalconState {
   bool is_homed() const noexcept { return homed == 7; }
 };
 
-/// Request to the device: the firmware answers each with one frame of its state.
+/// Request to the device: the firmware answers each request with one frame of its state.
 struct FalconRequest {
   std::array<double, 3> motors{};  ///< shares of the firmware's greatest value, limited to -1 to 1
   bool homes = false;              ///< the firmware searches for the end positions of the arms
@@ -31,7 +31,7 @@ using FalconBytes = std::array<std::uint8_t, k_falcon_frame_bytes>;
 /// reverse the force. Values that are not finite are 0.
 FalconBytes encode(const FalconRequest& request) noexcept;
 
-/// Finds frames in a stream of bytes. Incomplete and damaged frames are skipped; the next one begins at the
+/// Finds frames in a stream of bytes. Incomplete and damaged frames are skipped; the next frame begins at the
 /// next start byte.
 class FalconParser {
  public:

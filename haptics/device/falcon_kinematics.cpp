@@ -45,7 +45,7 @@ const std::array<ArmAxes, 3>& arms() noexcept {
   return axes;
 }
 
-/// Joint of the grip in the frame of an arm: across its plane, and in it from the shoulder.
+/// Position of the grip's joint from the shoulder, in the axes of an arm: along u, across (v) and out (w).
 struct Joint {
   double along, across, out;
 };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include "volume/base/text.h"
+
 namespace trephine::haptics {
 
 using glm::dvec3;
@@ -14,7 +16,7 @@ Status check(const WorkspaceMap& map) {
   if (map.scale >= 0.1 && map.scale <= 10) return std::nullopt;
   return Error{.what = "the scale of the device is out of range",
                .where = "device",
-               .found = std::to_string(map.scale),
+               .found = rounded_text(map.scale),
                .expected = "0.1 to 10"};
 }
 

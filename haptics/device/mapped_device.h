@@ -11,7 +11,7 @@ namespace trephine::haptics {
 struct WorkspaceMap {
   double scale = 1;               ///< motion of the tool per motion of the device, 0.1 to 10
   std::uint32_t clutch_mask = 2;  ///< buttons that hold the tool in place while pressed; 0: no clutch
-  double resume_seconds = 0.1;    ///< duration in which the force returns after the clutch
+  double resume_seconds = 0.1;    ///< duration in which the force returns after the clutch is released
 };
 
 /// Error if a value is out of range.

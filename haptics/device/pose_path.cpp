@@ -8,6 +8,8 @@
 #include <ostream>
 #include <string_view>
 
+#include "volume/base/text.h"
+
 namespace trephine::haptics {
 
 glm::dquat unit_of(const glm::dquat& q) noexcept {
@@ -112,13 +114,13 @@ Result<PosePath> PosePath::from_samples(std::vector<Sample> samples, const std::
     if (!(std::abs(length - 1) < k_rounding))
       return Error{.what = "the path has an invalid orientation",
                    .where = at,
-                   .found = "a quaternion of length " + std::to_string(std::sqrt(length)),
+                   .found = "a quaternion of length " + rounded_text(std::sqrt(length)),
                    .expected = "a unit quaternion",
                    .remedy = length > 0 ? "divide its four numbers by their length" : ""};
     if (i > 0 && !(s.t > samples[i - 1].t))
       return Error{.what = "the times of the path are not increasing",
                    .where = at,
-                   .found = std::to_string(s.t) + " s after " + std::to_string(samples[i - 1].t) + " s",
+                   .found = rounded_text(s.t) + " s after " + rounded_text(samples[i - 1].t) + " s",
                    .expected = "strictly rising times",
                    .remedy = "sort the rows and drop repeated times"};
   }

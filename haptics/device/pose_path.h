@@ -21,7 +21,7 @@ struct Pose {
   std::uint32_t buttons = 1;           ///< one bit per button; the first one activates the tool
   std::array<float, 4> axes{};  ///< squeeze, pedals and wheels, in the device's range: 0 to 1, or -1 to 1
 
-  static constexpr float k_farthest_axis = 1e6f;
+  static constexpr float k_farthest_axis = 1e6f;  ///< largest absolute value of an axis
 
   bool is_pressed() const noexcept { return buttons & 1u; }
   void press(bool is_pressed) noexcept { buttons = (buttons & ~1u) | (is_pressed ? 1u : 0u); }
@@ -31,10 +31,10 @@ struct Pose {
 /// finer than any device reports, and a recording stores the rounded values exactly in few bytes. Values that
 /// are not finite stay so.
 Pose rounded_to_grid(Pose pose) noexcept;
-/// Returns the unit quaternion; identity if the device reports no valid rotation.
+/// Returns the quaternion divided by its length; identity if the length is not finite or close to 0.
 glm::dquat unit_of(const glm::dquat& orientation) noexcept;
-/// Returns the rotation from `from` to `to` as axis times radians, for small rotations; for large ones the
-/// length is twice the sine of half the angle.
+/// Returns the rotation from `from` to `to` as axis times 2 sin(angle / 2), which is close to the angle in
+/// radians for small rotations.
 glm::dvec3 turn_between(const glm::dquat& from, const glm::dquat& to) noexcept;
 inline constexpr double k_position_grid = 0x1p-20, k_rotation_grid = 0x1p-24;
 
@@ -46,8 +46,8 @@ class PosePath {
     double t;
     Pose pose;
   };
-  /// Error if there is no sample, a value is not finite, or a time does not increase; `where` names the
-  /// source.
+  /// Error if there is no sample, a value is not finite or out of range, an orientation is not a unit
+  /// quaternion, or a time does not increase. `where`: name of the source, for the error.
   static Result<PosePath> from_samples(std::vector<Sample> samples, const std::string& where);
   /// Reads CSV with a header line that names the columns: `button` is 0 or 1, `buttons` a number with one bit
   /// per button. In a path without either column, the first button is always pressed.

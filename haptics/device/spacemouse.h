@@ -15,7 +15,8 @@ struct SpaceMouseState {
   std::uint32_t buttons = 0;
 };
 
-/// Reads input reports: 1 is motion, with the turn if it is long enough, 2 is the turn, 3 the buttons.
+/// Reads input reports: 1 is motion, with the turn if the report is long enough, 2 is the turn, 3 the
+/// buttons.
 class SpaceMouseParser {
  public:
   /// Adds one report, with its number in the first byte. Returns false for other numbers, and for reports
@@ -36,8 +37,8 @@ struct RateControl {
   double dead_zone = 0.04;  ///< share of the full deflection that moves nothing
 };
 
-/// Pose that a deflection moves: a device that springs back cannot hold a position. The speed is the square
-/// of the deflection, so that small motions are fine.
+/// Pose that a deflection moves, since a device that springs back cannot hold a position. The speed is
+/// proportional to the square of the deflection beyond the dead zone, for fine control of small motions.
 class RatePose {
  public:
   explicit RatePose(const RateControl& control) : control_(control) {}

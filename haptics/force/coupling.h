@@ -16,11 +16,12 @@ struct Coupling {
 };
 
 /// Returns the stiffest critically damped coupling of a mass (kg) that a device with `device_damping` (N
-/// s/mm) renders passively at a rate: B = 2 sqrt(K m) and b >= K T / 2 + B (after Colgate and Schenkel 1997).
+/// s/mm) renders passively at a rate: B = 2 sqrt(K m) and b >= K T / 2 + B (after Colgate and Schenkel 1997),
+/// with the device's damping b and the period T.
 Coupling critical_coupling(double mass, double device_damping, double rate_hz);
 
 /// Returns the largest stiffness (N/mm) of a surface of damping B (N s/mm) that a device renders passively
-/// for any hand: K = 2 (b - B) / T (Colgate and Schenkel 1997). 0 if B exceeds b.
+/// for any hand: K = 2 (b - B) / T (Colgate and Schenkel 1997), with b and T as above. 0 if B exceeds b.
 double passive_stiffness(double device_damping, double surface_damping, double rate_hz);
 
 /// Returns the options limited by the device's capabilities, with the damping of the device; unknown

@@ -205,7 +205,7 @@ Status check_effect(const Effect& effect) {
     return Error{.what = "an effect's parameter is out of range",
                  .where = std::string(description.name) + " " + name,
                  .found = std::to_string(found),
-                 .expected = std::to_string(low) + " to " + std::to_string(high)};
+                 .expected = rounded_text(low) + " to " + rounded_text(high)};
   };
   if (!(effect.max_force > 0 && effect.max_force <= 20)) return range_error("most", effect.max_force, 0, 20);
   EffectKind kind = effect.kind;
@@ -295,8 +295,9 @@ struct EffectMemory {
   std::uint8_t punctured;  ///< layers that the track has entered, one bit each
 };
 
-/// Returns the first layer that contains a point, plus one; 0: none. Removed matter does not resist: it is
-/// looked up a little ahead, since the tool itself removes the matter of its track.
+/// Returns the index of the first layer that contains the tip, plus one; 0: no layer. Removed matter does not
+/// resist. It is looked up k_ahead in front of the tip, since the tool itself removes the matter of its
+/// track.
 std::uint8_t layer_at(const Insertion& track, const LawInput& input, const dvec3& tip) noexcept {
   constexpr double k_ahead = 0.4;  // mm
   const volume::Volume& base = *input.scene.base;
@@ -323,7 +324,7 @@ std::uint8_t layer_at(const Insertion& track, const LawInput& input, const dvec3
 /// Grows the track while the hand pushes harder than the layer at its end resists. Returns the force.
 dvec3 step_insertion(const Insertion& track, EffectMemory& memory, const LawInput& input,
                      LawForces& sum) noexcept {
-  constexpr double k_step = 0.05, k_speed = 500;  // mm; mm/s, largest speed of the tip
+  constexpr double k_step = 0.05, k_speed = 500;  // mm between look-ups; mm/s, largest speed of the tip
   const dvec3 offset = input.hip_world - track.start_world;
   const double depth = glm::dot(offset, track.direction_world);
   memory.has_track = true;

@@ -1,4 +1,5 @@
-// Effect: bounded forces in addition to those of surfaces (tracks, springs, vibrations), run as servo laws.
+// Effect: bounded force of a track, a spring or a vibration, for example, in addition to the forces of
+// surfaces. It runs as a servo law.
 #pragma once
 
 #include <array>
@@ -53,17 +54,17 @@ struct GravityCompensation {
   glm::dvec3 up_world{0, 0, 1};
   friend bool operator==(const GravityCompensation&, const GravityCompensation&) = default;
 };
-/// Ripples on touched surfaces: height a sin(2 pi x / wavelength) along a direction, rendered as their slope
-/// times the normal force.
+/// Ripples on touched surfaces, with the profile height * sin(2 pi x / wavelength) along a direction.
+/// Rendered as their slope times the normal force.
 struct Texture {
   glm::dvec3 direction_world{1, 0, 0};
-  double height = 0.05;   ///< mm
+  double height = 0.05;   ///< mm, amplitude
   double wavelength = 1;  ///< mm
   friend bool operator==(const Texture&, const Texture&) = default;
 };
 
-/// Aligns the stylus with a direction, like a drill guide: a torque that turns its own -z axis toward the
-/// direction and damps rotation.
+/// Aligns the stylus with a direction, like a drill guide: a torque that turns the stylus's own -z axis
+/// toward the direction and damps rotation.
 struct Align {
   glm::dvec3 direction_world{0, 0, -1};
   double stiffness = 100;  ///< N mm/rad
@@ -82,7 +83,7 @@ struct Spin {
 
 /// Matter that resists the tip of an Insertion: an item, or a label of the scene's base.
 struct InsertionLayer {
-  int item = -1;  ///< index of a shape; -1: the label
+  int item = -1;  ///< index of a shape; -1: `label` is used instead
   int label = -1;
   double puncture = 0;  ///< N, force along the track that is needed to enter the layer for the first time
   double drag = 0;      ///< N, force along the track while it grows in the layer

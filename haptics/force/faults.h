@@ -18,7 +18,7 @@ enum FaultBit : std::uint32_t {
 inline constexpr std::uint32_t k_latched_faults =
     fault_not_finite | fault_stale_scene | fault_lost_device | fault_full_ring;
 
-/// Returns the names of the latched faults, for events and messages: "full ring, lost device".
+/// Returns the names of the latched faults, for events and messages: "lost device, full ring".
 std::string fault_names(std::uint32_t faults);
 
 }  // namespace trephine::haptics

@@ -101,6 +101,7 @@ dvec3 ForceGuard::apply_limits(dvec3 requested, const dvec3& last, double limit,
 
 Wrench ForceGuard::step(const Wrench& requested, std::uint32_t faults) noexcept {
   const bool has_torque = requested.torque_world != dvec3(0) || last_.torque_world != dvec3(0);
+  if (!is_finite(requested.torque_world)) faults |= fault_not_finite;  // neither value can be trusted
   last_.force_world = limited_force(requested.force_world, faults);
   last_.torque_world = has_torque ? limited_torque(requested.torque_world) : dvec3(0);
   return last_;

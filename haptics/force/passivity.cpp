@@ -68,7 +68,7 @@ Wrench PassivityController::step(const Wrench& requested, const dvec3& x, const 
           (returned - store) / (glm::dot(move_, move_) + k_arm_square * glm::dot(turn_, turn_));
       wrench.force_world -= share * move_;
       wrench.torque_world -= share * k_arm_square * turn_;
-      ++cuts_;
+      ++limited_ticks_;
     }
   }
   for (int i = 0; i < delay_; ++i)

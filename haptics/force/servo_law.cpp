@@ -28,7 +28,8 @@ Status LawSet::add(ServoLaw law) {
   return std::nullopt;
 }
 
-/// Sorts the memories into the set's order: kept by id and step function, zeros for new laws.
+/// Sorts the memories into the set's order. A law with a known id and step function keeps its memory; the
+/// memory of a new law starts as zeros.
 void LawMemory::bind(const LawSet& set) noexcept {
   const auto is_bound = [&] {
     if (set.laws().size() != count_) return false;

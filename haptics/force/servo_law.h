@@ -1,5 +1,6 @@
-// ServoLaw: force in addition to those of surfaces, a function of a module that the servo calls every tick.
-// Instruments do not compute forces, since they run some ticks later; they set the parameters of laws.
+// ServoLaw: force in addition to those of surfaces. It is a function of a module, which the servo calls in
+// every tick. Instruments do not compute forces, since they run some ticks later; they set the parameters of
+// laws.
 #pragma once
 
 #include <array>

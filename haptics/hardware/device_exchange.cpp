@@ -4,7 +4,7 @@ namespace trephine::haptics {
 
 namespace {
 
-constexpr double k_stalled_seconds = 0.05;  // without a wrench from the servo
+constexpr double k_stalled_seconds = 0.05;  // age of the servo's last wrench at which the force ends
 
 }  // namespace
 

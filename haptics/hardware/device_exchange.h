@@ -8,8 +8,8 @@
 
 namespace trephine::haptics {
 
-/// The driver's thread reports poses and fetches the wrench to render, the servo reads and writes. No call
-/// waits or allocates.
+/// The driver's thread reports poses and fetches the wrench to render; the servo reads poses and writes
+/// wrenches. No call waits or allocates.
 class DeviceExchange {
  public:
   /// Clears pose and wrench. Call while no other thread uses the exchange.
@@ -19,11 +19,12 @@ class DeviceExchange {
   void report(const glm::dvec3& position, const glm::dquat& orientation, std::uint32_t buttons) noexcept;
   /// Reports that the device was unplugged.
   void report_loss() noexcept;
-  /// Returns the servo's newest wrench. It is zero before the first write, and from 50 ms after the last one.
+  /// Returns the servo's newest wrench. It is zero before the first write, and from 50 ms after the last
+  /// write.
   Wrench wrench() noexcept;
 
   // The servo's thread.
-  /// Returns false after a loss, and after 100 ms without a report.
+  /// Returns false before the first report, after a loss, and after 100 ms without a report.
   bool read(double t, Pose& pose) noexcept;
   void write(const Wrench& wrench) noexcept;
 
@@ -51,9 +52,9 @@ class DeviceExchange {
 };
 
 /// Base of devices with force that a thread of the driver serves. Poses are in the device frame of
-/// MappedDevice. The wrench is zero until the servo writes one, and when the servo wrote none for 50 ms; a
-/// device also ends it on close(). read() fails after a loss, and after 100 ms without a pose from the
-/// device.
+/// MappedDevice. The wrench is zero before the servo's first write, and when the last write is more than
+/// 50 ms old. A device also sets its force to zero on close(). read() fails before the first pose, after a
+/// loss, and after 100 ms without a pose from the device.
 class ExchangeDevice : public Device {
  public:
   bool read(double t, Pose& pose) noexcept final { return exchange_.read(t, pose); }

@@ -50,11 +50,13 @@ Result<std::vector<std::uint8_t>> read_firmware(const DeviceHost& host) {
   std::ifstream in(file, std::ios::binary);
   if (!in)
     return Error{
-        .what = "the Falcon has no firmware, and there is no file with one",
+        .what = "the Falcon has no firmware, and its firmware file is missing",
         .where = "falcon: firmware",
         .found = "",
         .expected = "falcon.bin in the settings folder of trephine",
-        .remedy = "copy the firmware image of the device's own software to ~/.config/trephine/falcon.bin",
+        .remedy =
+            "copy the firmware image of the device's own software to $XDG_CONFIG_HOME/trephine/falcon.bin "
+            "(~/.config/trephine/falcon.bin if the variable is not set)",
         .kind = ErrorKind::missing_here};
   std::vector<std::uint8_t> image{std::istreambuf_iterator<char>(in), {}};
   if (image.empty() || image.size() > k_largest_firmware)
@@ -110,7 +112,9 @@ std::vector<DeviceCheck> check_falcon(const DeviceHost& host) {
   std::error_code error;
   if (!checks.empty() && !std::filesystem::exists(firmware_file(host), error))
     checks.push_back({"no firmware file for the Falcon, which loses its firmware when it is switched off",
-                      "copy the image of the device's own software to ~/.config/trephine/falcon.bin", true});
+                      "copy the image of the device's own software to $XDG_CONFIG_HOME/trephine/falcon.bin "
+                      "(~/.config/trephine/falcon.bin if the variable is not set)",
+                      true});
   return checks;
 }
 
@@ -167,7 +171,7 @@ Result<std::shared_ptr<Device>> make_touch(const std::string& selector, const De
   return std::shared_ptr<Device>(std::make_shared<TouchDevice>(std::move(choice)));
 }
 
-/// Returns the serial ports of devices of 3D Systems: some models are used through such a file.
+/// Returns the device files of serial ports of 3D Systems: some models are used through such a port.
 std::vector<std::string> find_touch_ports() {
   std::vector<std::string> ports;
   std::error_code error;
@@ -218,7 +222,7 @@ Result<std::shared_ptr<Device>> make_inverse3(const std::string& selector, const
 
 std::vector<DeviceCheck> check_inverse3(const DeviceHost&) {
   const auto count = count_inverse3(Inverse3Choice().port);
-  if (!count) return {};  // no service: nothing of Haply is installed
+  if (!count) return {};  // the service of Haply does not run: not a fault on a machine without its devices
   if (count.value() == 0)
     return {{"the service of Haply reports no Inverse3", "plug it in and switch it on", false}};
   std::vector<DeviceCheck> checks;

@@ -20,13 +20,13 @@ constexpr std::uint16_t k_baud_9600 = 0x4138, k_baud_140k = 0x15, k_baud_1500k =
 constexpr std::uint16_t k_8n1 = 8, k_no_flow = 0;
 constexpr std::uint16_t k_loading_latency = 16, k_running_latency = 1;  // ms
 
-constexpr std::size_t k_packet = 64, k_status = 2;  // bytes of a USB packet, of which the first are a status
+constexpr std::size_t k_packet = 64, k_status = 2;  // bytes of a USB packet, and of the status that begins it
 constexpr std::size_t k_block = 62;                 // bytes of the firmware that are echoed together
 constexpr int k_frame_ms = 20;
 constexpr int k_reply_ms = 1000;
 
-/// Share of the firmware's greatest motor value per torque, 1/(N mm): 10 units of 4095. The sign is that of
-/// the motors.
+/// Share of the firmware's greatest motor value, 4095, per torque, 1/(N mm): 10 units per N mm. The sign is
+/// that of the motors.
 constexpr double k_share_per_torque = -10.0 / 4095;
 
 Error lost() {
@@ -43,7 +43,7 @@ void append_data(std::span<const std::uint8_t> bytes, std::vector<std::uint8_t>&
   }
 }
 
-/// Reads until `count` bytes of data arrived or nothing did in `timeout_ms`.
+/// Reads until `data` has `count` bytes, or until `timeout_ms` have passed.
 LinkResult receive(UsbLink& link, std::size_t count, int timeout_ms, std::vector<std::uint8_t>& data) {
   std::array<std::uint8_t, 8 * k_packet> buffer;
   const double until = seconds_now() + 1e-3 * timeout_ms;

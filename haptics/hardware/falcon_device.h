@@ -16,7 +16,8 @@ namespace trephine::haptics {
 
 struct FalconChoice {
   std::function<Result<std::unique_ptr<UsbLink>>()> open_link;
-  /// Returns the firmware of the user, which must not be distributed; called if the device has none.
+  /// Returns the firmware image that the user supplies, since it must not be distributed. Called if no
+  /// firmware runs on the device.
   std::function<Result<std::vector<std::uint8_t>>()> read_firmware;
   /// Receives instructions for the user while open() waits.
   std::function<void(const std::string&)> notice = [](const std::string&) {};
@@ -46,7 +47,7 @@ class FalconDevice final : public ExchangeDevice {
   FalconChoice choice_;
   std::unique_ptr<UsbLink> link_;
   DeviceThread thread_;
-  // The thread's.
+  // Used by open(), then by the thread only.
   FalconParser parser_;
   FalconAngles angles_{};
   glm::dvec3 position_ = FalconKinematics::k_centre;

@@ -33,7 +33,7 @@ constexpr double k_max_stiffness = 2;  // N/mm
 
 }  // namespace
 
-/// Functions of libdhd, in the form that its manual documents. A device is a char.
+/// Functions of libdhd, in the form that its manual documents. A char identifies a device.
 struct ForceDimensionDevice::Functions {
   int (*device_count)();
   int (*open_id)(char);
@@ -145,7 +145,8 @@ Status ForceDimensionDevice::open() {
     using namespace std::chrono;
     const auto begin = steady_clock::now();
     step();
-    // An exchange over USB takes about 250 us. A shorter one failed or was not of hardware.
+    // An exchange over USB takes about 250 us. A much shorter exchange failed, or reached no hardware: the
+    // pause limits the rate of the loop.
     if (steady_clock::now() - begin < microseconds(100)) std::this_thread::sleep_for(microseconds(250));
     return true;
   });

@@ -8,14 +8,15 @@
 
 namespace trephine::haptics {
 
+/// A pedal that is connected to this computer.
 struct PedalNode {
-  std::string node, name;  ///< /dev/input/event3; the name that the device reports
-  bool is_accessible = false;
+  std::string node, name;      ///< file, such as /dev/input/event3; name that the device reports
+  bool is_accessible = false;  ///< this user may read the file
 };
 
-/// Returns the foot pedals that this version knows by their vendor and product.
+/// Returns the connected foot pedals whose USB vendor and product this version knows.
 std::vector<PedalNode> find_pedals();
-/// Opens an input device for this program alone, so that its keys reach no other.
+/// Opens an input device for this program alone, so that no other program receives its keys.
 Result<InputFile> open_input(const std::string& node);
 
 }  // namespace trephine::haptics

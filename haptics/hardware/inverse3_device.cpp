@@ -66,7 +66,7 @@ Status Inverse3Device::open() {
     try {
       goes_on = step();
     } catch (...) {
-      // Without memory the device is lost.
+      // If memory is exhausted, the device counts as lost.
     }
     if (!goes_on) {
       exchange_.report_loss();
@@ -82,7 +82,7 @@ void Inverse3Device::end_force() noexcept {
   try {
     socket_->send(zero_force_, k_send_ms);
   } catch (...) {
-    // Without memory only the end of the connection stops the force.
+    // If memory is exhausted, no message is sent: only the end of the connection stops the force.
   }
 }
 
@@ -93,21 +93,22 @@ void Inverse3Device::close() noexcept {
   socket_.reset();
 }
 
-/// Sends a force unless the last one is not answered yet, and reads the newest state. More forces in flight
-/// would be a delay that lasts. Returns false when the connection ended.
+/// Sends a force if the service has answered the previous one, and reads the newest state. At most one force
+/// is unanswered: a second one would wait in the service, and would delay all later forces. Returns false if
+/// the connection ended.
 bool Inverse3Device::step() {
   using namespace std::chrono;
   if (!is_waiting_) {
     const LinkResult sent = socket_->send(inverse3_force(device_, exchange_.wrench().force_world), k_send_ms);
     if (sent == LinkResult::timed_out) return true;
     if (sent != LinkResult::done) return false;
-    is_waiting_ = true, asked_at_ = steady_clock::now();
+    is_waiting_ = true, sent_at_ = steady_clock::now();
   }
   std::string message;
   LinkResult result = socket_->receive(message, k_state_ms);
   if (result == LinkResult::timed_out) {
-    // A message that is not answered for long is taken as lost.
-    is_waiting_ = steady_clock::now() - asked_at_ < milliseconds(k_lost_ms);
+    // A force without an answer for k_lost_ms counts as lost: the next call sends another one.
+    is_waiting_ = steady_clock::now() - sent_at_ < milliseconds(k_lost_ms);
     return true;
   }
   for (std::string newer; result == LinkResult::done;) {

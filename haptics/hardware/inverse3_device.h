@@ -1,4 +1,4 @@
-// Inverse3Device: Haply's Inverse3 with a VerseGrip, by the vendor's service on this machine.
+// Inverse3Device: Haply's Inverse3 with a VerseGrip, through the vendor's service on this machine.
 #pragma once
 
 #include <chrono>
@@ -11,16 +11,17 @@
 namespace trephine::haptics {
 
 struct Inverse3Choice {
-  std::size_t index = 0;  ///< among those of the service
+  std::size_t index = 0;  ///< index among the devices that the service reports
   std::uint16_t port = 10001;
 };
 
-/// Returns the number of devices that the service on a port reports. Error if there is no service.
+/// Returns the number of Inverse3 devices in the first state that the service on a port sends, at most 16.
+/// Error if there is no service.
 Result<std::size_t> count_inverse3(std::uint16_t port);
 
-/// Force in 3 degrees of freedom, orientation and buttons of the grip. Its thread sends a force, and the
-/// service answers with a state. Positions are relative to that of the grip when the device was opened. A
-/// damaged WebSocket frame ends the force and the connection.
+/// Renders a force in 3 degrees of freedom; reports the orientation and the buttons of the grip. The device's
+/// thread sends forces, and the service answers each of them with a state. Positions are relative to the
+/// position at which open() found the grip. A damaged WebSocket frame ends the force and the connection.
 class Inverse3Device final : public ExchangeDevice {
  public:
   explicit Inverse3Device(const Inverse3Choice& choice) : choice_(choice) {}
@@ -35,10 +36,10 @@ class Inverse3Device final : public ExchangeDevice {
 
   Inverse3Choice choice_;
   std::unique_ptr<WebSocket> socket_;
-  std::string device_;      ///< identifier
-  std::string zero_force_;  ///< message
-  std::chrono::steady_clock::time_point asked_at_;
-  bool is_waiting_ = false;  ///< for the state that answers the last force
+  std::string device_;                             ///< identifier that the service reports
+  std::string zero_force_;                         ///< message that ends the force
+  std::chrono::steady_clock::time_point sent_at_;  ///< time of the last force
+  bool is_waiting_ = false;                        ///< the service has not answered the last force
   glm::dvec3 centre_{0.0};
   DeviceThread thread_;
 };

@@ -13,7 +13,8 @@ using Json = nlohmann::json;
 
 namespace {
 
-constexpr double k_mm_per_m = 1000, k_farthest = 10;  // m
+constexpr double k_mm_per_m = 1000;
+constexpr double k_farthest = 10;  // m, largest coordinate of a valid position
 
 // The service's frame: x to the right, y away from the user, z up.
 dvec3 from_service(const dvec3& v) { return {v.x, v.z, -v.y}; }

@@ -10,7 +10,7 @@ namespace trephine::haptics {
 
 namespace {
 
-constexpr std::size_t k_axis_button = 24;  // bit of the first axis; keys have the bits below
+constexpr std::size_t k_axis_button = 24;  // bit of the first axis; keys have the lower bits
 
 }  // namespace
 
@@ -65,7 +65,7 @@ bool PedalDevice::receive() {
   const auto set_button = [&](std::uint32_t bit, bool is_pressed) {
     state_.buttons = is_pressed ? state_.buttons | bit : state_.buttons & ~bit;
   };
-  if (event.type == EV_KEY && event.value != 2) {  // 2: repeated
+  if (event.type == EV_KEY && event.value != 2) {  // 2: automatic repetition of a held key
     set_button(bit_of_key(event.code), event.value != 0);
   } else if (event.type == EV_ABS) {
     for (std::size_t i = 0; i < std::min(file_.axes.size(), state_.axes.size()); ++i) {
@@ -75,7 +75,7 @@ bool PedalDevice::receive() {
           (static_cast<double>(event.value) - axis.low) / (static_cast<double>(axis.high) - axis.low);
       state_.axes[i] = static_cast<float>(std::clamp(share, 0.0, 1.0));
       set_button(1u << (k_axis_button + i), state_.axes[i] > 0.5f);
-      // The first axis of a pedal without keys activates the tool.
+      // Until a key was pressed, the first axis also sets the button that activates the tool.
       if (i == 0 && key_count_ == 0) set_button(1, state_.axes[0] > 0.5f);
     }
   }

@@ -1,4 +1,4 @@
-// PedalDevice: foot pedals and other input devices of Linux as buttons and axes.
+// PedalDevice: reports foot pedals and other input devices of Linux as buttons and axes.
 #pragma once
 
 #include <functional>
@@ -10,21 +10,22 @@
 
 namespace trephine::haptics {
 
-/// Range of one axis of an input device.
+/// Range of one axis of an input device, in the device's units. `code`: the kernel's number of the axis.
 struct AxisRange {
   int code = 0, low = 0, high = 0;
 };
 
-/// An open input device. The driver closes it.
+/// An open input device. PedalDevice closes it.
 struct InputFile {
   int descriptor = -1;
   std::vector<AxisRange> axes;  ///< at most four are used
 };
 using OpenInput = std::function<Result<InputFile>()>;
 
-/// Events of the kernel's input layer. Keys are buttons in the order in which they are first pressed: the key
-/// that is pressed first activates the tool. Axes are 0 to 1; an axis beyond half its range counts as a
-/// button of its own. The device has no pose.
+/// Reads the events of the kernel's input layer. Keys, at most 24, are buttons in the order in which they are
+/// first pressed: the key that is pressed first activates the tool. Axes are 0 to 1; an axis beyond half its
+/// range also counts as a button of its own. Until a key was pressed, the first axis activates the tool. The
+/// device has no pose.
 class PedalDevice final : public Device {
  public:
   explicit PedalDevice(OpenInput open_input) : open_input_(std::move(open_input)) {}
@@ -46,13 +47,13 @@ class PedalDevice final : public Device {
 
   OpenInput open_input_;
   InputFile file_;
-  // The thread's.
+  // Used by the device's thread.
   Shared state_;
   std::array<int, 24> keys_{};  ///< codes in the order of their first press
   std::size_t key_count_ = 0;
   DeviceThread thread_;
   Latest<Shared> shared_;
-  Shared last_;  ///< the servo's
+  Shared last_;  ///< used by the servo
 };
 
 }  // namespace trephine::haptics

@@ -17,7 +17,7 @@ Status SpaceMouseDevice::open() {
   pose_ = RatePose(control_);
   last_ = {};
   has_time_ = false;
-  constexpr std::array<std::uint8_t, 2> k_light_on{4, 1};  // report 4
+  constexpr std::array<std::uint8_t, 2> k_light_on{4, 1};  // output report 4: the light
   link_->write(k_light_on);
   thread_.start([this] { return receive(); });
   return std::nullopt;
@@ -41,7 +41,7 @@ DeviceCapabilities SpaceMouseDevice::capabilities() const {
 
 /// Reads one report. Returns false after the device was unplugged.
 bool SpaceMouseDevice::receive() {
-  constexpr int k_rest_ms = 30;  // two of its periods of 16 ms
+  constexpr int k_rest_ms = 30;  // about two periods of the device's reports, 16 ms each
   std::array<std::uint8_t, 64> report;
   std::size_t count = 0;
   switch (link_->read(report, count, k_rest_ms)) {

@@ -15,7 +15,8 @@ namespace trephine::haptics {
 using OpenHidLink = std::function<Result<std::unique_ptr<HidLink>>()>;
 
 /// The deflection moves the tool (RatePose); buttons are those of the device. Poses are in the device frame
-/// of MappedDevice. A device that sends nothing for 30 ms is at rest; it is lost when it is unplugged.
+/// of MappedDevice. A device that sends nothing for 30 ms counts as at rest. read() fails after the device
+/// was unplugged or the connection failed.
 class SpaceMouseDevice final : public Device {
  public:
   explicit SpaceMouseDevice(OpenHidLink open_link, const RateControl& control = {});
@@ -36,10 +37,10 @@ class SpaceMouseDevice final : public Device {
   OpenHidLink open_link_;
   RateControl control_;
   std::unique_ptr<HidLink> link_;
-  SpaceMouseParser parser_;  ///< the thread's
+  SpaceMouseParser parser_;  ///< used by the device's thread
   Latest<Shared> shared_;
   DeviceThread thread_;
-  // The servo's.
+  // Used by the servo.
   RatePose pose_;
   Shared last_;
   double time_ = 0;

@@ -17,7 +17,7 @@ using glm::dvec3;
 
 namespace {
 
-// Values of the library's programmer's guide.
+// Constants of the library, as in its programmer's guide.
 constexpr unsigned k_current_buttons = 0x2000, k_current_transform = 0x2052, k_current_force = 0x2700;
 constexpr unsigned k_model_type = 0x2501, k_usable_workspace = 0x2551, k_calibration_style = 0x2555;
 constexpr unsigned k_max_stiffness = 0x2602, k_max_force = 0x2603;
@@ -29,9 +29,9 @@ constexpr unsigned k_invalid_device = 0xffffffff;
 constexpr unsigned k_call_again = 1, k_call_no_more = 0;
 constexpr unsigned short k_priority = 500;
 
-constexpr int k_pause_ticks = 500;
-constexpr int k_most_errors = 64;  // taken per frame
-constexpr int k_last_frames = 3;   // without force, before the device is closed
+constexpr int k_pause_ticks = 500;   // without force, after an error of the force
+constexpr int k_most_errors = 64;    // largest number of errors read at once
+constexpr int k_closing_frames = 3;  // frames without force before the device is closed
 
 struct HdError {
   unsigned code;
@@ -90,7 +90,7 @@ Status TouchDevice::load() {
   return bind.error();
 }
 
-/// Takes all errors of the library.
+/// Removes the errors from the library's queue, at most k_most_errors, and returns their summary.
 TouchDevice::Errors TouchDevice::take_errors() noexcept {
   Errors errors;
   for (int i = 0; i < k_most_errors; ++i) {
@@ -126,7 +126,7 @@ Status TouchDevice::open() {
   read_capabilities();
   hd_->enable(k_force_output);
   exchange_.restart();
-  is_closing_ = false, last_ticks_ = 0, pause_ticks_ = 0;
+  is_closing_ = false, closing_ticks_ = 0, pause_ticks_ = 0;
   schedule_ = hd_->schedule(&TouchDevice::tick, this, k_priority);
   is_scheduled_ = true;
   hd_->start();
@@ -149,8 +149,8 @@ Status TouchDevice::open() {
   return failed("the Touch does not respond", "silent", 0, "check its cable and power supply");
 }
 
-/// Waits until the device is calibrated. Some need the stylus in the inkwell, or the arm at its reset
-/// position.
+/// Waits until the device is calibrated. Some models require that the user puts the stylus into the inkwell,
+/// or holds the arm at its reset position.
 Status TouchDevice::calibrate() {
   using namespace std::chrono;
   int style = 0;
@@ -167,7 +167,7 @@ Status TouchDevice::calibrate() {
     } else if (!asked_at) {
       choice_.notice(style == k_encoder_reset
                          ? "Touch: hold the arm at its reset position for some seconds."
-                         : "Touch: put the stylus into the inkwell until it is calibrated.");
+                         : "Touch: put the stylus into the inkwell until the device is calibrated.");
       asked_at = steady_clock::now();
     } else if (style == k_encoder_reset && steady_clock::now() - *asked_at > reset_time) {
       hd_->update_calibration(static_cast<unsigned>(style));
@@ -208,9 +208,10 @@ void TouchDevice::read_capabilities() {
 void TouchDevice::close() noexcept {
   if (id_ == k_invalid_device) return;
   if (is_scheduled_) {
-    // The scheduler sends the last frames without force. It may have stopped.
+    // Waits until the scheduler has sent the last frames without force; at most 0.1 s, since the scheduler
+    // may have stopped.
     is_closing_ = true;
-    for (int i = 0; i < 100 && last_ticks_ < k_last_frames; ++i)
+    for (int i = 0; i < 100 && closing_ticks_ < k_closing_frames; ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     hd_->unschedule(schedule_);
     hd_->stop();
@@ -225,10 +226,11 @@ unsigned TouchDevice::tick(void* device) noexcept {
   auto& self = *static_cast<TouchDevice*>(device);
   const bool is_closing = self.is_closing_;
   self.step();
-  return !is_closing || ++self.last_ticks_ < k_last_frames ? k_call_again : k_call_no_more;
+  return !is_closing || ++self.closing_ticks_ < k_closing_frames ? k_call_again : k_call_no_more;
 }
 
-/// Exchanges one frame. Returns false, and reports nothing, if the library reports an error.
+/// Exchanges one frame. After an error of the force, the next frames are without force. Returns false, and
+/// reports nothing, after any other error of the library.
 bool TouchDevice::step() noexcept {
   std::array<double, 16> columns{};
   int buttons = 0;

@@ -146,7 +146,7 @@ Result<std::unique_ptr<UsbLink>> open_usb(std::uint16_t vendor, std::uint16_t pr
         .remedy = "install packaging/60-trephine.rules in /etc/udev/rules.d, then plug the device in again",
         .kind = ErrorKind::missing_here};
   if (code == 0) {
-    // The kernel's serial driver holds a converter of FTDI by default.
+    // By default the kernel's serial driver uses a converter of FTDI.
     libusb_set_auto_detach_kernel_driver(handle, 1);
     code = libusb_claim_interface(handle, 0);
     if (code != 0) libusb_close(handle);

@@ -1,4 +1,4 @@
-// USB devices by libusb.
+// Access to USB devices with the library libusb.
 #pragma once
 
 #include <string>
@@ -15,10 +15,11 @@ struct UsbDevice {
   std::string node() const;    ///< file of the device, /dev/bus/usb/...
 };
 
-/// Returns the devices of a vendor and product, in the order of the bus. `product` 0: all of the vendor.
+/// Returns the devices of a vendor and product, in the order in which libusb lists them. `product` 0: all
+/// products of the vendor.
 Result<std::vector<UsbDevice>> find_usb(std::uint16_t vendor, std::uint16_t product);
-/// Opens the device with an index among those of a vendor and product. `name`: of the device, for errors. A
-/// driver of the kernel that holds it is detached until the link is closed.
+/// Opens a device by its index among the devices of a vendor and product. `name`: name of the device, for
+/// errors. If a driver of the kernel uses the device, the driver is detached until the link is closed.
 Result<std::unique_ptr<UsbLink>> open_usb(std::uint16_t vendor, std::uint16_t product, std::size_t index,
                                           const std::string& name);
 

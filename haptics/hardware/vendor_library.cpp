@@ -9,7 +9,8 @@ Result<VendorLibrary> VendorLibrary::load(VendorLibraryNames names) {
   for (const std::string& file : names.files) {
     if (void* const library = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL))
       return VendorLibrary(library, std::move(names));
-    // The loader's message begins with the missing file: the library itself, or a dependency of it.
+    // The loader's message begins with the missing file, which is the library itself or a dependency of it. A
+    // library file that does not exist is not reported as the cause; any other reason is.
     const char* const text = ::dlerror();
     const std::string reason = text ? text : "";
     if (cause.empty() && reason.rfind(file + ":", 0) != 0) cause = reason;

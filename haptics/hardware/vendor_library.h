@@ -1,4 +1,4 @@
-// VendorLibrary: a proprietary library of a vendor, loaded at run time. Nothing of it is needed to build.
+// VendorLibrary: a proprietary library of a vendor, loaded at run time. The build does not require it.
 #pragma once
 
 #include <string>
@@ -10,17 +10,17 @@ namespace trephine::haptics {
 
 /// Files and names of a library, for loading it and for errors.
 struct VendorLibraryNames {
-  std::string device;              ///< as users write it: "touch"
-  std::string product;             ///< "OpenHaptics"
+  std::string device;              ///< name that users write, such as "touch"
+  std::string product;             ///< name of the product, such as "OpenHaptics"
   std::vector<std::string> files;  ///< paths, or names for the search path of the system
-  std::string remedy;              ///< if no file was loaded
+  std::string remedy;              ///< remedy of the error if no file could be loaded
 };
 
-/// A library stays loaded until the program ends: those of vendors have threads of their own.
+/// A library stays loaded until the program ends, because libraries of vendors have threads of their own.
 class VendorLibrary {
  public:
-  /// Loads the first file that can be loaded. The error contains the cause that the loader of the system
-  /// reports, such as a missing dependency.
+  /// Loads the first file that can be loaded. If a file exists but cannot be loaded, the error contains the
+  /// cause that the loader of the system reports, such as a missing dependency.
   static Result<VendorLibrary> load(VendorLibraryNames names);
 
   /// Sets `function` to the function with a name. Error if the library does not have it.
@@ -29,7 +29,7 @@ class VendorLibrary {
     function = reinterpret_cast<Function*>(find(name));
     return function == nullptr ? missing(name) : std::nullopt;
   }
-  /// Sets `function` to the function with a name, or to null.
+  /// Sets `function` to the function with a name, or to null if the library does not have it.
   template <class Function>
   void bind_optional(const char* name, Function*& function) const {
     function = reinterpret_cast<Function*>(find(name));

@@ -18,8 +18,8 @@ namespace {
 constexpr unsigned k_text = 1, k_binary = 2, k_close = 8, k_ping = 9, k_pong = 10;
 constexpr std::size_t k_largest_control = 125, k_largest_answer = 8192;  // bytes
 
-// Key and answer of the example in RFC 6455, 1.3. The key shows that the peer is a WebSocket server; it is
-// not a secret.
+// Key and answer of the example in RFC 6455, 1.3. The answer shows that the peer is a WebSocket server; the
+// key is not a secret.
 constexpr const char* k_key = "dGhlIHNhbXBsZSBub25jZQ==";
 constexpr const char* k_answer = "s3pPLMBiTxaQ9kYGzzhZRbK+xOo=";
 
@@ -36,7 +36,7 @@ class TimeLeft {
   std::chrono::steady_clock::time_point end_;
 };
 
-/// Waits until a file can be read or written.
+/// Waits until a file can be read or written. Returns false after the time limit.
 bool wait_for(int file, short events, int timeout_ms) {
   pollfd poll_file{file, events, 0};
   int ready = 0;
@@ -63,7 +63,7 @@ WebSocketParser::Found WebSocketParser::next() {
     if (buffer_.size() < 2) return Found::nothing;
     const bool is_final = (byte(0) & 0x80) != 0, is_masked = (byte(1) & 0x80) != 0;
     const unsigned opcode = byte(0) & 0x0f;
-    // A server does not mask, and no extension was agreed on.
+    // A server does not mask its frames, and the handshake requested no extension.
     if (is_masked || (byte(0) & 0x70) != 0) return Found::invalid;
     std::uint64_t size = byte(1) & 0x7f;
     const std::size_t size_bytes = size == 126 ? 2 : size == 127 ? 8 : 0, header = 2 + size_bytes;
@@ -135,7 +135,8 @@ WebSocket::~WebSocket() {
   try {
     send_bytes(client_frame(k_close, {}, next_mask()), 10);
     ::shutdown(file_, SHUT_WR);
-    // Unread bytes would reset the connection, and the server might drop what it has not read yet.
+    // If this side closed the file with unread bytes, the system would reset the connection, and the server
+    // might lose the close frame.
     const TimeLeft time(50);
     std::string rest;
     while (time.ms() > 0 && read_some(time.ms(), rest) == LinkResult::done) rest.clear();
@@ -168,7 +169,7 @@ Status WebSocket::shake_hands(std::uint16_t port, int timeout_ms) {
   const std::string head = answer.substr(0, end);
   if (head.rfind("HTTP/1.1 101", 0) != 0 || head.find(k_answer) == std::string::npos)
     return unreachable(port, "a server of another protocol");
-  // The first frames may follow at once.
+  // The bytes after the head belong to the first frames.
   const std::string rest = answer.substr(end + 4);
   parser_.add({reinterpret_cast<const std::uint8_t*>(rest.data()), rest.size()});
   return std::nullopt;
@@ -190,14 +191,14 @@ LinkResult WebSocket::send_bytes(std::string_view bytes, int timeout_ms) {
     }
     if (errno == EINTR) continue;
     if (errno != EAGAIN && errno != EWOULDBLOCK) return LinkResult::disconnected;
-    // After a part of a frame, no other frame may follow.
+    // If only a part of a frame was sent, no other frame may follow: the connection is unusable.
     if (!wait_for(file_, POLLOUT, time.ms()))
       return bytes.size() < size ? LinkResult::disconnected : LinkResult::timed_out;
   }
   return LinkResult::done;
 }
 
-/// Appends the bytes that arrived.
+/// Waits until bytes arrive, and appends them.
 LinkResult WebSocket::read_some(int timeout_ms, std::string& bytes) {
   std::array<char, 4096> buffer;
   if (!wait_for(file_, POLLIN, timeout_ms)) return LinkResult::timed_out;

@@ -33,7 +33,7 @@ class WebSocketParser {
   bool is_fragmented_ = false;
 };
 
-/// Returns a frame of a client: final, masked.
+/// Returns a message of a client as one frame, with masked payload.
 std::string client_frame(unsigned opcode, std::string_view payload, std::uint32_t mask);
 
 /// A connection. Not safe for use by several threads at once.
@@ -45,9 +45,11 @@ class WebSocket {
   WebSocket(const WebSocket&) = delete;
   WebSocket& operator=(const WebSocket&) = delete;
 
-  /// Returns `disconnected` if only a part was sent in time: no further message can follow.
+  /// Returns `disconnected` also if only a part of the message was sent in time, since no other message can
+  /// follow.
   LinkResult send(std::string_view text, int timeout_ms);
-  /// Waits for one message. With a limit of 0, reads once what has arrived.
+  /// Waits for one message. With a time limit of 0, reads at most once the bytes that have arrived. Returns
+  /// `disconnected` if the connection ended, and `failed` if the bytes are not valid frames of a server.
   LinkResult receive(std::string& text, int timeout_ms);
 
  private:

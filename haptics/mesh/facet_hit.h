@@ -1,4 +1,4 @@
-// FacetHit: first crossing of a motion with a facet, of a mesh or of a surface of voxels.
+// FacetHit: first crossing of a motion with a facet of a mesh or of a surface of voxels.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ struct FacetHit {
   glm::dvec3 normal_world{0.0};  ///< unit, toward the side from which the motion came
   int shape = -1;
   Side side = Side::none;
-  std::uint32_t triangle = 0;  ///< of a mesh, by its index in the tree
+  std::uint32_t triangle = 0;  ///< index in the MeshTree; only for a mesh
 };
 
 }  // namespace trephine::haptics

@@ -40,7 +40,8 @@ dvec3 nearest_allowed(const dvec3& target, const std::array<HoldingPlane, 3>& pl
 
 namespace {
 
-/// Returns a b as a double and its rounding error (Dekker 1971); no overflow for coordinates of points.
+/// Sets `high` to the rounded product a b, and `low` to its rounding error (Dekker 1971). Coordinates of
+/// points are too small for an overflow.
 void exact_product(double a, double b, double& high, double& low) noexcept {
   constexpr double k_split = 134217729;  // 2^27 + 1
   high = a * b;

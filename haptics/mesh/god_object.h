@@ -1,5 +1,6 @@
-// move_god_object(): god-object on facets (Zilles and Salisbury 1995): moves until facets stop it, then along
-// up to three of them at once. Works on facets from any source: a function finds the first one on a motion.
+// move_god_object(): god-object on facets (Zilles and Salisbury 1995). It moves until facets stop it, then
+// along up to three facets at once. The facets may be from any source: a function finds the first facet on a
+// motion.
 #pragma once
 
 #include <algorithm>
@@ -21,9 +22,9 @@ struct HoldingPlane {
   double offset;
 };
 
-/// Returns the point nearest to `target` in all half spaces (`count` of them, at most three), by testing sets
-/// of active planes; `target` itself if it is in all of them, and its projection on the last plane if
-/// rounding leaves no point.
+/// Returns the point nearest to `target` that is in all of the first `count` half spaces (at most three).
+/// Tests sets of active planes. If rounding leaves no such point, returns the projection of `target` on the
+/// last plane.
 glm::dvec3 nearest_allowed(const glm::dvec3& target, const std::array<HoldingPlane, 3>& planes,
                            int count) noexcept;
 
@@ -41,18 +42,19 @@ class TriangleCrossing {
     sx_ = d[x_] / d[z_], sy_ = d[y_] / d[z_];
     first_ = std::min(0.0, d[z_]) - k_margin * size[z_], last_ = std::max(0.0, d[z_]) + k_margin * size[z_];
   }
-  /// Returns true if the motion crosses the triangle, at parameter `t`. Watertight at edges and vertices:
-  /// corners are projected along the motion, identically for all their triangles, and edges are decided
-  /// exactly (after Woop, Benthin and Wald 2013; zero counts as inside). `direction_dot_normal` < 0: the
-  /// motion goes against the triangle's normal. Degenerate triangles are missed.
+  /// Returns true if the motion crosses the triangle, and sets `t` to the parameter of the crossing. The test
+  /// is watertight at edges and vertices (after Woop, Benthin and Wald 2013): a motion through an edge or a
+  /// vertex crosses at least one of the adjacent triangles. `direction_dot_normal` < 0: the motion goes
+  /// against the triangle's normal. Degenerate triangles are never crossed.
   bool crosses(const glm::dvec3& v0, const glm::dvec3& v1, const glm::dvec3& v2, double& t,
                double& direction_dot_normal) const noexcept {
     if (!has_length_) return false;
     const glm::dvec3 p = v0 - a_, q = v1 - a_, r = v2 - a_;
-    // Most triangles of a box are before the motion or behind it.
+    // Most triangles are before the start or beyond the end of the motion, along its longest axis.
     if (std::min({p[z_], q[z_], r[z_]}) > last_ || std::max({p[z_], q[z_], r[z_]}) < first_) return false;
-    // Projected along the motion, each corner is a 2D point, rounded once and identically for all its
-    // triangles; the side of their edges on which the motion passes is then decided exactly.
+    // Projects each corner along the motion to a 2D point. The point is rounded identically in all triangles
+    // with this corner. Then decides exactly on which side of each edge the motion passes; a motion
+    // through the edge itself counts as inside.
     const double px = p[x_] - sx_ * p[z_], py = p[y_] - sy_ * p[z_];
     const double qx = q[x_] - sx_ * q[z_], qy = q[y_] - sy_ * q[z_];
     const double rx = r[x_] - sx_ * r[z_], ry = r[y_] - sy_ * r[z_];
@@ -62,8 +64,8 @@ class TriangleCrossing {
     const glm::dvec3 normal = glm::cross(v1 - v0, v2 - v0);
     direction_dot_normal = glm::dot(d_, normal);
     if (direction_dot_normal == 0) return false;
-    // A motion that ends on the triangle and the next one, which begins there, must not both miss it because
-    // of rounding.
+    // If one motion ends on the triangle and the next motion begins there, rounding must not let both miss
+    // the triangle.
     const double slack =
         8 * std::numeric_limits<double>::epsilon() * glm::dot(glm::abs(v0) + glm::abs(a_), glm::abs(normal));
     const double at = glm::dot(p, normal) / direction_dot_normal,
@@ -86,15 +88,16 @@ class TriangleCrossing {
   bool has_length_;
 };
 
+/// Largest number of straight motions in a step.
 inline constexpr int k_max_facet_moves = 10;
 /// Gap before facets, as a share of the shortest edge of a voxel or a depth pixel.
 inline constexpr double k_facet_gap = 1e-5;
 
-/// Moves from `start_volume` toward the HIP. Waypoints go to result.path_volume; the last one is the
+/// Moves from `start_volume` toward the HIP. Adds waypoints to result.path_volume; the last one is the
 /// frictionless proxy. `cast(a, b, hit)` finds the first blocking facet on the motion from a to b (volume
-/// frame). `gap_mm`: distance that the proxy keeps from facets. Returns the waypoint at which the first facet
-/// was met: 1 if the proxy dropped onto it from more than a tenth of a voxel, else 0. `facets`: output, the
-/// facets along which each leg leads.
+/// frame). `gap_mm`: distance that the proxy keeps from facets. `facets`: output, the facets along which each
+/// leg leads. Returns the waypoint at which the proxy landed on the first facet: 1 if the first leg was
+/// longer than a tenth of a voxel, else 0.
 template <class Cast>
 int move_god_object(const volume::Frame& frame, const glm::dvec3& hip_world, const glm::dvec3& start_volume,
                     double gap_mm, Cast&& cast, PathFacets& facets, ProxyStep& result) noexcept {

@@ -16,7 +16,7 @@ using glm::ivec3;
 
 namespace {
 
-/// Returns the shapes of a scene's volume that block from the front.
+/// Returns the shapes of a scene's volume that block from the front. `count`: output, their number.
 ShapeSet front_shapes(const TouchScene& scene, const ShapeSet& passable, int& count) {
   ShapeSet front;
   count = 0;

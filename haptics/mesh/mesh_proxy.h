@@ -1,4 +1,4 @@
-// MeshProxy: contact with polygonal models: a god-object on triangles found by a tree of boxes.
+// MeshProxy: contact with polygonal models by a god-object on triangles, which a tree of boxes finds.
 #pragma once
 
 #include "haptics/mesh/mesh_tree.h"
@@ -9,9 +9,9 @@ namespace trephine::haptics {
 /// Returns the whole surface of an untouched shape, closed, in the world frame.
 std::shared_ptr<const MeshTree> surface_tree(const TouchItem& shape);
 
-/// A god-object on up to three facets at once (Zilles and Salisbury 1995). prepare() makes the models: the
-/// whole surface of each shape before any cut, in world coordinates; matter that is cut later stays
-/// touchable. Cost: logarithmic in the number of triangles.
+/// A god-object on up to three facets at once (Zilles and Salisbury 1995). prepare() makes a model of the
+/// whole surface of each shape before any cut, in world coordinates. The models do not change: matter that is
+/// cut later stays touchable. Cost of a step: logarithmic in the number of triangles.
 class MeshProxy final : public ProxyMethod {
  public:
   static constexpr MethodInfo k_info{
@@ -31,9 +31,9 @@ class MeshProxy final : public ProxyMethod {
 
  private:
   std::vector<std::shared_ptr<const MeshTree>> trees_;  ///< one per item
-  std::shared_ptr<const MeshTree> union_;               ///< of the shapes of the volume, if there are several
-  ShapeSet union_members_;
-  double gap_ = 1e-5;
+  std::shared_ptr<const MeshTree> union_;  ///< surface of `union_members_`; null if there are fewer than two
+  ShapeSet union_members_;                 ///< shapes of the volume that block from the front
+  double gap_ = 1e-5;                      ///< mm, distance that the proxy keeps from facets
 };
 
 }  // namespace trephine::haptics

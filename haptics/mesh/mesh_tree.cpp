@@ -106,7 +106,7 @@ std::uint32_t MeshTree::build(std::uint32_t begin, std::uint32_t end, Guide& gui
   const auto index = static_cast<std::uint32_t>(nodes_.size());
   nodes_.push_back({dvec3(0), dvec3(0), begin, end - begin});
   if (end - begin <= k_leaf || depth == k_deepest - 2) {
-    // Sorts in ascending order, so that a tree rebuilt from the triangles of this one splits equally.
+    // Sorts in ascending order, so that a tree that is rebuilt from the sorted triangles has equal nodes.
     std::sort(guide.order.begin() + begin, guide.order.begin() + end);
     return index;
   }
@@ -149,7 +149,7 @@ void MeshTree::bound_leaf(Node& node) const {
 
 void MeshTree::refit(std::span<const dvec3> vertices) {
   if (vertices.data() != vertices_.data()) vertices_.assign(vertices.begin(), vertices.end());
-  // Children come after their parents.
+  // Children come after their parents, so the loop runs backward.
   for (std::size_t n = nodes_.size(); n-- > 0;) {
     Node& node = nodes_[n];
     if (node.count > 0) {
@@ -201,7 +201,7 @@ bool MeshTree::cast(const dvec3& a, const dvec3& b, bool is_front, bool is_back,
 std::uint32_t MeshTree::nearest_connected(std::uint32_t triangle, const dvec3& p,
                                           int& visited) const noexcept {
   constexpr int k_max_steps = 16;
-  constexpr double k_nearer = 1e-9;       // fraction of the distance; a smaller decrease counts as none
+  constexpr double k_nearer = 1e-9;       // fraction of the distance; a smaller decrease does not count
   constexpr double k_coincident = 1e-10;  // relative to coordinates; corners within it coincide
   int remaining = k_max_connected;
   for (int step = 0; step < k_max_steps; ++step) {
@@ -236,7 +236,8 @@ bool MeshTree::cast_ball(const dvec3& a, const dvec3& b, double radius, bool is_
   const double length = glm::length(motion);
   const BoxTest boxes(a, motion, radius, low(), high());
   double nearest = std::numeric_limits<double>::infinity();
-  // Farthest point that the ball may meet, from its start; with slack for rounding.
+  // Largest distance from the start of the ball's centre at which the ball may meet a triangle, with slack
+  // for rounding.
   const double farthest =
       (1 + 1e-9) * (radius + latest * length) + 1e-12 * glm::length(glm::max(glm::abs(a), glm::abs(b)));
   const auto meets = [&](const Node& node) {
@@ -250,8 +251,8 @@ bool MeshTree::cast_ball(const dvec3& a, const dvec3& b, double radius, bool is_
     const bool is_before = glm::dot(across, a - p) >= 0;
     if (is_before ? !is_front : !is_back) return;
     ++visited;
-    // A triangle is convex, so the distance to it is convex along the motion. Newton steps that start before
-    // the first contact never pass it. If the distance increases, there is no contact.
+    // A triangle is convex, so the distance to it is a convex function along the motion. Newton steps that
+    // start before the first contact never pass that contact. If the distance increases, there is no contact.
     double t = 0;
     for (int k = 0; k < k_max_newton; ++k) {
       const dvec3 at = a + t * motion, off = at - nearest_on_triangle(at, p, q, r);

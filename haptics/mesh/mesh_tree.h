@@ -1,6 +1,6 @@
-// MeshTree: triangles in a tree of boxes, for the first one on a motion and those near a point. In double
-// precision throughout, so that a mesh may be metres wide or have edges of 10 um, and watertight at edges and
-// vertices.
+// MeshTree: triangles in a tree of boxes. Finds the first triangle on a motion, and the triangles near a
+// point. All computations are in double precision, so that a mesh may be metres wide or have edges of 10 um.
+// Motions of points do not pass between triangles at their edges and vertices.
 #pragma once
 
 #include <algorithm>
@@ -21,25 +21,26 @@ namespace trephine::haptics {
 class MeshTree {
  public:
   MeshTree() = default;
-  /// Triangles are counter-clockwise as viewed from the free side. Degenerate ones are kept and never met.
-  /// Cost: n log n.
+  /// Triangles are counter-clockwise as viewed from the free side. Degenerate triangles are kept, but no
+  /// query finds them. Cost: n log n.
   MeshTree(std::vector<glm::dvec3> vertices, std::vector<std::uint32_t> triangles)
       : MeshTree(std::move(vertices), std::move(triangles), {}) {}
-  /// Builds from triangles in spatial order, in a quarter of the time. `codes`: increasing, one per two
-  /// triangles; codes with the same leading bits are in the same cube (Morton 1966), and the nodes are these
-  /// cubes (Lauterbach and others 2009).
+  /// Builds from triangles in spatial order, in a quarter of the time. `codes`: Morton codes in ascending
+  /// order, one per two triangles. Codes with the same leading bits are in the same cube (Morton 1966), and
+  /// the nodes are these cubes (Lauterbach and others 2009).
   static MeshTree of_ordered(std::vector<glm::dvec3> vertices, std::vector<std::uint32_t> triangles,
                              std::span<const std::uint64_t> codes) {
     return {std::move(vertices), std::move(triangles), codes};
   }
 
-  /// Moves the vertices: updates the boxes, keeps tree and gap(). Not while another thread reads it.
+  /// Moves the vertices and updates the boxes; the nodes and gap() do not change. Do not call while another
+  /// thread reads the tree.
   void refit(std::span<const glm::dvec3> vertices);
 
   /// Finds the first triangle that a ball meets on a blocking side while its centre moves from a to b (mm). A
-  /// ball of radius 0 (mm) is a point. Sets all of `hit` but its shape; the normal is in the frame of the
-  /// tree. Adds the number of tested triangles to `visited`. `latest`: share of the motion after which a
-  /// ball's hits are not needed, and may be left out.
+  /// ball of radius 0 (mm) is a point. Sets all of `hit` except `shape`; the normal is in the frame of the
+  /// tree. Adds the number of tested triangles to `visited`. `latest`: share of the motion after which the
+  /// hits of a ball need not be found.
   bool cast(const glm::dvec3& a, const glm::dvec3& b, double radius, bool is_front, bool is_back,
             FacetHit& hit, int& visited, double latest = 1) const noexcept {
     return radius > 0 ? cast_ball(a, b, radius, is_front, is_back, hit, visited, latest)
@@ -49,9 +50,10 @@ class MeshTree {
   bool cast(const glm::dvec3& a, const glm::dvec3& b, bool is_front, bool is_back, FacetHit& hit,
             int& visited) const noexcept;
 
-  /// As above, for a ball: finds where it first comes as near as `radius` to a triangle. A ball that is
-  /// already nearer is stopped as soon as it approaches further. The start of the centre determines front or
-  /// back. The normal points from the triangle to the centre.
+  /// As above, for a ball: finds the first position of the centre at a distance of `radius` from a triangle.
+  /// A ball that is already nearer is stopped where it would approach further. The ball meets the front of a
+  /// triangle if the centre starts before the front, else the back. The normal points from the triangle to
+  /// the centre.
   bool cast_ball(const glm::dvec3& a, const glm::dvec3& b, double radius, bool is_front, bool is_back,
                  FacetHit& hit, int& visited, double latest = 1) const noexcept;
 
@@ -63,16 +65,17 @@ class MeshTree {
     double distance;         ///< mm
     bool is_front;           ///< the query point is before its front
   };
-  /// Calls use(near) for each triangle within `reach` mm of p, in any order; degenerate ones are left out.
-  /// `use` may reduce the reach.
+  /// Calls use(near) for each triangle within `reach` mm of p, in any order, without degenerate triangles.
+  /// `use` may reduce the variable `reach`.
   template <class Use>
   void for_near(const glm::dvec3& p, const double& reach, Use&& use) const noexcept;
   /// Calls use(near) for triangles within `reach` mm of p that are at most `tie` mm farther than the nearest
   /// one found before. All triangles nearest to p are among them.
   template <class Use>
   void for_nearest(const glm::dvec3& p, double reach, double tie, Use&& use) const noexcept;
-  /// Walks from a triangle to neighbours that share the point nearest to p, as long as they are nearer to p,
-  /// and returns the last one. Tests at most k_max_connected triangles and adds their number to `visited`.
+  /// Walks from a triangle to neighbours that contain its point nearest to p, as long as a neighbour is
+  /// nearer to p, and returns the last triangle. Stops after about k_max_connected tested triangles, and adds
+  /// their number to `visited`.
   std::uint32_t nearest_connected(std::uint32_t triangle, const glm::dvec3& p, int& visited) const noexcept;
   static constexpr int k_max_connected = 256;
   /// Returns true if a triangle is within `reach` mm of p.
@@ -81,17 +84,18 @@ class MeshTree {
     return {vertices_[triangles_[3 * triangle]], vertices_[triangles_[3 * triangle + 1]],
             vertices_[triangles_[3 * triangle + 2]]};
   }
-  /// Bounds of all triangles; low > high without triangles.
+  /// Bounds of all triangles, mm; low > high if there are no triangles.
   glm::dvec3 low() const noexcept { return nodes_.empty() ? glm::dvec3(1) : nodes_[0].low; }
   glm::dvec3 high() const noexcept { return nodes_.empty() ? glm::dvec3(-1) : nodes_[0].high; }
 
   std::size_t triangle_count() const noexcept { return triangles_.size() / 3; }
-  /// A tree built from these is identical to this one, to the bit.
+  /// The public constructor makes an identical tree, to the bit, from the vertices and triangles of a tree
+  /// that it made, unless refit() moved the vertices.
   const std::vector<glm::dvec3>& vertices() const noexcept { return vertices_; }
   const std::vector<std::uint32_t>& triangles() const noexcept { return triangles_; }
   std::size_t bytes() const noexcept;
   /// Returns the distance (mm) that a god-object keeps from facets: a thousandth of the shortest edge, at
-  /// most 1e-5, above rounding.
+  /// most 1e-5, and large enough for the rounding of coordinates.
   double gap() const noexcept { return gap_; }
 
  private:
@@ -105,11 +109,11 @@ class MeshTree {
            std::span<const std::uint64_t> codes);
   static constexpr int k_deepest = 64;
 
-  /// Input of the build: triangles by position, or ordered ones.
+  /// Input of the build. The nodes are split by `centres`, or by `codes` if there are any.
   struct Guide {
     std::vector<glm::dvec3> centres;
     std::span<const std::uint64_t> codes;
-    std::vector<std::uint32_t> order;
+    std::vector<std::uint32_t> order;  ///< indices of triangles, in the order of the leaves
   };
   std::uint32_t build(std::uint32_t begin, std::uint32_t end, Guide& guide, int depth);
   static void split(std::uint32_t begin, std::uint32_t middle, std::uint32_t end,
@@ -131,9 +135,10 @@ class MeshTree {
   double gap_ = 1e-5;
 };
 
-/// Feature of a triangle that contains a point.
+/// Part of a triangle on which a point is: the interior, a corner or an edge.
 enum class TriangleFeature { face, corner, edge_ab, edge_bc, edge_ac };
-/// Returns the point of triangle (a, b, c) nearest to p (Ericson 2005, 5.1.5).
+/// Returns the point of triangle (a, b, c) nearest to p (Ericson 2005, 5.1.5). `feature`: output, may be
+/// null.
 inline glm::dvec3 nearest_on_triangle(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b,
                                       const glm::dvec3& c, TriangleFeature* feature = nullptr) noexcept {
   const auto on = [feature](TriangleFeature f, const glm::dvec3& q) {

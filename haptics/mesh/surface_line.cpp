@@ -15,7 +15,7 @@ namespace trephine::haptics {
 using glm::dvec3;
 
 namespace {
-constexpr std::size_t k_speck = 100;  // triangles: smaller parts are noise
+constexpr std::size_t k_speck = 100;  // triangles; a part with fewer counts as noise
 }  // namespace
 
 Surface::Surface(std::vector<dvec3> vertices, std::vector<std::uint32_t> triangles) {
@@ -47,7 +47,8 @@ bool Surface::nearest(const dvec3& p, Point& place) const {
   for (std::uint32_t t = 0; 3 * t < triangles_.size(); ++t) {
     const dvec3 &a = vertices_[triangles_[3 * t]], &b = vertices_[triangles_[3 * t + 1]],
                 &c = vertices_[triangles_[3 * t + 2]];
-    // Skips a triangle if a corner is farther away than the nearest point so far plus the triangle's size.
+    // Skips a triangle if its first corner is farther away than the nearest point so far plus the triangle's
+    // size.
     const double reach = std::sqrt(least) + std::max(glm::length(b - a), glm::length(c - a));
     if (glm::length(p - a) > reach) continue;
     const dvec3 at = nearest_on_triangle(p, a, b, c);
@@ -58,7 +59,7 @@ bool Surface::nearest(const dvec3& p, Point& place) const {
 }
 
 std::vector<Surface::Point> Surface::nearest_on_one_part(std::span<const dvec3> points) const {
-  // Joins the corners of triangles to parts.
+  // Joins the corners of each triangle, which gives the connected parts.
   std::vector<std::uint32_t> part(vertices_.size());
   for (std::uint32_t v = 0; v < part.size(); ++v) part[v] = v;
   const auto root = [&part](std::uint32_t v) {
@@ -120,13 +121,13 @@ class LineFinder {
   std::vector<dvec3> find(const Surface::Point& from, const Surface::Point& to) {
     if (!walk_edges(from, to)) return {};
     double length = length_of(points());
-    int still = 0;
-    for (int round = 0; round < k_max_rounds && still < 20; ++round) {
-      pull_ = still < 10 && round < k_max_rounds - 100 ? 1.85 : 1;
+    int settled_rounds = 0;
+    for (int round = 0; round < k_max_rounds && settled_rounds < 20; ++round) {
+      pull_ = settled_rounds < 10 && round < k_max_rounds - 100 ? 1.85 : 1;
       for (std::size_t i = 1; i + 1 < nodes_.size(); ++i) straighten(i);
       tidy();
       const double now = length_of(points());
-      still = std::abs(now - length) < 1e-8 * length ? still + 1 : 0;
+      settled_rounds = std::abs(now - length) < 1e-8 * length ? settled_rounds + 1 : 0;
       length = now;
     }
     return points();
@@ -137,8 +138,10 @@ class LineFinder {
   static constexpr std::uint32_t k_none = 0xffffffffu;
 
   struct Node {
-    std::uint32_t a = k_none, b = k_none;  ///< edge; vertices have only `a`, points in triangles neither
-    std::uint32_t triangle = k_none;       ///< triangle of such a point
+    /// Ends of the edge of a node on an edge. A node on a vertex has only `a`, a node in a triangle has
+    /// neither.
+    std::uint32_t a = k_none, b = k_none;
+    std::uint32_t triangle = k_none;  ///< triangle of a node in a triangle
     dvec3 at{0.0};
     bool is_vertex() const { return a != k_none && b == k_none; }
     bool is_edge() const { return b != k_none; }
@@ -161,7 +164,8 @@ class LineFinder {
     return line;
   }
 
-  /// Dijkstra along edges, from the corners of one triangle to those of the other.
+  /// Sets the nodes to the shortest path along edges, from the corners of one triangle to those of the other
+  /// (Dijkstra). Returns false if the triangles are not connected.
   bool walk_edges(const Surface::Point& from, const Surface::Point& to) {
     nodes_.clear();
     if (from.triangle == to.triangle) {
@@ -220,7 +224,8 @@ class LineFinder {
     double x0, y0, x1, y1;
     flat(nodes_[i - 1].at, x0, y0), flat(nodes_[i + 1].at, x1, y1);
     const double best = y0 + y1 > 0 ? (x0 * y1 + x1 * y0) / (y0 + y1) / length : 0.5 * (x0 + x1) / length;
-    // Moves farther than that, for faster convergence (successive over-relaxation).
+    // Moves beyond the straight line by the factor `pull_`, for faster convergence (successive
+    // over-relaxation).
     const double now = glm::length(n.at - a) / length, t = now + pull_ * (best - now);
     constexpr double k_near = 1e-7;
     if (t <= k_near)
@@ -235,7 +240,7 @@ class LineFinder {
   /// side is below 180 degrees.
   void leave_vertex(std::size_t i) {
     const std::uint32_t v = nodes_[i].a;
-    // Walks the fan around the vertex from the triangle of the previous node, in either direction.
+    // Walks the fan around the vertex from each triangle with the previous node, in both directions.
     std::vector<Node> best;
     double shortest =
         glm::length(nodes_[i].at - nodes_[i - 1].at) + glm::length(nodes_[i + 1].at - nodes_[i].at);
@@ -254,15 +259,17 @@ class LineFinder {
     nodes_.insert(nodes_.begin() + static_cast<std::ptrdiff_t>(i), best.begin(), best.end());
   }
 
-  /// Sets the nodes of the line from before to behind the vertex across the edges of one side, unfolded.
-  /// Returns its length, or infinity if there is no such line.
+  /// Finds a line from the previous to the next node that passes vertex v on one side, by unfolding the
+  /// triangles of that side. Sets `side` to the nodes at which the line crosses the edges. Returns the length
+  /// of the line, or infinity if there is no such line.
   double path_around(std::size_t i, std::uint32_t v, std::uint32_t start, bool is_forward,
                      std::vector<Node>& side) const {
     constexpr double k_endless = std::numeric_limits<double>::infinity();
     const Node &from = nodes_[i - 1], &to = nodes_[i + 1];
     const dvec3& middle = vertex(v);
-    // Unfolded with the vertex at the origin and `from` on the first axis: directions as cosine and sine,
-    // rotated by each triangle's angle. Below 180 degrees in total as long as the sine is above 0.
+    // The unfolded plane has the vertex at its origin and `from` on its first axis. A direction in the plane
+    // is a cosine and a sine, and each triangle turns it by its angle. The total angle is below 180 degrees
+    // as long as the sine is above 0.
     struct Direction {
       double cosine = 1, sine = 0;
       bool turn(const dvec3& a, const dvec3& b) {
@@ -281,7 +288,7 @@ class LineFinder {
         if (!direction.turn(*last - middle, to.at - middle)) return k_endless;
         break;
       }
-      // The edge (v, w) through which the line leaves this triangle.
+      // The line leaves this triangle through the edge (v, w).
       const std::uint32_t* c = corners(t);
       const int k = c[0] == v ? 0 : c[1] == v ? 1 : 2;
       const std::uint32_t w = is_forward ? c[(k + 2) % 3] : c[(k + 1) % 3];
@@ -298,8 +305,9 @@ class LineFinder {
     if (!(direction.sine > 1e-9)) return k_endless;
     const double r0 = glm::length(from.at - middle), r1 = glm::length(to.at - middle);
     if (!(r0 > 1e-12 && r1 > 1e-12)) return k_endless;
-    // Distances from the vertex at which the straight line crosses each edge. If one is beyond its edge's
-    // end, all are scaled down alike: cutting the corner shorter is shorter too.
+    // Computes the distance from the vertex at which the straight line crosses each edge. If a crossing is
+    // beyond the end of its edge, all distances are scaled by one factor: a line that passes nearer to the
+    // vertex is also shorter than the line through the vertex.
     std::vector<double> crossings;
     double scale = 1;
     for (const auto& [w, turned] : crossed) {
@@ -349,7 +357,7 @@ class LineFinder {
 
   const Surface& s_;
   std::vector<Node> nodes_;
-  double pull_ = 1;
+  double pull_ = 1;  ///< factor of over-relaxation
 };
 
 std::vector<dvec3> surface_line(const Surface& surface, const Surface::Point& from,
@@ -360,7 +368,7 @@ std::vector<dvec3> surface_line(const Surface& surface, const Surface::Point& fr
 std::vector<dvec3> taut_line(const std::vector<dvec3>& line,
                              const std::function<Inside(const dvec3&)>& inside) {
   if (line.size() < 2) return line;
-  // Nodes at even steps, so that each can lift off.
+  // Places nodes at equal distances along the line, so that each node can move off the surface.
   const double surface_length = length_of(line);
   const auto steps = static_cast<std::size_t>(std::clamp(surface_length / 0.5, 8.0, 2000.0));
   std::vector<dvec3> taut{line.front()};
@@ -375,8 +383,8 @@ std::vector<dvec3> taut_line(const std::vector<dvec3>& line,
     taut.push_back(line[at - 1] + t * (line[at] - line[at - 1]));
   }
   taut.push_back(line.back());
-  // Pulls each node toward the middle of its neighbours, at first of distant ones, and pushes it out again if
-  // it is inside the solid; in small steps, so that it never passes through a wall.
+  // Pulls each node toward the middle of two neighbours, at first distant ones, and pushes the node out again
+  // if it is inside the solid. The steps are small, so that a node never passes through a wall.
   constexpr double k_step = 0.25;  // mm
   const auto relax = [&](std::size_t reach, int rounds) {
     double length = length_of(taut);
@@ -399,7 +407,7 @@ std::vector<dvec3> taut_line(const std::vector<dvec3>& line,
   };
   for (std::size_t reach = taut.size() / 4; reach > 1; reach /= 2) relax(reach, 300);
   relax(1, 1000);
-  if (length_of(taut) > surface_length) return line;  // noise of the solid pushed it out
+  if (length_of(taut) > surface_length) return line;  // noise of the solid pushed nodes outward
   return taut;
 }
 

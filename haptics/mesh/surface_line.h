@@ -15,16 +15,18 @@ class Surface {
  public:
   Surface(std::vector<glm::dvec3> vertices, std::vector<std::uint32_t> triangles);
 
+  /// A point of the surface.
   struct Point {
-    std::uint32_t triangle = 0;
-    glm::dvec3 at{0.0};
+    std::uint32_t triangle = 0;  ///< index
+    glm::dvec3 at{0.0};          ///< mm
   };
   /// Finds the point of the surface nearest to p. Returns false if there are no triangles. Reads all
   /// triangles.
   bool nearest(const glm::dvec3& p, Point& nearest_point) const;
 
-  /// Returns the points nearest to several points, all on one connected part: the part with the least sum of
-  /// distances. Parts of fewer than 100 triangles count only if there is no larger one. Empty: no triangles.
+  /// Returns the surface points nearest to several given points. All are on one connected part: the part with
+  /// the least sum of distances. Parts of fewer than 100 triangles count only if there is no larger part.
+  /// Returns an empty vector if there are no triangles.
   std::vector<Point> nearest_on_one_part(std::span<const glm::dvec3> points) const;
 
   const std::vector<glm::dvec3>& vertices() const noexcept { return vertices_; }
@@ -34,22 +36,24 @@ class Surface {
   friend class LineFinder;
   std::vector<glm::dvec3> vertices_;
   std::vector<std::uint32_t> triangles_;
-  std::vector<std::uint32_t> first_, around_;  ///< per vertex: its triangles
+  /// Triangles at vertex v: around_[first_[v]] to around_[first_[v + 1] - 1].
+  std::vector<std::uint32_t> first_, around_;
 };
 
-/// Returns a line between two points along the surface: the shortest path along edges, pulled straight across
-/// triangles until no vertex on it leaves an angle below 180 degrees on a side (Martinez, Velho and Carvalho
-/// 2005): a geodesic, close to the shortest. Empty: the points are on parts that are not connected.
+/// Returns a geodesic line between two points along the surface. The shortest path along edges is pulled
+/// straight across triangles until the angles on both sides of every vertex on it are at least 180 degrees
+/// (Martinez, Velho and Carvalho 2005). The result is close to the shortest line. It is empty if the points
+/// are on parts that are not connected.
 std::vector<glm::dvec3> surface_line(const Surface& surface, const Surface::Point& from,
                                      const Surface::Point& to);
 
-/// Depth of a point in the solid (mm, above 0 inside), and the direction out of it.
+/// Depth of a point in the solid (mm, above 0 inside), and the unit vector that leads out of the solid.
 struct Inside {
   double depth = 0;
   glm::dvec3 outward{0.0};
 };
-/// Returns the line between the same ends pulled taut, with its points moved out of the solid; the same line
-/// if the result is longer.
+/// Pulls a line taut between its ends, and moves its points out of the solid. Returns the given line if the
+/// taut line is longer.
 std::vector<glm::dvec3> taut_line(const std::vector<glm::dvec3>& line,
                                   const std::function<Inside(const glm::dvec3&)>& inside);
 

@@ -11,7 +11,7 @@ namespace trephine::haptics {
 
 namespace {
 
-constexpr double k_left_out = 0.001;  // share of the surface
+constexpr double k_left_out = 0.001;  // share of the surface with the thinnest walls, which is left out
 
 /// Sets of triangles that share corners (disjoint sets with path halving, Tarjan and van Leeuwen 1984).
 class Parts {
@@ -28,7 +28,7 @@ class Parts {
 };
 
 std::size_t count_shells(const MeshTree& surface) {
-  std::map<std::tuple<double, double, double>, std::uint32_t> corners;  // one triangle at each
+  std::map<std::tuple<double, double, double>, std::uint32_t> corners;  // one triangle per corner
   Parts parts(surface.triangle_count());
   for (std::uint32_t t = 0; t < surface.triangle_count(); ++t)
     for (const glm::dvec3& p : surface.corners(t))
@@ -43,7 +43,7 @@ struct Wall {
   glm::dvec3 at{0.0};
 };
 
-/// Returns the wall below a triangle. `longest`: mm, no wall is thicker.
+/// Returns the wall below a triangle. `longest`: mm, upper bound of the thickness.
 Wall wall_below(const MeshTree& surface, std::uint32_t triangle, double longest) {
   const auto [a, b, c] = surface.corners(triangle);
   const glm::dvec3 normal = glm::cross(b - a, c - a);

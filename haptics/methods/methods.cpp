@@ -73,7 +73,7 @@ const MethodInfo& general_method(const ToolShape& tool) {
     return !info.is_baseline && info.takes(tool) && info.takes_cuts && info.takes_meshes &&
            info.takes_moving_meshes;
   });
-  TREPHINE_ASSERT(found != std::end(k_entries));  // there is one for each kind of tool
+  TREPHINE_ASSERT(found != std::end(k_entries));  // each kind of tool has such a method
   return found->info;
 }
 

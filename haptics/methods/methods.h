@@ -15,7 +15,7 @@ struct MethodEntry {
   MethodInfo info;
   std::unique_ptr<ProxyMethod> (*make)();
 };
-/// Returns the entry of a method, a class with a `k_info`.
+/// Returns the entry of a method: a default-constructible class with a static `k_info`.
 template <class Method>
 constexpr MethodEntry entry_of() {
   return {Method::k_info, []() -> std::unique_ptr<ProxyMethod> { return std::make_unique<Method>(); }};
@@ -26,14 +26,14 @@ void add_methods(std::span<const MethodEntry> entries);
 
 /// Returns all methods, for help and errors; the default comes first. Valid until the next add_methods().
 std::span<const MethodInfo> method_catalogue();
-/// Returns the names, separated by commas.
+/// Returns the names of all methods, separated by commas.
 std::string method_names();
-/// Returns the names without baselines, separated by commas.
+/// Returns the names of the methods that are not baselines, separated by commas.
 std::string user_method_names();
-/// Returns null if there is no such method.
+/// Returns null if there is no such method. Valid until the next add_methods().
 const MethodInfo* find_method(const std::string& name);
-/// Returns the method for users that takes this tool in any scene: with cuts, and models at rest and in
-/// motion.
+/// Returns the method, not a baseline, that takes this tool in any scene: with cuts, and with models at rest
+/// or in motion.
 const MethodInfo& general_method(const ToolShape& tool);
 /// Makes a method that is not yet prepared for a scene. Error if the name is unknown.
 Result<std::unique_ptr<ProxyMethod>> make_method(const std::string& name);

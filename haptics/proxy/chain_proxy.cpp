@@ -14,11 +14,11 @@ using glm::dvec3;
 
 namespace {
 
-// In voxels of the scene's frame, the finest of the scene.
+// In voxels of the scene's frame (SceneLayout::frame()), unless another unit is given.
 constexpr double k_gap = 2e-3;            // distance that balls keep from walls
 constexpr double k_landing = 1e-3;        // largest distance from a wall at the end of a free motion
 constexpr double k_bound_distance = 0.4;  // nearer walls bound a motion
-constexpr double k_min_gain = 1e-4;       // least gain in distance to the hand for a motion
+constexpr double k_min_gain = 1e-4;       // a motion counts if it reduces the distance to the hand by more
 constexpr double k_min_motion = 1e-5;     // a smaller motion ends the rounds
 constexpr double k_longest_turn = 0.1;    // rad per round
 constexpr int k_rounds = 8, k_sweeps = 60, k_max_walls = 48;
@@ -45,7 +45,7 @@ class Chain {
         voxel_(walls.frame().spacing().x),
         hand_{input.hip_world, unit_of(input.orientation)} {}
 
-  /// Starts at the hand, inside any solid there.
+  /// Starts at the hand, even inside a solid.
   void begin(const volume::Frame& base) noexcept {
     state_.begin_at(base.volume_from_world(hand_.position_world));
     tool_ = hand_;
@@ -61,7 +61,7 @@ class Chain {
   }
   void resume(const Placement& tool) noexcept { tool_ = tool; }
   bool has_grown() noexcept { return update_balls_inside(); }
-  /// Handles the motion of a mesh since the previous step. Returns false if it passed over the tool.
+  /// Handles the motion of a mesh since the previous step. Returns false if the mesh passed over the tool.
   bool yield_to(int mesh, const Placement& previous, const Placement& current) noexcept;
   const Placement& pose() const noexcept { return tool_; }
   const Placement& hand() const noexcept { return hand_; }
@@ -120,7 +120,7 @@ void Chain::add_bound(const Wall& wall, std::size_t i, const dvec3& p) noexcept 
       away, glm::cross(arm, away), std::min(k_gap * voxel_ - room, 0.1 * voxel_), push, i, wall};
 }
 
-/// Finds the walls near the balls at the current pose. Each keeps its push of the previous round.
+/// Finds the walls near the balls at the current pose. Each wall starts with its push of the previous round.
 void Chain::find_bounds() noexcept {
   previous_count_ = std::exchange(count_, 0);
   for (int k = 0; k < previous_count_; ++k) {
@@ -166,8 +166,9 @@ Twist Chain::solve(const Twist& request) noexcept {
   return t;
 }
 
-/// Returns the free part of the balls' straight motions to their positions in `to`, and the first wall with
-/// its ball. `skipped`: a shape that is not tested.
+/// Returns the share of the balls' straight motions to their positions in `to` that is free for all balls. If
+/// it is less than 1, sets `wall` and `stopped_ball` to the first wall that stops a ball, and to that ball.
+/// `skipped`: a shape that is not tested; -1: all are tested.
 double Chain::free_share(const Placement& to, Wall& wall, std::size_t& stopped_ball, int skipped) noexcept {
   double least = 1;
   for (std::size_t i = 0; i < balls_.size(); ++i) {
@@ -193,8 +194,8 @@ void Chain::update_inside_flags() noexcept {
   }
 }
 
-/// Moves along `t` as far as every ball's motion is proven free. Returns the share; `wall`: the wall that
-/// stopped a ball.
+/// Moves along `t` as far as every ball's motion is proven free, and returns that share of `t`. If it is less
+/// than 1, sets `wall` and `stopped_ball` to the wall that stopped a ball, and to that ball.
 double Chain::advance(const Twist& t, Wall& wall, std::size_t& stopped_ball) noexcept {
   double share = 1;
   // A shortened motion takes other paths, which must be proven free again.
@@ -235,8 +236,9 @@ void Chain::run(ProxyStep& result) noexcept {
   Wall wall;
   std::size_t stopped_ball = 0;
   double share = 1;
-  // Every pose on the path is free, and so is the return to it: the step ends at the best one. A gain below
-  // k_min_gain does not count, or a tool at rest would oscillate between its walls.
+  // All poses of the rounds are connected by free motions, so the step may end at any of them. It ends at the
+  // pose nearest to the hand. A gain below k_min_gain does not count: otherwise a tool at rest would
+  // oscillate between its walls.
   Placement best = tool_;
   double least = length_of_springs() - k_min_gain * voxel_;
   for (int round = 0; round < k_rounds; ++round) {
@@ -272,7 +274,8 @@ void Chain::run(ProxyStep& result) noexcept {
   const dvec3 back = tool_.position_world - hand_.position_world;
   if (back == dvec3(0) && result.turn_world == dvec3(0)) return;
   if (hardest == nullptr) {
-    // Flat matter without a normal: the tool stays, with the normal back along the motion.
+    // The field is flat at the wall that stopped the tool, so that the wall has no normal. The tool stays,
+    // and the direction from the hand back to the tool serves as the normal.
     if (share < 1 && back != dvec3(0))
       result.set_contact(wall.shape, side_of(wall.is_back), glm::normalize(back));
     return;

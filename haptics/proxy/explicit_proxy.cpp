@@ -20,7 +20,7 @@ namespace {
 template <class Grid, template <class> class Local>
 class SurfaceCaster {
  public:
-  /// `inside`: shapes that the proxy is in. They are not a part of the union.
+  /// `inside`: shapes whose solid contains the proxy. They are not a part of the union.
   SurfaceCaster(const TouchScene& scene, const Grid& grid, const ShapeSet& passable, const ShapeSet& inside,
                 ProxyCounters& counters) noexcept
       : scene_(scene), grid_(grid), passable_(passable), counters_(counters) {
@@ -42,7 +42,8 @@ class SurfaceCaster {
   using Surface = Local<typename Grid::Samples>;
   Surface surface_of(int s) const noexcept { return Surface(grid_.samples(static_cast<std::size_t>(s))); }
 
-  /// `is_hit`: another shape was met at hit.t, and only a nearer hit counts.
+  /// Casts against one shape. `is_hit`: another shape was met at hit.t, and only a nearer hit counts. Returns
+  /// true if any shape was met.
   bool cast(int s, const dvec3& a, const dvec3& b, FacetHit& hit, bool is_hit) const noexcept {
     const bool is_front = blocks(scene_, passable_, s, Side::front),
                is_back = blocks(scene_, passable_, s, Side::back);
@@ -90,8 +91,8 @@ void step_on_triangles(const TouchScene& scene, const Grid& grid, std::uint64_t 
   const ShapeSet passable = state.around.passable;
   const SurfaceCaster<Grid, Local> caster(scene, grid, passable, state.inside, result.counters);
 
-  // The first step, and one in which matter has grown over the proxy, start at the HIP, inside any solid
-  // there.
+  // The first step, and any step in which matter has grown over the proxy, starts at the HIP, even inside a
+  // solid.
   bool is_fresh = !state.has_proxy;
   if (!is_fresh && state.version != serial)
     for (int s = 0; s < static_cast<int>(scene.items.size()); ++s) {
@@ -120,7 +121,8 @@ void step_on_triangles(const TouchScene& scene, const Grid& grid, std::uint64_t 
   end_with_friction(frame, scene, input.hip_world, landing, &facets, is_blocked, state, result);
   const dvec3& proxy = state.proxy_volume;
   state.version = serial;
-  // The proxy can be inside only through a side that does not block; tested if it moved without contact.
+  // The proxy enters and leaves a solid only through a side that does not block. Tests this if the proxy
+  // moved and was in a solid, or moved without contact.
   if (proxy != before && (!state.inside.is_empty() || !result.has_contact)) {
     for (int s = 0; s < static_cast<int>(scene.items.size()); ++s)
       state.inside.set(s, caster.is_behind(s, proxy));
@@ -150,7 +152,7 @@ bool is_behind_triangles(const TouchScene& scene, const TouchState& touch_state,
 Status ExplicitProxy::prepare(const TouchScene& scene) {
   if (Status error = check_touchable(scene, info())) return error;
   if (scene.smallest_burr <= 0) return std::nullopt;
-  // Triangles span voxels: they do not show a hole narrower than the longest voxel edge.
+  // Triangles connect voxels, so that they do not show a hole narrower than the longest edge of a voxel.
   const glm::dvec3& spacing = scene.base->frame.spacing();
   return check_smallest_burr(scene, std::max({spacing.x, spacing.y, spacing.z}));
 }

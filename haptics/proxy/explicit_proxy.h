@@ -1,15 +1,15 @@
-// ExplicitProxy: contact with triangles of the surface, made only along the motion, and a god-object on them.
+// ExplicitProxy: a god-object on triangles of the surface, which are made only along the motion.
 #pragma once
 
 #include "haptics/proxy/proxy_method.h"
 
 namespace trephine::haptics {
 
-/// The traversal finds the cells that a motion meets; naive surface nets, or marching cubes, make the
-/// triangles of these cells only (Jiang, dissertation, 3.4.2), identical to
-/// those of the whole surface to the bit; a god-object moves on up to three facets at once (Zilles and
-/// Salisbury 1995). The proxy never passes a triangle. For a round tool the surface is that of the offset
-/// fields. Cost: some us in contact, whatever the size of volume and tool.
+/// A traversal finds the cells that a motion meets. Naive surface nets, or marching cubes, make the triangles
+/// of these cells only (Jiang, dissertation, 3.4.2); they are identical, to the bit, to those of the whole
+/// surface. A god-object moves on up to three facets at once (Zilles and Salisbury 1995). The proxy never
+/// passes a triangle. For a round tool the surface is that of the offset fields. Cost: a few us per step in
+/// contact, independent of the size of volume and tool.
 class ExplicitProxy : public ProxyMethod {
  public:
   enum class Surface { net, cubes };
@@ -31,8 +31,8 @@ class ExplicitProxy : public ProxyMethod {
   Surface surface_;
 };
 
-/// Returns true if a point (volume frame) is behind the triangles of a shape, of the net or of marching
-/// cubes.
+/// Returns true if a point (volume frame) is behind the triangles of a shape: those of the net, or those of
+/// marching cubes.
 bool is_behind_triangles(const TouchScene& scene, const TouchState& touch_state, std::size_t shape,
                          const glm::dvec3& position) noexcept;
 

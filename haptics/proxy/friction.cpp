@@ -70,7 +70,7 @@ dvec3 apply_facet_friction(const volume::Frame& frame, const TouchScene& scene, 
   };
   const int first = std::min(landing, step.waypoint_count - 1);
   const dvec3 spacing = frame.spacing();
-  // Shorter legs, within the gap before facets, do not count as a slide; mm.
+  // Length in mm. Shorter legs, such as those within the gap before facets, do not count as a slide.
   const double min_slide = 1e-3 * std::min({spacing.x, spacing.y, spacing.z});
   bool may_stick = is_sticking;
   is_sticking = false;
@@ -90,7 +90,8 @@ dvec3 apply_facet_friction(const volume::Frame& frame, const TouchScene& scene, 
       return load.along - load.limit;
     };
     if (!is_short && excess(1) <= 0) {
-      // Along one facet or one groove the load decreases monotonically.
+      // Along one facet or one groove the load decreases monotonically: bisection finds the point at which
+      // friction holds it.
       double low = 0, high = 1;
       constexpr int k_halvings = 20;
       for (int k = 0; k < k_halvings; ++k) {
@@ -140,7 +141,7 @@ dvec3 apply_friction(const volume::Frame& frame, const Material& material, const
 int landing_of_first_leg(const ProxyStep& step) noexcept {
   if (step.waypoint_count < 2) return 0;
   const dvec3 drop = step.path_volume[1] - step.path_volume[0];
-  constexpr double k_support = 0.1;  // voxels; a longer first leg leads down to the surface
+  constexpr double k_support = 0.1;  // voxels; a longer first leg leads to the surface
   return glm::dot(drop, drop) > k_support * k_support ? 1 : 0;
 }
 

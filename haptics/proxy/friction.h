@@ -1,4 +1,4 @@
-// friction_load(): Coulomb friction: the proxy rests where the pull of the hand is within the friction cone
+// friction_load(): Coulomb friction. The proxy rests where the pull of the hand is within the friction cone
 // of the walls that stop the proxy.
 #pragma once
 
@@ -20,29 +20,29 @@ struct HoldingWalls {
   }
 };
 
-/// Parts of a pull on some walls, in mm of the spring's stretch from the proxy to the HIP: along them, and
-/// the limit up to which their friction holds.
+/// Load on the friction of some walls, in mm of the spring's length from the proxy to the HIP. `along`: part
+/// of the pull that is along the walls. `limit`: largest such part that their friction holds.
 struct FrictionLoad {
   double along = 0, limit = 0;
   bool is_held() const noexcept { return along <= limit; }
-  /// Returns true if the tool sticks. A slide ends on the cone, from where it continues in the next step: a
-  /// tool that slid before sticks only if the load is clearly inside the cone.
+  /// Returns true if the tool sticks. A slide ends on the border of the friction cone, and may continue in
+  /// the next step. A tool that slid before therefore sticks only if the load is clearly inside the cone.
   bool is_at_rest(bool was_sticking) const noexcept {
     constexpr double k_rest = 0.98;
     return along <= (was_sticking ? 1 : k_rest) * limit;
   }
 };
 
-/// Splits a pull into pressures on the walls (factors of their normals, at least 0, that leave the shortest
-/// remainder) and the remainder, which is along the walls. Each wall holds its own coefficient times its own
-/// pressure: in a groove both walls count.
+/// Splits a pull into pressures on the walls and a remainder along the walls. A pressure is a factor of a
+/// wall's normal, at least 0; the remainder is the shortest possible. Each wall holds its own coefficient
+/// times its own pressure, so that both walls of a groove count.
 FrictionLoad friction_load(const HoldingWalls& walls, const glm::dvec3& pull) noexcept;
 
 /// For methods on voxels: shortens step.path_volume, which ends at the frictionless proxy, so that the
-/// tangential spring force stays within the cone of `material` at the normal of the path's end. Returns the
-/// new proxy: a waypoint, or a point inside the last leg, which the caller checks again, since rounding may
-/// have moved it across a voxel's face. The legs up to waypoint `landing` lead down to the surface and stay.
-/// Call while contact lasts, not in its first step.
+/// tangential spring force stays within the cone of `material` at step.normal_world. Returns the new proxy: a
+/// waypoint, or a point inside the last leg. The caller tests that leg again, since rounding may have moved
+/// its end across a voxel's face. The legs up to waypoint `landing` lead to the surface and are not
+/// shortened. Do not call in the first step of a contact.
 glm::dvec3 apply_friction(const volume::Frame& frame, const Material& material, const glm::dvec3& hip_world,
                           int landing, ProxyStep& step, bool& is_sticking) noexcept;
 
@@ -68,19 +68,20 @@ struct LegFacets {
 using PathFacets = std::array<LegFacets, k_max_waypoints>;
 
 /// For methods on facets, with straight legs: finds the first point of the path, from waypoint `landing` on,
-/// at which the facets of its leg hold the pull. Shortens the path to it and returns it, to be checked again
-/// as above.
+/// at which the facets of its leg hold the pull. Shortens the path to that point and returns it. The caller
+/// tests the last leg again, as above.
 glm::dvec3 apply_facet_friction(const volume::Frame& frame, const TouchScene& scene,
                                 const glm::dvec3& hip_world, int landing, const PathFacets& facets,
                                 ProxyStep& step, bool& is_sticking) noexcept;
 
-/// Returns the landing for methods that lead their first leg down to a surface that fell away from under the
-/// proxy: 1 if the leg is longer than a tenth of a voxel, twice the lift of a step; else 0.
+/// Returns the waypoint at which the path lands on the surface. It is 1 if the first leg leads to a surface
+/// that is no longer at the proxy, for example after a cut: if the leg is longer than a tenth of a voxel,
+/// which is twice the lift of method `implicit`. Else it is 0.
 int landing_of_first_leg(const ProxyStep& step) noexcept;
 
 /// Ends a step at its path's last waypoint: applies friction along the path, tests the leg that friction
 /// shortened, and sets the state for the next step. `is_blocked(a, b)`: true if a wall stops the motion from
-/// a to b (volume frame). `facets`: of the path's legs; null for methods on voxels.
+/// a to b (volume frame). `facets`: facets of the path's legs; null for methods on voxels.
 template <class IsBlocked>
 void end_with_friction(const volume::Frame& frame, const TouchScene& scene, const glm::dvec3& hip_world,
                        int landing, const PathFacets* facets, IsBlocked&& is_blocked, ProxyState& state,

@@ -14,8 +14,7 @@ namespace {
 constexpr double k_margin = 0x1p-10;  // voxels: distance that the proxy keeps from a wall
 constexpr double k_lift = 0.05;       // voxels: lift along the normal, to climb the stair-steps of a slope
 
-/// Returns the point of the motion in the last free voxel, just before the wall. Inside that voxel's cube by
-/// construction.
+/// Returns the point of the motion just before the wall. It is clamped to the cube of the last free voxel.
 dvec3 stop_before(const dvec3& start, const dvec3& end, const MotionEnd& hit) noexcept {
   dvec3 p = start + hit.t * (end - start);
   for (int a = 0; a < 3; ++a)
@@ -23,7 +22,8 @@ dvec3 stop_before(const dvec3& start, const dvec3& end, const MotionEnd& hit) no
   return p;
 }
 
-/// Moves from `start` toward `end`; stops short if a wall blocks. The resulting motion was traversed.
+/// Returns `end` if no wall blocks the motion from `start` to it, else a nearer point that is proven free by
+/// a traversal, or `start`.
 template <class Grid>
 dvec3 guarded_move(const TouchScene& scene, const Grid& grid, const dvec3& start, dvec3 end,
                    const ShapeSet& passable, ShapeSet& inside, ProxyCounters& counters) noexcept {
@@ -50,7 +50,7 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, int iterations, co
   ShapeSet inside = state.inside;
   int best_count = 1;
   double best_energy = 1e300;
-  // Records the newest waypoint if it is nearer than all before. Returns true then.
+  // Records the newest waypoint, and returns true, if it is nearer to the HIP than all earlier ones.
   const auto record_if_nearer = [&](const dvec3& p) {
     const double energy = squared_mm(frame, p, hip);
     if (energy >= best_energy) return false;
@@ -68,15 +68,17 @@ void step_on_cubes(const TouchScene& scene, const Grid& grid, int iterations, co
       break;
     }
 
-    // Moves to the wall, within the last free voxel. A point off the traversed motion must be tested.
+    // Moves to the wall, within the last free voxel. If this voxel is not that of the start, the clamped
+    // point may be off the traversed motion and is tested.
     dvec3 p = stop_before(start, target, barrier);
     if (volume::voxel_of(start) != barrier.before)
       p = guarded_move(scene, grid, start, p, state.around.passable, inside, result.counters);
-    // Finds the plane of the wall, facing the proxy; a normal along the motion would pull the proxy through.
+    // Finds the normal of the wall, toward the proxy. The face's normal replaces an interpolated normal
+    // toward the HIP, which would pull the proxy through the wall.
     dvec3 normal = grid.normal(static_cast<std::size_t>(barrier.shape), p, result.counters.cells);
     if (barrier.is_back) normal = -normal;
     const dvec3 p_world = frame.world_from_volume(p);
-    if (glm::dot(input.hip_world - p_world, normal) >= 0) normal = facet_normal(frame, barrier.face);
+    if (glm::dot(input.hip_world - p_world, normal) >= 0) normal = voxel_face_normal(frame, barrier.face);
     if (!result.has_contact) result.set_contact(barrier.shape, side_of(barrier.is_back), normal);
     // Lifts the point off the wall along the normal, as far as the motion is free.
     result.add_waypoint(p);

@@ -5,12 +5,12 @@
 
 namespace trephine::haptics {
 
-/// Iterative collision detection on voxel cubes: the motion to the HIP is traversed exactly; at each crossing
+/// Iterative collision detection on voxel cubes. The motion to the HIP is traversed exactly. At each crossing
 /// the HIP is projected on the plane through the crossing with the interpolated normal, and the motion
-/// continues there. All points reached are candidates, and the one nearest to the HIP is the new proxy
-/// (iterative ray casting with candidate trimming, after Jiang, dissertation, 3.4.1.1). The proxy never
-/// enters a solid voxel: every leg of its path is traversed. Cost: 0.1 to 0.5 us in contact, whatever the
-/// volume's size.
+/// continues toward the projection. All points reached are candidates, and the candidate nearest to the HIP
+/// is the new proxy (iterative ray casting with candidate trimming, after Jiang, dissertation, 3.4.1.1). The
+/// proxy never enters a solid voxel, because every leg of its path is traversed. Cost: 0.1 to 0.5 us per step
+/// in contact, independent of the volume's size.
 class ImplicitProxy final : public ProxyMethod {
  public:
   /// `iterations`: collision queries per step, 1 to k_max_iterations.

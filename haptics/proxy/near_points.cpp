@@ -10,15 +10,15 @@ using glm::dvec3;
 
 namespace {
 
-// In voxels of the scene's frame, the finest of the scene.
+// In voxels of the scene's frame (SceneLayout::frame()).
 constexpr double k_least_gap = 5e-4;  // least distance at the end of a motion that a wall stops
 constexpr double k_landing = 1e-3;    // largest distance from a wall at the end of a searched motion
-// A unit of margins spans at most this many samples, so that a box of 0.45 units to each side of a point
-// meets at most 27 cubes.
+// A unit of margins spans at most this many samples. A box that extends 0.45 units to each side of a point,
+// the largest margin of a shell, then meets at most 27 cubes.
 constexpr double k_steps_per_margin = 2.2;
-constexpr double k_least_margin = 0.1;  // below it, points are left out instead
+constexpr double k_least_margin = 0.1;  // units of margins; instead of a smaller margin, points are left out
 constexpr int k_most_cubes = 27;        // in the box around a point and its margin
-constexpr double k_shorter = 0.3;       // share of a motion that needs too many searches
+constexpr double k_shorter = 0.3;  // share of a motion that is tried next if it requires too many searches
 
 }  // namespace
 
@@ -27,7 +27,7 @@ NearPoints::NearPoints(const TouchScene& scene, SceneWalls& walls, ProxyCounters
       walls_(walls),
       counters_(counters),
       voxel_(walls.frame().spacing().x),
-      step_(std::min(voxel_, k_steps_per_margin * walls.sample_mm())) {}
+      margin_unit_(std::min(voxel_, k_steps_per_margin * walls.sample_mm())) {}
 
 /// Returns true if no shape but `skipped` is within `mm` of p.
 bool NearPoints::is_free_within(const dvec3& p, double mm, int skipped) noexcept {
@@ -60,8 +60,8 @@ bool NearPoints::is_motion_free(const Placement& tool, const Placement& to, int 
   return is_free;
 }
 
-/// Collects the points that matter could meet while they move by `mm`, except those that bounds on their
-/// walls prove free. Returns false if there are too many.
+/// Collects the points that could meet matter while they move by at most `mm`, except the points that bounds
+/// on their walls prove free. Returns false if there are too many.
 bool NearPoints::collect_within(const Placement& tool, double mm) noexcept {
   count_ = 0;
   forget_stop();
@@ -112,8 +112,8 @@ bool NearPoints::add(std::uint32_t point, int shape, const dvec3& at) noexcept {
 void NearPoints::collect(const Placement& tool, double mm) noexcept {
   stride_ = 1;
   while (!collect_within(tool, mm))
-    if (mm > k_least_margin * step_)
-      mm = std::max(0.5 * mm, k_least_margin * step_);
+    if (mm > k_least_margin * margin_unit_)
+      mm = std::max(0.5 * mm, k_least_margin * margin_unit_);
     else
       stride_ *= 2;
 }
@@ -135,7 +135,7 @@ void NearPoints::set_wall(Near& near, const Wall& wall) noexcept {
   near.origin = near.at;
 }
 
-/// Finds the wall of the shape at the point: the nearest one.
+/// Finds the shape's wall that is nearest to the point.
 void NearPoints::look_up(Near& near) noexcept {
   SceneWalls::WallList few;
   const int count = walls_.walls_at(near.shape, {}, near.at, margin_, few);
@@ -164,9 +164,9 @@ double NearPoints::room_of(const Near& near) const noexcept {
   return steepness > 0 ? -value / steepness : 1e300;
 }
 
-/// Returns the share of the straight motion of a point that bounds on its wall prove free: 1, or less and
-/// then a little less than what is free, so that the point keeps a gap to the wall. Empty if a search
-/// is required.
+/// Returns the share of the straight motion of a point that bounds on its wall prove free. A share below 1 is
+/// a little less than the free share, so that the point keeps a gap to the wall. Empty if the bounds prove
+/// nothing and a search is required.
 std::optional<double> NearPoints::proven_share(Near& near, const dvec3& to) noexcept {
   if (near.has_bound) {
     const double rounding = rounding_of({near.value, near.gradient}, near.hessian);
@@ -235,7 +235,7 @@ void NearPoints::use_stopping_wall() noexcept {
   if (near.wall == stopping_wall_ && near.origin == near.at) return;
   set_wall(near, stopping_wall_);
   near.has_wall = true;
-  near.has_one_wall = near.has_bound = false;  // searches test the other walls there
+  near.has_one_wall = near.has_bound = false;  // a search also tests the other walls
 }
 
 dvec3 NearPoints::normal_of(const Near& near) const noexcept {

@@ -18,13 +18,14 @@ struct Near {
   std::uint32_t point;
   int shape;
   bool is_inside;     ///< in the solid of the shape when the points were collected
-  bool has_wall;      ///< false: a model farther away, or matter that another shape covers
-  bool has_one_wall;  ///< `wall` alone bounds the motion; else only a search proves it free
+  bool has_wall;      ///< false: no wall within the margin, or another shape covers the surface
+  bool has_one_wall;  ///< `wall` alone bounds the motion; false: only a search can prove the motion free
   bool has_bound;     ///< `hessian` bounds the wall wherever the point may move
   Wall wall;
-  double value;                 ///< of the wall at `origin`
-  glm::dvec3 at;                ///< current position, scene frame
-  glm::dvec3 origin, gradient;  ///< scene frame
+  double value;   ///< value of the wall's function at `origin`
+  glm::dvec3 at;  ///< current position, scene frame
+  /// Point of the last evaluation, and the gradient of the wall's function there; scene frame.
+  glm::dvec3 origin, gradient;
   volume::QuadraticPatch::HessianBound hessian;
 
   /// Returns an upper bound of the wall's value on the segment from a to b, both within the margin of
@@ -36,9 +37,10 @@ struct Near {
   }
 };
 
-/// Borrows its arguments for one step. Finds the points that matter could meet while the tool moves by a
-/// margin, with bounds on their walls that hold within it; proves motions free by these bounds alone, and by
-/// exact searches for the few points without bounds. Servo thread: no allocation, every loop bounded.
+/// Borrows its arguments for one step. Finds the points that could meet matter while the tool moves by at
+/// most a margin, with bounds on their walls that hold within this margin. Proves motions free by these
+/// bounds, and by exact searches for the few points without bounds. Servo thread: no allocation, every loop
+/// bounded.
 class NearPoints {
  public:
   /// Largest number of points near matter that a step tests; a point near two shapes counts twice.
@@ -48,34 +50,38 @@ class NearPoints {
   NearPoints(const NearPoints&) = delete;
   NearPoints& operator=(const NearPoints&) = delete;
 
-  /// Finds the points for motions of up to `mm`, or less if there are too many; of the tool at this pose.
+  /// Finds the points of the tool at this pose for motions of up to `mm`. If there are too many, reduces the
+  /// margin, and then leaves points out.
   void collect(const Placement& tool, double mm) noexcept;
   /// Returns true if no point was left out.
   bool is_complete() const noexcept { return stride_ == 1; }
   /// Returns true if the motion of every point to `to` is free of all shapes but `skipped`. Does not change
   /// the collected points.
   bool is_motion_free(const Placement& tool, const Placement& to, int skipped) noexcept;
-  /// Returns true if no matter is within `mm` of the whole tool.
+  /// Returns true if no matter is within `mm` of the bounding sphere of the tool. In that case also clears
+  /// the collected points.
   bool is_free_within(const Placement& tool, double mm) noexcept;
-  /// Returns the share of a motion, within the margin, that is free for all points. If it is less than 1,
-  /// stopped() and stopping_wall() are the point and the wall that stop the motion, unless `max_searches`
-  /// (exact searches in volumes) were too few.
+  /// Returns the share of a motion within the margin that is free for all points. If it is less than 1,
+  /// stopped() and stopping_wall() are the point and the wall that stop the motion, unless the motion
+  /// required more than `max_searches` exact searches in volumes.
   double free_share(const Placement& to, int max_searches) noexcept;
-  /// Forgets the point that stopped a motion; free_share() keeps it until another one stops a motion earlier.
+  /// Forgets the point that stopped a motion. free_share() sets that point only if a point stops its motion.
   void forget_stop() noexcept { stopped_ = k_max; }
-  /// Moves all points with the tool, by at most `mm`.
+  /// Moves all points with the tool to this pose. `mm`: upper bound of the motion of any point, by which the
+  /// margin is reduced.
   void move_to(const Placement& tool, double mm) noexcept;
-  /// Updates the walls of points that are not far from them.
+  /// Updates the walls of the points that are nearer to them than 1.5 margins.
   void update_walls() noexcept;
-  /// Sets the wall that stopped a point as its wall.
+  /// Makes stopping_wall() the wall of the point stopped().
   void use_stopping_wall() noexcept;
 
   std::size_t size() const noexcept { return count_; }
   Near& operator[](std::size_t i) noexcept { return all_[i]; }
   const Near& operator[](std::size_t i) const noexcept { return all_[i]; }
   double margin() const noexcept { return margin_; }  ///< mm by which points may still move
-  double margin_unit_mm() const noexcept { return step_; }
-  /// Number of points in a solid when they were last collected.
+  /// Returns the unit of margins: at most a voxel of the scene's frame, and a few samples.
+  double margin_unit_mm() const noexcept { return margin_unit_; }
+  /// Number of points that were in a solid at the last collect().
   std::uint32_t inside_count() const noexcept { return inside_count_; }
   bool is_stopped() const noexcept { return stopped_ < count_; }
   std::size_t stopped() const noexcept { return stopped_; }
@@ -89,9 +95,10 @@ class NearPoints {
   glm::dvec3 in_scene(const Placement& tool, const glm::dmat3& rotation, const glm::dvec3& p) const noexcept {
     return walls_.frame().volume_from_world(tool.position_world + rotation * p);
   }
-  /// Returns the distance to the wall, mm, by the values at `origin`; 1e300 if the point has no wall.
+  /// Returns the distance to the wall, mm, extrapolated from the values at `origin`; 1e300 if the point has
+  /// no wall or is in the solid.
   double room_of(const Near& near) const noexcept;
-  /// Returns the unit normal of the wall, toward the tool; 0 if it has none.
+  /// Returns the unit normal of the wall, toward the tool; 0 if the wall is flat.
   glm::dvec3 normal_of(const Near& near) const noexcept;
 
  private:
@@ -106,11 +113,11 @@ class NearPoints {
   const PointShell& shell_;
   SceneWalls& walls_;
   ProxyCounters& counters_;
-  double voxel_, step_, margin_ = 0;  ///< mm
+  double voxel_, margin_unit_, margin_ = 0;  ///< mm
   std::size_t count_ = 0, stopped_ = k_max;
   std::uint32_t inside_count_ = 0, stride_ = 1;
   Wall stopping_wall_;
-  /// Not initialized before add() sets an element: a tool in free space needs none.
+  /// Elements are not initialized before add() sets them, since a tool in free space uses no element.
   union Storage {
     std::array<Near, k_max> all;
     Storage() noexcept {}

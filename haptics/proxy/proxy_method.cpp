@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <glm/geometric.hpp>
 
+#include "volume/base/text.h"
+
 namespace trephine::haptics {
 
 Status check_cuts(const TouchScene& scene, const MethodInfo& method) {
@@ -55,7 +57,7 @@ Status check_smallest_burr(const TouchScene& scene, double min_mm) {
 }
 
 Status check_burr_opens_voxels(const TouchScene& scene) {
-  if (scene.smallest_burr <= 0) return std::nullopt;  // no cuts; there may be no volume either
+  if (scene.smallest_burr <= 0) return std::nullopt;  // no cuts, and perhaps no volume
   const glm::dmat3& axes = scene.base->frame.axes();
   double diagonal = 0;
   for (const double y : {-1.0, 1.0})
@@ -70,7 +72,7 @@ Status check_has_no_depth(const TouchScene& scene) {
       return Error{.what = "this method does not support depth images",
                    .where = item.name,
                    .found = "an item touched by depth images",
-                   .expected = "none",
+                   .expected = "no item with depth images",
                    .remedy = "use method scene"};
   return std::nullopt;
 }
@@ -96,7 +98,7 @@ Status check_touchable(const TouchScene& scene, const MethodInfo& method) {
   if (scene.tool->radius() > 0 && !method.takes_ball && !method.takes_sets_of_balls)
     return Error{.what = "this method supports points only",
                  .where = "tool radius",
-                 .found = std::to_string(scene.tool->radius()) + " mm",
+                 .found = rounded_text(scene.tool->radius()) + " mm",
                  .expected = "0, a point",
                  .remedy = "use method subvoxel for a round tool"};
   if (shapes > TouchScene::k_max_shapes)

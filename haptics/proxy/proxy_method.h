@@ -7,16 +7,17 @@
 
 namespace trephine::haptics {
 
-/// Checks the requirement of most methods: at most k_max_shapes shapes of one volume, each with its bits.
-/// Also an error for a tool, or meshes, that the method does not take.
+/// Checks the requirements of most methods: at most k_max_shapes shapes of one volume, each with its
+/// occupancy, and no depth images. Also an error if the method does not take the tool, or the meshes of the
+/// scene.
 Status check_touchable(const TouchScene& scene, const MethodInfo& method);
-/// For methods that lead a point only into cuts at least `min_mm` wide: error if the scene allows smaller
-/// burrs.
+/// For methods with which a point tool enters only cuts at least `min_mm` wide: error if the scene allows
+/// smaller burrs.
 Status check_smallest_burr(const TouchScene& scene, double min_mm);
 /// For methods on the voxels of the scan: error if a burr may be narrower than the diagonal of a voxel, since
 /// its hole could then pass between voxel centres.
 Status check_burr_opens_voxels(const TouchScene& scene);
-/// Error if the scene is prepared for burrs (TouchScene::smallest_burr), and the method takes no cuts.
+/// Error if the scene is prepared for burrs (TouchScene::smallest_burr) and the method takes no cuts.
 Status check_cuts(const TouchScene& scene, const MethodInfo& method);
 /// For methods with fixed models: error if an item is touched by depth images.
 Status check_has_no_depth(const TouchScene& scene);

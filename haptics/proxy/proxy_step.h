@@ -11,51 +11,53 @@
 
 namespace trephine::haptics {
 
-/// Work done in one step; independent of the volume's size.
+/// Counts of the work in one step, which does not depend on the volume's size.
 struct ProxyCounters {
-  int voxels = 0;      ///< visited by traversals
-  int cells = 0;       ///< read for fields and normals
-  int iterations = 0;  ///< collision queries
-  int triangles = 0;   ///< extracted or read
+  int voxels = 0;      ///< voxels visited by traversals; also tested points of a shell
+  int cells = 0;       ///< cells read for fields and normals; also tested nodes of a shell
+  int iterations = 0;  ///< collision queries, Newton steps or rounds, as the method uses them
+  int triangles = 0;   ///< triangles extracted or read
 };
 
 /// Plane that method `plane` renders between two searches of the volume.
 struct PlaneMemory {
   glm::dvec3 point_world{0.0}, normal_world{0.0};
-  double recovery = 0;  ///< mm, jump from the previous plane, undone over the next ticks
+  double recovery = 0;  ///< mm, jump from the previous plane, reduced to zero over the next ticks
   int shape = -1;
-  int age = 0, recovery_left = 0;  ///< ticks
+  int age = 0, recovery_left = 0;  ///< ticks since the first search; ticks until the jump is 0
 };
 
-/// Surroundings of a proxy, touched or not, between steps.
+/// Data about the items around a proxy, touched or not, that are kept between steps.
 struct Surroundings {
   ShapeSet passable;  ///< shapes that do not block now, whatever the scene's sides; set by the host
   /// Models that were added and may overlap the proxy. Set by the host, cleared by a step.
   ShapeSet new_models;
-  /// Shapes within near_radius mm of near_middle_world, for scenes of many shapes; unknown if that radius is
-  /// 0.
+  /// Shapes within near_radius mm of near_middle_world, for scenes of many shapes; not computed while
+  /// near_radius is 0.
   ShapeSet nearby;
   glm::dvec3 near_middle_world{0.0};
   double near_radius = 0;
   bool has_placements = false;
   std::array<Placement, TouchScene::k_max_movers> placements;  ///< of moving meshes, in the last step
   double time = 0;                                             ///< s, of the last step
-  std::array<std::uint64_t, TouchScene::k_max_depths> sets{};  ///< serials of depth images, in the last step
+  std::array<std::uint64_t, TouchScene::k_max_depths> sets{};  ///< serials of the last depth images
 };
 
 /// State of a method between steps. Plain data: copying it saves and restores a method.
 struct ProxyState {
   bool has_proxy = false;
   glm::dvec3 proxy_volume{0.0};
-  ShapeSet inside;            ///< shapes with the proxy in their solid (touched from the back)
-  bool had_contact = false;   ///< in the last step
-  bool is_sticking = false;   ///< static friction holds
-  int touched_mover = -1;     ///< moving mesh that stopped the proxy in the last step; -1: no such mesh
-  std::uint64_t version = 0;  ///< of the last step, for methods that test for growth only after a change
+  ShapeSet inside;           ///< shapes with the proxy in their solid (touched from the back)
+  bool had_contact = false;  ///< in the last step
+  bool is_sticking = false;  ///< static friction holds
+  int touched_mover = -1;    ///< moving mesh that stopped the proxy in the last step; -1: no such mesh
+  /// Serial of the version in the last step. Methods test for grown matter only after it has changed.
+  std::uint64_t version = 0;
   PlaneMemory plane;
   bool has_turn = false;             ///< tool_turn is set, for a tool with six degrees of freedom
   glm::dquat tool_turn{1, 0, 0, 0};  ///< rotation of the tool
-  std::uint32_t balls_inside = 0;    ///< balls in a solid, one bit each; of a shell: the number of points
+  /// Balls in a solid, one bit each. For a shell: number of points in a solid.
+  std::uint32_t balls_inside = 0;
   bool has_mesh_proxy = false;
   glm::dvec3 mesh_proxy_world{0.0};  ///< the god-object on meshes of method scene-sequential
   Surroundings around;
@@ -87,15 +89,15 @@ struct ProxyInput {
   double time = 0;                     ///< s since the operation began
 };
 
-/// Most collision queries in a step of method `implicit`.
+/// Largest number of collision queries in a step of method `implicit`.
 inline constexpr int k_max_iterations = 8;
-/// Most points on the path of a step, of any method.
+/// Largest number of points on the path of a step, for all methods.
 inline constexpr int k_max_waypoints = 32;
 
 /// A contact of a tool with six degrees of freedom.
 struct ToolContact {
   glm::dvec3 point_world, normal_world;  ///< mm; unit, toward the tool
-  double push;                           ///< mm; the force is this times the stiffness
+  double push;                           ///< mm; the force is the push times the stiffness
   int shape;
   Side side;
 };
@@ -115,7 +117,7 @@ class ToolContacts {
   }
   std::size_t size() const noexcept { return count_; }
   const ToolContact& operator[](std::size_t i) const noexcept { return all_[i]; }
-  /// Keeps the hardest contacts if there are too many.
+  /// Adds a contact. If there are more than k_max, keeps those with the largest push.
   void add(const ToolContact& contact) noexcept {
     if (count_ < k_max) {
       all_[count_++] = contact;
@@ -139,10 +141,10 @@ struct ProxyResult {
   bool has_contact = false;
   int shape = -1;  ///< the touched item
   Side side = Side::none;
-  /// Restored matter covers the proxy, which was released at the HIP, or a moving mesh passed over it because
-  /// other walls left no free position: no force in this step.
+  /// Restored matter covered the proxy, which then started again at the HIP; or a moving mesh passed over the
+  /// proxy, because other walls left no free position. There is no force in this step.
   bool is_buried = false;
-  /// Motion of the touched object at the contact since the last step, mm; method `scene`.
+  /// Motion of the touched object at the contact since the last step, mm. Only method `scene` sets it.
   glm::dvec3 object_motion_world{0.0};
   /// Rotation from the hand to a tool with six degrees of freedom: axis times 2 sin(angle / 2).
   glm::dvec3 turn_world{0.0};
@@ -180,7 +182,7 @@ struct ProxyStep : ProxyResult {
   }
 };
 
-/// Sets the proxy to the HIP, in the first step or in one that releases the proxy.
+/// Sets the proxy to the HIP, in the first step or after matter has grown over the proxy.
 inline void begin_at_hip(const glm::dvec3& hip_volume, const glm::dvec3& hip_world, ProxyState& state,
                          ProxyStep& step) noexcept {
   state.begin_at(hip_volume);

@@ -25,8 +25,9 @@ struct MeshMotion {
         current(to),
         margin(1e-5 * voxel_mm) {}
 
-  /// Returns true if the mesh passes over a ball (radius 0: a point) of a tool that moves from `tool` to
-  /// `to`, at a time earlier than `first`. Then sets `push`, which prevents it, and `first` to that time.
+  /// Returns true if the mesh passes over a ball (radius 0: a point) at `local` of a tool that moves from
+  /// `tool` to `to`, earlier than at share `first` of the motion. Then sets `first` to the share at which
+  /// they meet, and `push` to a translation of `to` (mm, world) that prevents this.
   bool meets(const Placement& tool, const Placement& to, const glm::dvec3& local, double radius,
              double& first, glm::dvec3& push, int& visited) const noexcept {
     const glm::dvec3 a = previous.local_from_world(tool.world_from_local(local)),
@@ -40,9 +41,9 @@ struct MeshMotion {
     return true;
   }
 
-  /// Moves the tool with the mesh, or pushes it aside. find_push(to, push) returns true if the mesh would
-  /// pass over the tool on its way to a pose; try_pose(to) moves the tool if nothing else is in the way.
-  /// Returns false if the mesh passed over the tool.
+  /// Moves the tool with the mesh, or pushes it to the side. find_push(to, push) returns true if the mesh
+  /// would pass over the tool while the tool moves to the pose `to`. try_pose(to) moves the tool, and returns
+  /// true, if no other wall is in between. Returns false if the mesh passed over the tool.
   template <class FindPush, class TryPose>
   bool move(const Placement& tool, FindPush&& find_push, TryPose&& try_pose) const {
     constexpr int k_max_pushes = 8;
@@ -60,10 +61,10 @@ struct MeshMotion {
   }
 };
 
-/// Runs one step of a tool. Tool is constructed from scene, walls, state, input and counters, and has
-/// begin(frame): starts at the hand; resume(pose): continues; has_grown(): true if restored matter covers
-/// parts that were free; yield_to(mesh, previous, current): false if a mesh passed over the tool;
-/// run(result): moves toward the hand; pose(), hand().
+/// Runs one step of a tool. Tool is constructed from scene, walls, state, input and counters. Its functions:
+/// begin(frame) starts at the hand; resume(pose) continues from a pose; has_grown() returns true if restored
+/// matter covers parts that were free; yield_to(mesh, previous, current) returns false if the mesh passed
+/// over the tool; run(result) moves toward the hand; pose() and hand() return placements.
 template <class Tool>
 ProxyStep step_rigid_tool(const SceneLayout& layout, const TouchScene& scene, const TouchState& touch_state,
                           ProxyState& state, const ProxyInput& input) noexcept {
@@ -71,9 +72,11 @@ ProxyStep step_rigid_tool(const SceneLayout& layout, const TouchScene& scene, co
   ProxyStep result;
   result.normal_world = glm::dvec3(0);
   Surroundings& around = state.around;
-  for (int s = 0; s < item_count(scene); ++s) around.nearby.set(s, true);  // tools are long
+  // A long tool may reach any item.
+  for (int s = 0; s < item_count(scene); ++s) around.nearby.set(s, true);
   around.new_models = ShapeSet{};  // a part that overlaps a new model is pushed out of it
-  // Meshes move one after another; each meets those before it at their current placement.
+  // Meshes move one after another. While a mesh moves, earlier ones are at their current placement, and later
+  // ones at their previous placement.
   layout.adopt_sets(scene, touch_state, input, around);
   const auto current = layout.placements_of(scene, touch_state, input);
   auto moving = state.has_proxy && around.has_placements ? around.placements : current;

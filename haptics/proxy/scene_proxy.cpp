@@ -13,7 +13,7 @@ using glm::dvec3;
 
 namespace {
 
-constexpr double k_search_margin = 8;  // mm beyond the needs of a step, so that few steps search again
+constexpr double k_search_margin = 8;  // mm beyond the reach of a step, so that few steps search again
 
 bool has_friction(const Material& m) noexcept { return m.static_friction > 0 || m.dynamic_friction > 0; }
 
@@ -33,7 +33,8 @@ double distance_to(const TouchScene& scene, const SceneLayout& layout, const Pla
 /// Ensures that around.nearby contains every shape that a step from `start` toward `hip` may meet.
 void update_near(const TouchScene& scene, const SceneLayout& layout, const Placements& placements,
                  const dvec3& start, const dvec3& hip, Surroundings& around) noexcept {
-  // A step stays in the ball around the HIP through its start; its lifts leave the ball by less than a voxel.
+  // A step stays in the ball around the HIP whose surface contains the start; lifts off walls leave the ball
+  // by less than a voxel.
   const double reach = glm::length(start - hip) + scene.tool->radius() + 2 * layout.frame().spacing().x;
   if (around.near_radius > 0 && glm::length(hip - around.near_middle_world) + reach <= around.near_radius) {
     // Only moving meshes may have come nearer.
@@ -50,8 +51,9 @@ void update_near(const TouchScene& scene, const SceneLayout& layout, const Place
     if (distance_to(scene, layout, placements, s, hip) <= around.near_radius) around.nearby.flip(s);
 }
 
-/// Moves the proxy to the free side of a new model whose triangles, deviating from the previous surface,
-/// cover it: otherwise neither side would block it. Does nothing if another wall is in between.
+/// Moves the proxy to the free side of a new model. The triangles of the new model may deviate from the
+/// previous surface and cover the proxy; without this motion the model would not block a covered proxy.
+/// `reach`: largest deviation, mm; a deeper proxy is not moved. Does nothing if another wall is in between.
 void move_out_of(const TouchScene& scene, const SceneLayout& layout, SceneWalls& walls,
                  const Placements& placements, int mesh, double reach, ProxyState& state,
                  dvec3& proxy) noexcept {
@@ -88,16 +90,16 @@ void move_out_of(const TouchScene& scene, const SceneLayout& layout, SceneWalls&
     }
   }
   if (p == start) return;
-  const dvec3 before = placement.world_from_local(p);
+  const dvec3 outside = placement.world_from_local(p);
   ShapeSet inside = state.inside;
   const volume::Frame& frame = walls.frame();
   if (walls
-          .reach(frame.volume_from_world(proxy), frame.volume_from_world(before), inside,
+          .reach(frame.volume_from_world(proxy), frame.volume_from_world(outside), inside,
                  1e-3 * frame.spacing().x, mesh)
           .is_blocked)
     return;
   state.inside = inside;
-  state.proxy_volume = scene.base->frame.volume_from_world(proxy = before);
+  state.proxy_volume = scene.base->frame.volume_from_world(proxy = outside);
 }
 
 /// Returns the shape with depth images near the tool at `start`, if the path leaves the region that they
@@ -117,7 +119,7 @@ int find_left_shape(const TouchScene& scene, const SceneLayout& layout, const To
       leaves = leaves || !set->is_known_around(placement.local_from_world(p), 0);
     }
     if (!leaves) continue;
-    // The surface may have moved off by this tick's part of its motion.
+    // The surface may have moved away from the tool since the last tick, by at most k_off.
     constexpr double k_off = 1;  // mm
     const double near = scene.tool->radius() + k_off;
     if (set->tree->is_near(from, near)) return shape;
@@ -183,7 +185,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
     move_out_of_all(around.new_models, next, [&](int) { return reach; });
     around.new_models = ShapeSet{};
   }
-  // New images show a surface a little off the previous one, where that was extrapolated.
+  // New depth images may show the surface a little off the previous images, whose motion was extrapolated.
   if (!adopted.is_empty())
     move_out_of_all(adopted, around.has_placements ? around.placements : next, [&](int shape) {
       const depth::DepthSet* set = depth::set_in(touch_state, layout_.depth_index(shape));
@@ -191,8 +193,8 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
     });
   const bool has_moved = state.has_proxy && around.has_placements && next != around.placements;
   if (has_moved) {
-    // Moves one mesh after another, each in its own frame: a mesh on which the tool rubs carries it along,
-    // and one that would pass over the tool pushes it.
+    // Moves one mesh after another, each in its own frame. A touched mesh with friction carries the tool
+    // along. A mesh that would pass over the tool pushes it.
     Placements moving = around.placements;
     std::array<dvec3, 3> blockers;  // of walls that blocked a push
     int blocker_count = 0;
@@ -209,7 +211,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
             -frame.gradient_world_from_volume(walls.jet(reach.wall, from + reach.t * (to - from)).gradient);
         if (!(glm::length(out) > 0)) return false;
         const dvec3 normal = glm::normalize(out);
-        // A wall that bends blocks again a little farther on.
+        // A bent wall may block again a little farther on: the new normal then replaces the earlier one.
         int i = 0;
         while (i < blocker_count && glm::dot(blockers[static_cast<std::size_t>(i)], normal) < 0.95) ++i;
         if (i < static_cast<int>(blockers.size())) blockers[static_cast<std::size_t>(i)] = normal;
@@ -221,7 +223,8 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
       state.proxy_volume = base.volume_from_world(start);
       return true;
     };
-    /// Moves around walls that block a push; `a`: previous position of the tool in the mesh's frame.
+    /// Pushes the tool out of the way of a mesh, around the walls that block the push. `a`: previous position
+    /// of the tool in the mesh's frame. Returns false if the mesh still passes over the tool.
     const auto push_aside = [&](std::size_t m, int shape, const dvec3& a) {
       const bool is_front = blocks(scene, around.passable, shape, Side::front),
                  is_back = blocks(scene, around.passable, shape, Side::back);
@@ -237,7 +240,7 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
         const double gap = std::max(0.0, glm::dot(contact - start, push)) + 1e-5 * frame.spacing().x;
         dvec3 motion(0);
         if (!find_motion(push, gap, blockers, blocker_count, motion)) return false;
-        // Keeps a small distance from the walls along which it leads.
+        // The motion keeps a small distance from the walls along which it leads.
         for (int i = 0; i < blocker_count; ++i)
           motion += 1e-5 * frame.spacing().x * blockers[static_cast<std::size_t>(i)];
         try_move(start + motion, shape);
@@ -282,8 +285,8 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
   const ProxyState previous_state = may_leave ? state : ProxyState{};
   const ProxyStep previous_result = result;
   slide(scene, walls, base, state, input.hip_world, result);
-  // Beyond the border of depth images the surface along which the tool slides is unknown: the tool stops
-  // there until the next ones arrive.
+  // Beyond the border of the depth images the surface along which the tool slides is unknown. The tool stops
+  // at the border until the next images arrive.
   constexpr double k_min = 1.0 / 64;  // share of the motion; a smaller one counts as 0
   int left_shape = may_leave ? find_left_shape(scene, layout_, touch_state, walls, base, start, result) : -1;
   const int border_shape = left_shape;

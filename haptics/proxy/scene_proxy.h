@@ -6,11 +6,11 @@
 
 namespace trephine::haptics {
 
-/// All volumes and meshes in one solve: the slide of method `subvoxel` along smooth walls and facets
-/// together, so that the proxy rests in the corner of both where a model pierces a volume. A moving mesh
-/// carries the proxy along: the motion relative to the mesh is checked first. If other walls leave no free
-/// position, the mesh passes over the proxy, which is then reported as buried. Only items near the tool are
-/// tested.
+/// Touches all volumes and meshes in one solve: the slide of method `subvoxel` runs along smooth walls and
+/// facets together, so that the proxy rests in the corner between a volume and a model that pierces it. A
+/// touched moving mesh with friction carries the proxy along, and any moving mesh pushes the proxy instead of
+/// passing over it. If other walls leave no free position, the mesh passes over the proxy, and the step
+/// reports the proxy as buried. Only items near the tool are tested.
 class SceneProxy final : public ProxyMethod {
  public:
   static constexpr MethodInfo k_info{.name = "scene",

@@ -15,22 +15,23 @@ using glm::dvec3;
 
 namespace {
 
-// In voxels of the scene's frame, the finest of the scene.
+// In voxels of the scene's frame (SceneLayout::frame()), unless another unit is given.
 constexpr double k_gap = 2e-3;          // distance that points keep from walls
-constexpr double k_worth = 1e-4;        // least gain in distance to the hand for a motion
-constexpr double k_slow = 1e-3;         // a smaller gain of an unhindered round ends the rounds
-constexpr double k_still = 2e-4;        // a smaller motion ends the rounds
-constexpr double k_normals_apart = 4;   // distance that counts as much as a right angle of normals
+constexpr double k_min_gain = 1e-4;     // a pose counts if it reduces the distance to the hand by more
+constexpr double k_slow = 1e-3;         // a smaller gain of a round that no wall stopped ends the rounds
+constexpr double k_min_motion = 2e-4;   // a smaller motion ends the rounds
+constexpr double k_normals_apart = 4;   // distance that counts as much as 60 degrees between normals
 constexpr double k_longest_turn = 0.1;  // rad per round
 // In units of margins.
-constexpr double k_first_margin = 0.25;  // by which points near matter may move before they are found again
+constexpr double k_first_margin = 0.25;  // motion of the points near matter before they are found again
 constexpr double k_next_margin = 0.45;
 
 constexpr int k_rounds = 8, k_sweeps = 60, k_max_collections = 4;
 constexpr std::size_t k_max_bounds = 16;
-// Most exact searches for one motion, each of which costs as much as 30 proofs; beyond, it is shortened.
-constexpr int k_max_searches = 60, k_last_try_searches = NearPoints::k_max;  // the latter at the last try
-constexpr std::uint32_t k_unknown_count = ~0u;  // ProxyState::balls_inside after points were left out
+// Largest number of exact searches for one motion, each of which costs as much as 30 proofs. A motion that
+// requires more is shortened. The second number applies to the last attempt.
+constexpr int k_max_searches = 60, k_last_try_searches = NearPoints::k_max;
+constexpr std::uint32_t k_unknown_count = ~0u;  // ProxyState::balls_inside of a step that left points out
 
 /// Bound of a wall near a point on a motion, and the friction there.
 struct Bound {
@@ -39,7 +40,7 @@ struct Bound {
   dvec3 tangents[2];
   double slip[2] = {0, 0};  ///< friction along the tangents, mm
   double least, room, friction, push = 0;
-  std::size_t near;  ///< index
+  std::size_t near;  ///< index in NearPoints
 };
 
 /// One step of a shell.
@@ -59,7 +60,7 @@ class Shell {
     walls.use(cache_);
   }
 
-  /// Starts at the hand, inside any solid there.
+  /// Starts at the hand, even inside a solid.
   void begin(const volume::Frame& base) noexcept {
     state_.begin_at(base.volume_from_world(hand_.position_world));
     tool_ = hand_;
@@ -69,8 +70,8 @@ class Shell {
   const Placement& pose() const noexcept { return tool_; }
   const Placement& hand() const noexcept { return hand_; }
   /// Returns true if more points are in a solid than in the previous step. Returns false if points were left
-  /// out in either step, since the counts cannot be compared; covered points then do not touch until they
-  /// have left the solid.
+  /// out in either step, since the counts cannot be compared; covered points then do not touch the solid
+  /// until they have left it.
   bool has_grown() noexcept {
     const std::uint32_t before = state_.balls_inside;
     find_near();
@@ -81,7 +82,7 @@ class Shell {
 
  private:
   const dvec3& local(std::uint32_t point) const noexcept { return near_.local(point); }
-  /// Moves to the hand and returns true if there is no matter on the way.
+  /// If the whole motion to the hand is far from matter, moves to the hand and returns true.
   bool fly() noexcept;
   /// Finds the points near matter at the current pose.
   void find_near() noexcept {
@@ -89,7 +90,7 @@ class Shell {
     is_found_ = true;
     state_.balls_inside = near_.is_complete() ? near_.inside_count() : k_unknown_count;
   }
-  /// Returns the motion of any point on the way to the hand, at most, mm.
+  /// Returns an upper bound of the motion of any point on the way to the hand, mm.
   double need() const noexcept { return 1.001 * near_.size_of(twist_between(tool_, hand_)); }
   void find_bounds() noexcept;
   void add_bound(std::size_t near) noexcept;
@@ -106,19 +107,19 @@ class Shell {
   double square_, voxel_;
   Placement hand_, tool_;
   std::size_t bound_count_ = 0, previous_count_ = 0;
-  bool is_found_ = false;     ///< near_ is that of tool_ and the current placements of models
-  bool has_slipped_ = false;  ///< in a round of this step
+  bool is_found_ = false;     ///< near_ is valid for tool_ and the current placements of models
+  bool has_slipped_ = false;  ///< the friction was exceeded in a round of this step
   struct Push {
     std::uint32_t point;
     int shape;
     double size, slip[2];
   };
-  std::array<Push, k_max_bounds + 1> previous_;  ///< of the previous round
+  std::array<Push, k_max_bounds + 1> previous_;  ///< pushes of the previous round
   std::array<Bound, k_max_bounds + 1> bounds_;
   /// A wall that may become a bound.
   struct Candidate {
     std::size_t near;
-    double room, square;  ///< mm; mm2, to the nearest bound
+    double room, square;  ///< mm, to the wall; mm2, squared difference from the most similar bound
     dvec3 position, normal;
   };
   std::array<Candidate, NearPoints::k_max> candidates_;
@@ -162,8 +163,9 @@ void Shell::add_bound(std::size_t n) noexcept {
     }
 }
 
-/// Finds the walls that bound the motion: the nearest, and then those farthest from all before, in position
-/// and normal. Few that are far apart hold a tool as well as many, and the solver needs fewer sweeps.
+/// Finds the walls that bound the motion. The first is the nearest wall; each further wall is the one that
+/// differs most, in position and normal, from all chosen before. A few different walls hold a tool as well as
+/// many similar ones, and the solver requires fewer sweeps.
 void Shell::find_bounds() noexcept {
   bound_count_ = 0;
   std::size_t count = 0;
@@ -175,7 +177,7 @@ void Shell::find_bounds() noexcept {
   const auto first =
       std::min_element(candidates_.begin(), candidates_.begin() + static_cast<std::ptrdiff_t>(count),
                        [](const Candidate& a, const Candidate& b) { return a.room < b.room; });
-  const double worth = k_normals_apart * voxel_ * (k_normals_apart * voxel_);
+  const double normal_weight = k_normals_apart * voxel_ * (k_normals_apart * voxel_);
   for (std::size_t next = static_cast<std::size_t>(first - candidates_.begin());
        bound_count_ < k_max_bounds;) {
     const Candidate chosen = candidates_[next];
@@ -184,7 +186,7 @@ void Shell::find_bounds() noexcept {
     for (std::size_t k = 0; k < count; ++k) {
       Candidate& c = candidates_[k];
       const dvec3 off = c.position - chosen.position, bent = c.normal - chosen.normal;
-      c.square = std::min(c.square, glm::dot(off, off) + worth * glm::dot(bent, bent));
+      c.square = std::min(c.square, glm::dot(off, off) + normal_weight * glm::dot(bent, bent));
       if (c.square > candidates_[farthest].square) farthest = k;
     }
     if (!(candidates_[farthest].square > 0)) break;
@@ -192,7 +194,7 @@ void Shell::find_bounds() noexcept {
   }
 }
 
-/// Keeps the pushes for the next round, and whether the friction was exceeded.
+/// Stores the pushes for the next round, and sets has_slipped_ if the friction was exceeded.
 void Shell::keep_pushes() noexcept {
   previous_count_ = bound_count_;
   double slips = 0, limits = 0;
@@ -246,17 +248,18 @@ Twist Shell::solve(const Twist& request) noexcept {
         b.slip[i] = scale * slip[i];
       }
     }
-    if (largest_change < 0.1 * k_still * voxel_) break;
+    if (largest_change < 0.1 * k_min_motion * voxel_) break;
   }
   return t;
 }
 
-/// Moves along `t` as far as the motion of every point is proven free. Returns the share.
+/// Moves along `t` as far as the motion of every point is proven free. Returns that share of `t`.
 double Shell::advance(const Twist& t) noexcept {
   near_.forget_stop();
   const double size = near_.size_of(t);
   double share = size > near_.margin() ? near_.margin() / size : 1;
-  for (int again = 0; again < 4; ++again) {  // a shortened motion takes other paths, to be proven again
+  // A shortened motion takes other paths, which must be proven free again.
+  for (int again = 0; again < 4; ++again) {
     const Placement to = moved(tool_, share * t);
     const double free = near_.free_share(to, again < 3 ? k_max_searches : k_last_try_searches);
     if (free == 1) {
@@ -276,10 +279,10 @@ void Shell::run(ProxyStep& result) noexcept {
   double share = 1;
   int collections = 1;
   Placement best = tool_;
-  double last = length_of_springs(tool_, hand_, square_), least = last - k_worth * voxel_;
+  double last = length_of_springs(tool_, hand_, square_), least = last - k_min_gain * voxel_;
   for (int round = 0; round < k_rounds; ++round) {
     ++result.counters.iterations;
-    if (!(near_.margin() > k_still * voxel_)) {
+    if (!(near_.margin() > k_min_motion * voxel_)) {
       if (collections++ == k_max_collections) break;
       near_.collect(tool_, std::min(need(), k_next_margin * near_.margin_unit_mm()));
     }
@@ -293,13 +296,13 @@ void Shell::run(ProxyStep& result) noexcept {
     const double turn = glm::length(t.rotation);
     const bool is_whole = turn <= k_longest_turn;
     if (!is_whole) t = (k_longest_turn / turn) * t;
-    if (!(near_.size_of(t) > k_still * voxel_)) break;
+    if (!(near_.size_of(t) > k_min_motion * voxel_)) break;
     const bool was_stuck = share == 0;
     share = advance(t);
     const double length = length_of_springs(tool_, hand_, square_),
                  gain = std::exchange(last, length) - length;
     if (length < least) best = tool_, least = length;
-    if (share == 1 && gain < k_slow * voxel_) break;  // the next steps continue
+    if (share == 1 && gain < k_slow * voxel_) break;  // the next step continues the motion
     if ((share == 0 && was_stuck) || (share == 1 && is_whole && bound_count_ == 0)) break;
   }
   tool_ = best;
@@ -334,14 +337,15 @@ void Shell::report(ProxyStep& result, double share) const noexcept {
                      length > 1e-3 * hardest->push ? sum / length : hardest->normal);
 }
 
-/// Handles the motion of a mesh since the previous step. Returns false if it passed over the tool.
+/// Handles the motion of a mesh since the previous step. Returns false if the mesh passed over the tool.
 bool Shell::yield_to(int mesh, const Placement& previous, const Placement& current) noexcept {
   is_found_ = false;
   const MeshMotion motion(walls_, mesh, previous, current, voxel_);
   const auto find_push = [&](const Placement& to, dvec3& push) {
     bool is_any = false;
     double first = 2;
-    // Rotation of the tool relative to the mesh, about the path of a centre.
+    // Relative to the mesh, the tool also rotates about the straight path of a sphere's centre. `wider`
+    // enlarges the spheres, so that they contain the rotated points.
     const dquat turn =
         glm::conjugate(current.rotation) * to.rotation * glm::conjugate(tool_.rotation) * previous.rotation;
     const double wider = 1 + glm::length(turn_between({1, 0, 0, 0}, turn));

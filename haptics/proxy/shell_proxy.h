@@ -9,15 +9,16 @@ namespace trephine::haptics {
 /// Moves a PointShell to the pose nearest to the hand at which none of its points is in a solid: a god-object
 /// of six degrees of freedom (Ortega, Redon and Coquillart 2007) on the smooth solids and models of a scene.
 ///
-/// A step visits the tree of the shell and keeps the points that matter could meet while the tool moves by
-/// its margin. In each of a few rounds the nearest walls bound the motion, with Coulomb friction
+/// A step visits the tree of the shell and keeps the points that could meet matter while the tool moves by at
+/// most a margin. In each of a few rounds the nearest walls bound the motion, with Coulomb friction
 /// (Gauss-Seidel with projections), and the motion of every kept point is proven free before the tool moves.
-/// The work is bounded by counts, never by time: the margin is halved while there are too many points, so
-/// that the tool may lag behind the hand for some ticks; if that does not suffice, every second point is
-/// tested, then every fourth, and so on.
+/// The work is bounded by counts, never by time. If there are too many points, the margin is halved, so that
+/// the tool may lag behind the hand for some ticks. If that does not suffice, every second point is tested,
+/// then every fourth, and so on.
 ///
-/// Points touch shapes from the front. Points inside a solid at the beginning of a step, after restored
-/// matter or a first tick inside, do not touch it until they have left it.
+/// Points touch shapes from the front only. Points that are inside a solid at the beginning of a step, for
+/// example because matter was restored or the tool started there, do not touch this solid until they have
+/// left it.
 class ShellProxy final : public ProxyMethod {
  public:
   static constexpr MethodInfo k_info{

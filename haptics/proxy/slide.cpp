@@ -8,8 +8,8 @@ namespace trephine::haptics {
 
 namespace {
 
-/// Begins a step. The first step, and one in which matter has grown over the proxy, start at the HIP, inside
-/// any solid there.
+/// Begins a step. The first step, and any step in which matter has grown over the proxy, sets the proxy to
+/// the HIP, even inside a solid, and returns false: there is no slide.
 template <class Walls>
 bool Slide<Walls>::begin() noexcept {
   bool is_fresh = !state_.has_proxy;
@@ -51,8 +51,9 @@ void Slide<Walls>::plane_of(const Wall& wall, const glm::dvec3& p, Plane& plane)
   plane.distance = -inverse * plane.jet.value - k_gap * voxel_mm_;
 }
 
-/// Finds the walls that p touches; `within` in mm. Newest first, then the frozen ones that exclude going back
-/// there.
+/// Sets `planes` to the walls within `within` mm of p, then the wall that stopped the last motion, then
+/// frozen planes, newest first, which prevent a return to the walls that the slide has left. Sets
+/// is_in_solid_.
 template <class Walls>
 void Slide<Walls>::planes_at(const glm::dvec3& p, double within, Planes& planes) noexcept {
   int& count = planes.count;
@@ -65,7 +66,7 @@ void Slide<Walls>::planes_at(const glm::dvec3& p, double within, Planes& planes)
     const int found = walls_.walls_at(s, inside_, p, within, walls);
     for (int i = 0; i < found; ++i) {
       const Wall& wall = walls[static_cast<std::size_t>(i)];
-      if (count == k_max_planes) {  // walls beyond the limit are still tested
+      if (count == k_max_planes) {  // further walls only determine is_in_solid_
         is_in_solid_ = is_in_solid_ || walls_.value_and_gradient(wall, p).value >= 0;
         continue;
       }
@@ -87,7 +88,7 @@ void Slide<Walls>::planes_at(const glm::dvec3& p, double within, Planes& planes)
   for (int i = frozen_count_ - 1; i >= 0 && count < k_max_planes; --i) {
     const FrozenPlane& old = frozen_[static_cast<std::size_t>(i)];
     const glm::dvec3& normal = planes[0].normal;
-    // A corner that opens outward keeps both planes; around an edge the old one does not apply.
+    // In a concave corner both planes hold the proxy. At a convex edge the frozen plane does not apply.
     const double cosine = glm::dot(old.normal, normal),
                  distance = glm::dot(old.normal, old.point_world - here);
     if (cosine > 0.9995 || distance < 0 || glm::dot(normal, old.point_world - here) > 0) continue;
@@ -108,8 +109,9 @@ void Slide<Walls>::freeze(const glm::dvec3& p, const Plane& plane) noexcept {
   frozen_[static_cast<std::size_t>(frozen_count_++)] = {frame_.world_from_volume(p), plane.normal};
 }
 
-/// Finds the point of the walls nearest to the HIP, at most `limit` mm from `from`, a point on them. Not yet
-/// proven free. Returns false if the walls give no direction.
+/// Finds the point on the walls that is nearest to the HIP, at most `limit` mm from the point `from` on the
+/// walls. The motion to it is not yet proven free. Returns false if Newton's method has no direction, for
+/// example at a flat wall.
 template <class Walls>
 bool Slide<Walls>::solve(const glm::dvec3& from, double limit, glm::dvec3& to, Planes& planes,
                          bool& is_settled) noexcept {
@@ -129,14 +131,16 @@ bool Slide<Walls>::solve(const glm::dvec3& from, double limit, glm::dvec3& to, P
     else
       p = planes.count == 1 ? single_step(frame_, voxel_mm_, planes[0], to_hip)
                             : joint_step(frame_, voxel_mm_, planes, to_hip);
-    // Over an edge each face's nearest point may be beyond the other face: halved steps find the edge.
+    // At an edge the nearest point of each face may be beyond the other face, so that steps alternate between
+    // the faces. Halved steps find the edge.
     if (const double back = -glm::dot(p, last_step);
         back > 0.5 * glm::dot(p, p) && 2 * glm::dot(p, p) > glm::dot(last_step, last_step))
       p *= 0.5;
     last_step = p;
-    // A nearly flat wall may be anywhere: there is no target.
+    // The step to a nearly flat wall may be very long: there is no target.
     if (is_at_limit && !(glm::dot(p, p) <= max_square_to_walls())) return false;
-    // A stage ends on a sphere around its start; from there on only steps back to the wall are made.
+    // A stage that would be longer than `limit` ends on the sphere of that radius around its start. From
+    // there only steps onto the walls are made.
     const glm::dvec3 far = at + p - start;
     const double square = glm::dot(far, far);
     if (!(square >= 0)) return false;
@@ -157,7 +161,8 @@ bool Slide<Walls>::solve(const glm::dvec3& from, double limit, glm::dvec3& to, P
   return true;
 }
 
-/// Updates the planes to another point, p (mm) away. Returns false if a wall is flat there.
+/// Updates the planes to the point `at`, after a displacement by `p` (mm, world). Returns false if a wall is
+/// flat at that point.
 template <class Walls>
 bool Slide<Walls>::update_planes(Planes& planes, const glm::dvec3& at, const glm::dvec3& p) noexcept {
   for (int k = 0; k < planes.count; ++k) {
@@ -172,8 +177,8 @@ bool Slide<Walls>::update_planes(Planes& planes, const glm::dvec3& at, const glm
   return true;
 }
 
-/// Returns true if both legs of a short motion along one wall are free, by the wall's gradients at its ends
-/// and a bound of its curvature.
+/// Returns true if both legs of a short motion along one wall are free. The proof uses the wall's gradients
+/// at the ends of the motion, and a bound of the wall's curvature.
 template <class Walls>
 bool Slide<Walls>::is_short_motion_free(const Plane& first, const Plane& last, const glm::dvec3& from,
                                         const glm::dvec3& middle, const glm::dvec3& to,
@@ -185,8 +190,9 @@ bool Slide<Walls>::is_short_motion_free(const Plane& first, const Plane& last, c
          free_step(d, glm::dot(end.gradient, down), bound.along(down)) >= 1;
 }
 
-/// Moves from one point on the walls to another through a point lifted off them, each leg proven. `at`: the
-/// point reached. Returns false if a wall stopped it.
+/// Moves from one point on the walls to another, through a point that is lifted off the walls. Both legs are
+/// proven free. `at`: output, the point reached. Returns false if a wall stopped the motion, or if the walls
+/// have no common outward direction.
 template <class Walls>
 bool Slide<Walls>::advance(const glm::dvec3& from, const glm::dvec3& to, const Planes& first,
                            const Planes& last, glm::dvec3& at) noexcept {
@@ -255,8 +261,8 @@ bool Slide<Walls>::advance(const glm::dvec3& from, const glm::dvec3& to, const P
   return true;
 }
 
-/// Returns the free share of the motion from `at` to the HIP, less the possible rounding of it on a very long
-/// motion: the end must be free.
+/// Returns the free share `t` of the motion from `at` to the HIP. On a very long motion it is reduced by the
+/// possible rounding, so that the end of the free part is free.
 template <class Walls>
 double Slide<Walls>::share_less_rounding(double t, const glm::dvec3& at) const noexcept {
   constexpr double k_long = 1000, k_rounding = 4e-12;  // voxels; share of the motion
@@ -273,7 +279,7 @@ void Slide<Walls>::run() noexcept {
   Planes &planes = planes_, &moved = moved_planes_;
   double longest_creased = 1e300;  // mm
   for (int stage = 0; stage < k_max_stages && result_.waypoint_count + 4 <= k_max_waypoints; ++stage) {
-    // Straight to the HIP, unless a touched wall faces it.
+    // Moves straight to the HIP, unless the motion would lead into a touched wall.
     if (stage > 0) planes_at(at, k_touch * voxel_mm_, planes);
     const glm::dvec3 to_hip = hip_world_ - frame_.world_from_volume(at);
     bool is_facing = false;
@@ -308,12 +314,14 @@ void Slide<Walls>::run() noexcept {
         }
       }
       if (planes.count == 0) {
-        // The proof took too long: the plane of the wall that stopped it is used.
+        // The proof of the motion reached its limit of work before a touched wall. Uses the plane of the wall
+        // at which the proof ended.
         plane_of(straight.wall, at, planes[0]);
         planes.count = planes[0].steepness > 0 ? 1 : 0;
       }
       if (planes.count == 0) {
-        // Flat matter without a normal: the proxy stays, with the normal back along the motion.
+        // The field is flat at the wall that stopped the proxy, so that the wall has no normal. The proxy
+        // stays, and the direction from the HIP back to the proxy serves as the normal.
         if (result_.shape < 0) {
           const glm::dvec3 back = frame_.world_from_volume(at) - hip_world_;
           const double length = glm::length(back);
@@ -325,7 +333,7 @@ void Slide<Walls>::run() noexcept {
       }
     }
     if (result_.shape < 0) set_touched(planes[0]);
-    // Along the walls, as far as that leads nearer.
+    // Moves along the walls, as long as that leads nearer to the HIP.
     const double energy_here = energy(at);
     glm::dvec3 to = at;
     bool is_settled = false, is_lower = false;
@@ -356,13 +364,13 @@ void Slide<Walls>::run() noexcept {
     record_if_nearest(at);
     if (has_arrived) set_touched(moved[0]);
     if (is_friction_applied_) {
-      // Friction set the end; a wall that stopped the motion earlier is for the next step, but for a step of
-      // the solid, which is climbed.
+      // Friction determined the end of the motion. If a wall stopped the motion earlier, the next servo step
+      // continues; only a stair-step of the solid is climbed now.
       if (!has_arrived && stopping_.is_step) climb_to(to, at);
       break;
     }
     if (has_arrived) {
-      // Settled on walls that all still face the HIP: no point is nearer.
+      // The point has converged, and the HIP is behind all of its walls: no point is nearer.
       if (is_settled) {
         const glm::dvec3 rest = hip_world_ - frame_.world_from_volume(at);
         bool is_held = true;
@@ -371,7 +379,7 @@ void Slide<Walls>::run() noexcept {
         if (is_held) break;
       }
     } else if (at == before && (stopping_.shape < 0 || stopping_ == last_stopping)) {
-      // A sheet that ends during the leg has led into another wall: the next leg is shorter.
+      // A sheet that ended during the leg led the proxy into another wall. The next leg is shorter.
       longest_creased = 0.3 * slid;
       if (!has_sheets || !(longest_creased > k_shortest_stage * voxel_mm_)) break;
       continue;

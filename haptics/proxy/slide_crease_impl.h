@@ -1,4 +1,4 @@
-// Slide in creases: motion over the steps at the border of creased cubes. Included by slide.cpp only.
+// Slide in creases: motion over the stair-steps at the border of creased cubes. Included by slide.cpp only.
 #pragma once
 
 #include "haptics/proxy/slide_impl.h"
@@ -6,8 +6,8 @@
 namespace trephine::haptics {
 namespace {
 
-/// Turns a direction away from all walls: where several sheets have one flank, the mean of the normals may
-/// lead into another.
+/// Turns the direction `out` away from all walls. If several sheets belong to one flank, the mean of the
+/// normals may otherwise lead into a wall of another flank.
 template <class Walls>
 void Slide<Walls>::turn_away_from_walls(const Planes& planes, glm::dvec3& out) noexcept {
   if (planes.count < 3) return;
@@ -16,8 +16,9 @@ void Slide<Walls>::turn_away_from_walls(const Planes& planes, glm::dvec3& out) n
   out = turned_away(out, std::span(normals.data(), static_cast<std::size_t>(planes.count)));
 }
 
-/// Called after a wall stopped a motion at `at`. If the wall is a step of the solid, moves the proxy to the
-/// top of the step. The wall is then one of the planes of the next leg.
+/// Called after a wall stopped a motion at `at`. If the wall is a stair-step of the solid, moves the proxy to
+/// the top of the stair-step. A sheet or a stair-step is stored in stopping_, so that it is one of the planes
+/// of the next leg.
 template <class Walls>
 void Slide<Walls>::climb_step(const Wall& wall, const Planes& planes, glm::dvec3& at) noexcept {
   stopping_ = wall.is_step || wall.sheet >= 0 ? wall : Wall{};
@@ -53,7 +54,7 @@ void Slide<Walls>::climb_step(const Wall& wall, const Planes& planes, glm::dvec3
   result_.waypoint_count = count;
 }
 
-/// After a climb to `at`, goes on to a point on the walls, over further steps if necessary.
+/// After a climb to `at`, continues to the point `to` on the walls, over further stair-steps if necessary.
 template <class Walls>
 void Slide<Walls>::climb_to(const glm::dvec3& to, glm::dvec3& at) noexcept {
   constexpr int k_max_climbs = 3;

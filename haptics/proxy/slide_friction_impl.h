@@ -1,5 +1,5 @@
-// Friction of a slide: the walls that stop the tool at a point, and the return to where their cone holds the
-// pull. Included by slide.cpp only.
+// Friction of a slide: finds the walls that stop the tool at a point, and moves the proxy back to the
+// position at which their friction cone holds the pull. Included by slide.cpp only.
 #pragma once
 
 #include <utility>
@@ -9,15 +9,15 @@
 namespace trephine::haptics {
 namespace {
 
-/// Adds the flanks of a groove sharper than samples can show, which is one smooth wall with a narrow bottom:
-/// the tool is held by the flanks, two samples to either side. Returns false if the wall is no such groove,
-/// or if its flanks have walls of their own.
+/// Adds the flanks of a groove that is sharper than the samples can represent. Such a groove is one smooth
+/// wall with a narrow bottom. The flanks hold the tool, and their normals are read two samples to either
+/// side. Returns false if the wall is no such groove, or if its flanks have walls of their own.
 template <class Walls>
 bool Slide<Walls>::add_flanks(const glm::dvec3& p_world, const Plane& plane, double coefficient,
                               HoldingWalls& holding) noexcept {
   if constexpr (requires { walls_.is_mesh(0); })
     if (walls_.is_mesh(plane.wall.shape)) return false;
-  // Direction along the wall in which it bends most toward the tool.
+  // Finds the direction along the wall in which the wall bends most toward the tool.
   glm::dvec3 u, w;
   tangents(plane.normal, u, w);
   const glm::dvec3 u_voxel = frame_.vector_volume_from_world(u), w_voxel = frame_.vector_volume_from_world(w);
@@ -49,7 +49,7 @@ bool Slide<Walls>::add_flanks(const glm::dvec3& p_world, const Plane& plane, dou
   return true;
 }
 
-/// Splits the hand's pull among the walls that the tool touches at the point of the planes.
+/// Splits the pull of the hand among the walls that the tool touches. `planes`: the walls at `p_world`.
 template <class Walls>
 FrictionLoad Slide<Walls>::load_at(const glm::dvec3& p_world, const Planes& planes, bool is_static) noexcept {
   HoldingWalls holding;
@@ -63,8 +63,8 @@ FrictionLoad Slide<Walls>::load_at(const glm::dvec3& p_world, const Planes& plan
   return friction_load(holding, hip_world_ - p_world);
 }
 
-/// Finds the point on the same walls near from_world + share * slide, and updates `planes` to it. `to`: the
-/// first guess, and the point found. Returns false if there is no such point.
+/// Finds the point on the same walls near from_world + share * slide, and updates `planes` to it. `to`:
+/// input, the first guess; output, the point found. Returns false if there is no such point.
 template <class Walls>
 bool Slide<Walls>::slide_by(const glm::dvec3& from_world, const glm::dvec3& slide, double share,
                             glm::dvec3& to, Planes& planes) noexcept {
@@ -81,8 +81,8 @@ bool Slide<Walls>::slide_by(const glm::dvec3& from_world, const glm::dvec3& slid
   return true;
 }
 
-/// Moves `to` and its planes back toward `from`, to where the dynamic cone of the walls just holds the pull;
-/// leaves them unchanged if no such point is found.
+/// Moves `to` and its planes back toward `from`, to the point at which the cone of the walls' dynamic
+/// friction just holds the pull. Leaves `to` and its planes unchanged if no such point is found.
 template <class Walls>
 void Slide<Walls>::move_back(const glm::dvec3& from, glm::dvec3& to, Planes& planes) noexcept {
   const glm::dvec3 begin = frame_.world_from_volume(from), end = frame_.world_from_volume(to),
@@ -111,23 +111,25 @@ void Slide<Walls>::move_back(const glm::dvec3& from, glm::dvec3& to, Planes& pla
     } else {
       low = share, low_excess = excess;
     }
-    // Regula falsi, aimed a little into the cone; bisection while one end is unknown.
+    // Uses the regula falsi, aimed a little into the cone, or bisection while the excess at `low` is unknown.
     const double aim = -0.25 * k_within * load.limit;
     share = low_excess < 1e299 ? low + (high - low) * (low_excess - aim) / (low_excess - high_excess)
                                : 0.5 * (low + high);
   }
   to = held_at;
   planes.copy_from(held);
-  // Friction takes energy: if the path led farther from the HIP first, the slide is not shortened.
+  // Friction must not increase the distance to the HIP. A path that first leads farther from the HIP is
+  // therefore not shortened to its beginning.
   if (energy(to) > energy(from)) {
     to = frictionless_at;
     planes.copy_from(frictionless);
   }
 }
 
-/// Applies Coulomb friction to a slide along one stage (cone of Salisbury and Tarr 1997, at the proxy's own
-/// normals, with each wall's own share): the proxy stays, or moves until the cone holds it. Moves `to` and
-/// its planes. Returns true if the proxy stays.
+/// Applies Coulomb friction to a slide of one stage (cone of Salisbury and Tarr 1997, at the normals of the
+/// proxy's own walls, each with its own share). Returns true if friction holds the proxy at `from`, whose
+/// walls are `first`. Otherwise moves `to` and its planes back to the point at which friction holds the
+/// proxy.
 template <class Walls>
 bool Slide<Walls>::is_held_by_friction(const glm::dvec3& from, const Planes& first, glm::dvec3& to,
                                        Planes& planes) noexcept {
@@ -146,7 +148,7 @@ glm::dvec3 Slide<Walls>::apply_path_friction() noexcept {
   const int first = std::min(landing_, result_.waypoint_count - 1), last = result_.waypoint_count - 1;
   const bool was_sticking = std::exchange(state_.is_sticking, false);
   const bool has_solids = !best_inside_.is_empty() || !state_.inside.is_empty();
-  frozen_count_ = 0;  // planes met earlier in the step do not stop the proxy at its end
+  frozen_count_ = 0;  // planes met earlier in the step do not hold the proxy at the end of the path
   int slipping = -1;
   for (int i = first; i <= last; ++i) {
     const glm::dvec3 at = waypoint(i);
@@ -163,7 +165,8 @@ glm::dvec3 Slide<Walls>::apply_path_friction() noexcept {
       result_.waypoint_count = i + 1;
       return at;
     }
-    // Moves back between the last point that slips and this one, along the walls of this one.
+    // Finds the point between the last slipping waypoint and this one at which friction holds the pull, along
+    // the walls of this one.
     const glm::dvec3 from = waypoint(slipping);
     glm::dvec3 to = at, reached = from;
     moved_planes_.copy_from(planes_);
@@ -176,8 +179,9 @@ glm::dvec3 Slide<Walls>::apply_path_friction() noexcept {
     if (update_planes(begin, from, frame_.vector_world_from_volume(from - to)) &&
         advance(from, to, begin, moved_planes_, reached))
       return to;
-    // Other walls are in between, as where a tool rolls over an edge: unless the pull is held where they
-    // stopped the proxy, the path continues to the point that holds.
+    // Other walls are in between, for example if a tool rolls over an edge. If they hold the pull at the
+    // point where they stopped the proxy, the path ends there. Otherwise it continues to this waypoint, which
+    // holds.
     const glm::dvec3 stopped = waypoint(result_.waypoint_count - 1);
     if (has_solids) inside_ = solids_at(stopped);
     planes_at(stopped, k_touch * voxel_mm_, planes_);

@@ -20,24 +20,25 @@ constexpr double k_gap = 1e-7;      // voxels: distance of a resting proxy from 
 constexpr double k_touch = 2e-3;    // voxels: a nearer wall is touched
 constexpr double k_landing = 1e-3;  // voxels: largest distance from a wall at the end of a straight motion
 static_assert(k_landing < k_touch, "a motion that a wall stops must end where that wall is touched");
-constexpr double k_settled = 2e-4;  // voxels: a Newton step with a negligible square
-constexpr double k_exact = 1e-7;    // voxels: largest remaining error
-constexpr int k_max_stages = 8;     // legs along the surface in a step
-constexpr int k_max_newton = 8;     // Newton steps per stage
-constexpr double k_stage = 1.5;     // voxels: longest leg along the surface
-constexpr double k_shortest_stage = 0.01;
+constexpr double k_settled = 2e-4;           // voxels: after a shorter Newton step the error is negligible
+constexpr double k_exact = 1e-7;             // voxels: largest remaining error
+constexpr int k_max_stages = 8;              // largest number of legs along the surface in a step
+constexpr int k_max_newton = 8;              // largest number of Newton steps per stage
+constexpr double k_stage = 1.5;              // voxels: longest leg along the surface
+constexpr double k_shortest_stage = 0.01;    // voxels: a shorter leg is not tried
 constexpr double k_same_normal = 1 - 1e-12;  // cosine between the normals of facets that count as one wall
 
+/// Tangent plane of a wall that the slide left earlier in this step.
 struct FrozenPlane {
   glm::dvec3 point_world, normal;
 };
 
-/// The slide of one servo step: from the last proxy toward the HIP, straight until walls stop it, then along
-/// them. Lives for one step.
+/// The slide of one servo step: from the last proxy toward the HIP, straight until walls stop the proxy, then
+/// along the walls. An object is used for one step.
 template <class Walls>
 class Slide {
  public:
-  /// `base`: the frame of the state and of the reported path; `walls` may be in another.
+  /// `base`: the frame of the state and of the reported path; `walls` may use another frame.
   Slide(const TouchScene& scene, Walls& walls, const volume::Frame& base, ProxyState& state,
         const glm::dvec3& hip_world, ProxyStep& result) noexcept
       : scene_(scene),
@@ -59,15 +60,16 @@ class Slide {
     const glm::dvec3 d = frame_.vector_world_from_volume(hip_ - p);
     return glm::dot(d, d);
   }
-  /// Returns the landing distance, mm: the same along every axis and for every wall, for voxels of any size.
+  /// Returns the largest distance (mm) from a wall at the end of a straight motion. It is equal for all axes
+  /// and walls.
   double landing() const noexcept { return k_landing * voxel_mm_; }
   bool has_own_frame() const noexcept { return &frame_ != &base_; }
-  /// Returns a point of the walls' frame in the volume's.
+  /// Converts a point from the walls' frame to the volume's frame.
   glm::dvec3 in_volume(const glm::dvec3& p) const noexcept {
     if (!has_own_frame()) return p;
     return base_.volume_from_world(p == hip_ ? hip_world_ : frame_.world_from_volume(p));
   }
-  /// Converts the path to the volume's frame; its ends agree with the state.
+  /// Converts the path to the volume's frame. Its start is exactly the proxy of the last step.
   void report_path() noexcept {
     if (!has_own_frame()) return;
     for (int i = 0; i < result_.waypoint_count; ++i) {
@@ -88,7 +90,7 @@ class Slide {
       best_inside_ = inside_;
     }
   }
-  /// Returns true if a wall is a sheet of a creased cube or a step at its face.
+  /// Returns true if a wall is a sheet of a creased cube, or a stair-step at a face of such a cube.
   static bool is_creased(const Planes& planes) noexcept {
     for (int k = 0; k < planes.count; ++k)
       if (!planes[k].is_frozen && (planes[k].wall.sheet >= 0 || planes[k].wall.is_step)) return true;
@@ -147,7 +149,7 @@ class Slide {
 
   const TouchScene& scene_;
   Walls& walls_;
-  const volume::Frame &frame_, &base_;  ///< of the walls, for all points here, and of the volume
+  const volume::Frame &frame_, &base_;  ///< frame of the walls, for all points here; frame of the volume
   ProxyState& state_;
   const glm::dvec3 hip_world_, hip_;
   glm::dvec3 start_{0.0},
@@ -160,7 +162,7 @@ class Slide {
   Planes planes_, moved_planes_;
   std::array<FrozenPlane, 3> frozen_;
   int frozen_count_ = 0;
-  Wall stopping_;                     ///< the sheet or step that stopped the last motion; shape -1: none
+  Wall stopping_;  ///< the sheet or stair-step that stopped the last motion; shape -1: no such wall
   bool is_friction_applied_ = false;  ///< friction was applied to a stage
   bool is_in_solid_ = false;          ///< the point of the last planes_at() was in a solid
 };

@@ -1,4 +1,4 @@
-// SubvoxelProxy: exact contact with the smooth solid, at the point that a frictionless hand would reach.
+// SubvoxelProxy: exact contact with the smooth solid, with friction.
 #pragma once
 
 #include "haptics/proxy/proxy_method.h"
@@ -9,9 +9,9 @@ namespace trephine::haptics {
 /// (volume/fields/quadratic_patch.h), downhill from its last position: a straight motion to the first
 /// crossing, then Newton steps on the surface with its curvature, with up to three walls active at once
 /// (active sets after Ruspini, Kolarov and Khatib 1997), until the estimated error is about 1e-7 of a voxel.
-/// Every leg of its path is proven free of matter by bounds on the polynomials that it meets, so that a
-/// failed step costs accuracy, never a fall-through. Cost: 0.3 to 1 us in contact, whatever the volume's
-/// size.
+/// With friction the path ends earlier. Every leg of the path is proven free of matter by bounds on the
+/// polynomials that the leg meets: if a Newton step fails, the result is less accurate, but the proxy never
+/// falls through the surface. Cost: 0.3 to 1 us per step in contact, independent of the volume's size.
 class SubvoxelProxy final : public ProxyMethod {
  public:
   static constexpr MethodInfo k_info{

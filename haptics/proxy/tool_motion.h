@@ -19,9 +19,10 @@ struct Twist {
   }
 };
 
-// Rotations without sines: the same bits on every machine. They are represented as by turn_between().
+// Rotations are vectors as turn_between() returns them: axis times 2 sin(angle / 2). The functions use no
+// trigonometric functions, so that results are identical, to the bit, on every machine.
 
-/// Returns the rotated orientation; a large rotation is shortened.
+/// Returns the rotated orientation. The angle is smaller than requested if the rotation is large.
 inline glm::dquat turned(const glm::dquat& q, const glm::dvec3& rotation) noexcept {
   return glm::normalize(glm::dquat(1, 0.5 * rotation.x, 0.5 * rotation.y, 0.5 * rotation.z) * q);
 }

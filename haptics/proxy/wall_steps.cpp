@@ -15,7 +15,7 @@ constexpr double k_min_hessian =
 
 }  // namespace
 
-/// After Duff et al. 2017.
+/// Uses the formula of Duff et al. 2017.
 void tangents(const dvec3& n, dvec3& u, dvec3& w) noexcept {
   const double sign = n.z >= 0 ? 1.0 : -1.0;
   const double a = -1 / (sign + n.z), b = n.x * n.y * a;
@@ -91,7 +91,8 @@ dvec3 joint_step(const volume::Frame& frame, double voxel_mm, const Planes& plan
       if (is_kept(p)) return p;
       spare = base;
     }
-  // A step that bends with one wall may run into another one that a straight step avoids.
+  // A step that follows the curvature of one wall may lead into another wall. A straight step may avoid that
+  // wall.
   for (int i = 0; i < count; ++i) {
     const dvec3& n = at(i).normal;
     const double into = glm::dot(to_hip, n);

@@ -1,4 +1,4 @@
-// ShapeSet: set of shapes of a scene.
+// ShapeSet: a set of items of a scene, such as its shapes.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 
 namespace trephine::haptics {
 
-/// Set of shape indices. Plain data of 16 bytes.
+/// Set of indices from 0 to k_max - 1. Plain data of 16 bytes.
 class ShapeSet {
  public:
   static constexpr int k_max = 128;
@@ -22,7 +22,7 @@ class ShapeSet {
     a.words_[0] |= b.words_[0], a.words_[1] |= b.words_[1];
     return a;
   }
-  /// Returns the first member from `s` on; k_max after the last.
+  /// Returns the smallest member that is at least `s`; k_max if there is no such member.
   constexpr int next(int s) const noexcept {
     for (std::size_t w = word(s); s < k_max; s = static_cast<int>(64 * ++w))
       if (const std::uint64_t rest = words_[w] >> (s & 63); rest != 0) return s + std::countr_zero(rest);

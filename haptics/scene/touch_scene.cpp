@@ -7,6 +7,7 @@
 #include <string>
 
 #include "volume/base/parallel.h"
+#include "volume/base/text.h"
 #include "volume/fields/offset_field.h"
 #include "volume/fields/soft_field.h"
 
@@ -44,7 +45,7 @@ Status check_ramp(const StiffnessRamp& ramp) {
   if (!(ramp.dense_stiffness > 0 && ramp.dense_stiffness <= 100))
     return Error{.what = "the stiffness is out of range",
                  .where = "stiffness ramp",
-                 .found = std::to_string(ramp.dense_stiffness),
+                 .found = rounded_text(ramp.dense_stiffness),
                  .expected = "above 0, at most 100 N/mm"};
   return std::nullopt;
 }
@@ -107,8 +108,8 @@ const std::string& name_of(const TouchItem& item) noexcept {
 
 namespace {
 
-/// Returns the bits of a shape of another volume on the grid of `volume`, at the nearest voxels; empty if
-/// they do not overlap.
+/// Resamples the bits of a shape of another volume on the grid of `volume`, at the nearest voxels. Empty if
+/// no solid voxel is within the grid, or if memory is exhausted.
 std::optional<volume::Occupancy> bits_on_grid(const TouchItem& item, const volume::Volume& volume) {
   const volume::Volume& other = item.field.volume();
   const glm::ivec3& size = volume.size;
@@ -119,7 +120,7 @@ std::optional<volume::Occupancy> bits_on_grid(const TouchItem& item, const volum
                    step_y = other_from_volume({0, 1, 0}) - origin,
                    step_z = other_from_volume({0, 0, 1}) - origin;
   auto mask = volume::make_volume(size, volume.frame, true);
-  if (!mask) return std::nullopt;  // no memory: the shapes stay separate
+  if (!mask) return std::nullopt;  // memory is exhausted: no extension into this shape
   std::atomic<bool> is_any = false;
   parallel_for(size.z, 0, [&](int z) {
     bool is_any_here = false;
@@ -157,11 +158,14 @@ void soften(TouchScene& scene, std::span<const std::size_t> shapes, int threads)
     std::vector<const volume::Occupancy*> whole, at_surface;
     std::vector<volume::Occupancy> resampled;
     resampled.reserve(scene.items.size());
-    // A tool that is kept inside one of the two may be where the other would extend.
+    // Only shapes that are both touched from the front extend into each other: a tool that is kept inside one
+    // shape may be where the other shape would extend.
     for (std::size_t other = 0; other < scene.items.size(); ++other) {
       const TouchItem& item = scene.items[other];
       if (other == s || item.is_mesh() || shape.sides != Side::front || item.sides != Side::front) continue;
-      // A tool in a shape that it passes must not touch parts of the other one that the first covers.
+      // The shape extends along the whole contact only into a smoothed shape of the same volume, and only if
+      // no force pushes a tool through either of them. Otherwise it extends only near its own surface: a tool
+      // that has passed into the other shape must not touch the extension there.
       const bool is_soft = std::find(shapes.begin(), shapes.end(), other) != shapes.end();
       const double pop_force = std::max(item.material.pop_force, shape.material.pop_force);
       if (&item.field.volume() == &shape.field.volume()) {
@@ -202,7 +206,7 @@ Status set_offsets(TouchScene& scene, double radius, int threads) {
   if (!(radius > 0 && radius <= 6))
     return Error{.what = "the tool's radius is out of range",
                  .where = "tool radius",
-                 .found = std::to_string(radius) + " mm",
+                 .found = rounded_text(radius) + " mm",
                  .expected = "0 to 6 mm",
                  .remedy = "use a smaller ball, or a point"};
   for (const TouchItem& shape : scene.items)
@@ -247,7 +251,7 @@ Status set_tool(TouchScene& scene, SharedTool tool, int threads) {
   if (!tool->has_equal_radii())
     return Error{.what = "the balls of the tool have different radii",
                  .where = "balls",
-                 .found = "up to " + std::to_string(tool->radius()) + " mm",
+                 .found = "up to " + rounded_text(tool->radius()) + " mm",
                  .expected = "one radius, for which the shapes have offset fields",
                  .remedy = "use balls of one radius"};
   Result<SharedTool> with_points = sampled(tool);

@@ -33,8 +33,8 @@ struct Material {
   double pop_rearm = 2;            ///< mm that the tool then moves before the surface may block it again
 };
 
-/// Stiffness by the intensity of the scan: that of the material up to `intensity`, from there linear to
-/// `dense_stiffness` at `dense_intensity`, and constant above.
+/// Stiffness as a function of the scan's intensity: the stiffness of the material up to `intensity`, then
+/// linear up to `dense_stiffness` at `dense_intensity`, and constant above.
 struct StiffnessRamp {
   double intensity = 0, dense_intensity = 0;  ///< as stored in the scan
   double dense_stiffness = 0.5;               ///< N/mm
@@ -47,7 +47,7 @@ Status check_material(const Material& material);
 Status check_ramp(const StiffnessRamp& ramp);
 
 /// Returns the window of the intensities at which the opacity of a transfer function (piecewise linear over
-/// increasing intensities) exceeds `threshold`. Error unless these form one interval.
+/// increasing intensities) exceeds `threshold`. Error unless the intensities above it form one interval.
 Result<volume::Shape> window_of_opacity(std::span<const double> intensities,
                                         std::span<const double> opacities, double threshold);
 
@@ -85,7 +85,7 @@ struct Placement {
   friend bool operator==(const Placement&, const Placement&) = default;
 };
 
-/// A touchable item. Steps, records and sets refer to it by its index in TouchScene::items.
+/// A touchable item. ProxyStep, ServoRecord and ShapeSet refer to it by its index in TouchScene::items.
 struct TouchItem {
   enum class Kind : std::uint8_t { voxels, mesh };
 
@@ -98,25 +98,29 @@ struct TouchItem {
   std::shared_ptr<const volume::OffsetField> offset = nullptr;
   /// Replaces a binary field, for methods that touch the smooth solid; null: no replacement.
   std::shared_ptr<const volume::SoftField> soft = nullptr;
-  std::optional<Material> back_material = std::nullopt;  ///< when touched from within; empty: `material`
+  std::optional<Material> back_material = std::nullopt;  ///< for contact from inside; empty: `material`
   std::optional<StiffnessRamp> ramp = std::nullopt;      ///< by the intensity one voxel below the surface
 
-  // Mesh: a polygonal model. A closed one is touched from its front; a sheet may block on both sides.
+  // Mesh: a polygonal model. A closed model is touched from its front; an open surface may block on both
+  // sides.
   Kind kind = Kind::voxels;
   std::string name = {};  ///< of a mesh; voxels have the name of their shape
-  /// Triangles of a mesh; for a shape of a further volume, the surface that is drawn (world frame).
+  /// Triangles of a mesh; for a shape of a volume in TouchScene::others, the surface that is displayed (world
+  /// frame).
   std::shared_ptr<const MeshTree> tree = nullptr;
-  Placement placement = {};  ///< fixed (no mover), or initial
+  Placement placement = {};  ///< of a mesh: constant without a mover, initial with a mover
   int mover = -1;            ///< index of its placement in the input of each step; -1: fixed
-  /// Matter that X-rays and other images show; not for contact. Of a mesh or a shape of a further volume.
+  /// Matter of a mesh, or of a shape of a volume in TouchScene::others, in X-rays and other images. Contact
+  /// does not use it.
   volume::Matter matter = volume::Matter::titanium;
 
-  /// First ServoHand::layout that contains the item; in that layout it may overlap a proxy.
+  /// First ServoHand::layout that contains the item. When a servo adopts that layout, the item may overlap
+  /// the proxy.
   std::uint64_t first_layout = 0;
 
-  /// Set for a mesh that is touched by depth images, which are drawn while a hand is near: the touched
-  /// triangles are in TouchState, and `tree` is its surface at the start. Requires a mover if the object
-  /// moves or its placement changes.
+  /// Set for a mesh that is touched by depth images. The images are drawn while a hand is near the mesh, and
+  /// the triangles made from them are in TouchState::depths; `tree` is the surface at the start. Requires a
+  /// mover if the object moves or its placement changes.
   std::shared_ptr<const depth::DepthSource> depth = nullptr;
   double depth_pixel = 0.2;  ///< mm, size of a pixel of these images
   double depth_rate = 100;   ///< sets of images per second (Hz), if the mesh moves
@@ -124,26 +128,27 @@ struct TouchItem {
   bool is_mesh() const noexcept { return kind == Kind::mesh; }
 };
 TouchItem mesh_item(std::string name, std::shared_ptr<const MeshTree> tree, const Material& material = {});
-/// Makes an item from a drawable object; `tree` is its surface at the start.
+/// Makes an item that is touched by depth images of an object; `tree` is its surface at the start.
 TouchItem depth_item(std::string name, std::shared_ptr<const depth::DepthSource> depth,
                      std::shared_ptr<const MeshTree> tree, const Material& material = {});
 
-/// Items, in the order that decides ties; the shapes of one volume are adjacent, those of the base first.
-/// Constant while a servo runs on it.
+/// Touchable items. If several items block a motion at the same position, the first one counts. The shapes of
+/// one volume are adjacent, and the shapes of the base are first. Constant while a servo uses the scene.
 struct TouchScene {
   static constexpr std::size_t k_max_shapes = 8;  ///< of one volume, for methods that touch one volume
   static constexpr int k_max_movers = 8;
   static constexpr int k_max_depths = 8;  ///< items that are touched by depth images
   std::shared_ptr<const volume::Volume> base;
   std::vector<TouchItem> items;
-  /// Tool that touches them, never null. With a radius, every shape requires its offset field.
+  /// Tool that touches the items, never null. If it has a radius, every shape requires an offset field for
+  /// it.
   SharedTool tool = std::make_shared<const ToolShape>();
-  std::vector<std::shared_ptr<const volume::Volume>> others = {};  ///< further volumes with shapes; not cut
+  std::vector<std::shared_ptr<const volume::Volume>> others = {};  ///< further volumes with shapes; never cut
   double smallest_burr = 0;  ///< mm, diameter of the smallest cutting tool; 0: cuts are as coarse as voxels
-  std::optional<volume::CutLattice> lattice = std::nullopt;  ///< of cuts, for `smallest_burr`
+  std::optional<volume::CutLattice> lattice = std::nullopt;  ///< cut lattice for `smallest_burr`
 };
 
-/// Returns the base with nothing removed, ready to be cut.
+/// Returns a version of the base from which nothing is removed, with the scene's cut lattice.
 std::shared_ptr<volume::Version> untouched(const TouchScene& scene);
 
 inline const TouchItem& item_of(const TouchScene& scene, int index) noexcept {
@@ -152,7 +157,7 @@ inline const TouchItem& item_of(const TouchScene& scene, int index) noexcept {
 inline int item_count(const TouchScene& scene) noexcept { return static_cast<int>(scene.items.size()); }
 /// Returns the shapes of the base: the first items.
 std::span<const TouchItem> base_shapes(const TouchScene& scene) noexcept;
-/// Returns the fields of these shapes, which define the matter that cuts remove.
+/// Returns the fields of base_shapes(). They define the matter that cuts remove.
 std::vector<volume::Field> solids_of(const TouchScene& scene);
 /// Returns the material of an item on one side.
 inline const Material& material_of(const TouchScene& scene, int index, Side side) noexcept {
@@ -163,28 +168,30 @@ inline const Material& material_of(const TouchScene& scene, int index, Side side
 /// touching ball, mm; `normal_world`: unit, toward the tool.
 double stiffness_at(const TouchScene& scene, int index, Side side, const glm::dvec3& point_world,
                     const glm::dvec3& normal_world) noexcept;
-/// Returns the name for messages.
+/// Returns the name of an item for messages.
 const std::string& name_of(const TouchItem& item) noexcept;
 
 /// Smooths labels and thresholded shapes (volume/fields/soft_field.h); takes tenths of a second for large
-/// volumes. Shapes with more than two values near their surface stay as they are. Adjacent shapes that are
-/// touched from the front only extend into one another, so set their sides first.
+/// volumes. Shapes with more than two values near their surface are not changed. If two adjacent shapes block
+/// only on their front, they are extended into each other, so set TouchItem::sides first.
 void soften(TouchScene& scene, int threads = 0);
 /// Smooths only the items with the indices `shapes`.
 void soften(TouchScene& scene, std::span<const std::size_t> shapes, int threads = 0);
 
-/// Prepares for burrs of this diameter (mm) and larger, for any slice thickness; 0: for cuts as coarse as the
-/// voxels. Call before any cut. Error if the scan is too coarse; it names the smallest burr that works.
+/// Prepares the scene for burrs of this diameter (mm) and larger; 0: for cuts as coarse as the voxels. The
+/// cut lattice becomes as fine as these burrs require, also across thick slices. Call before any cut. Error
+/// if the scan is too coarse; the error names the smallest possible burr.
 Status set_smallest_burr(TouchScene& scene, double diameter_mm);
 
-/// Sets a round tool: makes the offset fields of the shapes, which takes seconds for large volumes and small
-/// radii. 0 makes it a point again. Error if the radius is out of range or a shape also blocks from its back.
+/// Sets a ball as the tool, and makes the offset fields of the shapes. This takes seconds for large volumes
+/// and small radii. A radius of 0 sets a point tool, and removes the offset fields. Error if the radius is
+/// out of range or a shape also blocks from its back.
 Status set_tool_radius(TouchScene& scene, double radius_mm, int threads = 0);
 /// Sets a rigid tool of several balls of this radius (mm), at centres in the frame of the hand (mm). No
 /// centres: one ball, or a point.
 Status set_tool(TouchScene& scene, double radius_mm, const std::vector<glm::dvec3>& centres, int threads = 0);
-/// Sets a tool, with the offset fields for the radius of its balls. Also an error if the radii differ: a
-/// shape has one offset field.
+/// Sets a tool, and makes the offset fields for the radius of its balls. Also an error if the balls have
+/// different radii, because a shape has only one offset field.
 Status set_tool(TouchScene& scene, SharedTool tool, int threads = 0);
 
 }  // namespace trephine::haptics

@@ -1,5 +1,5 @@
-// TouchState: removed matter of a touchable scene, with the data derived from it: everything that changes for
-// a contact method.
+// TouchState: removed matter of a touchable scene, and the data derived from it. It contains all data of a
+// scene that change while a contact method runs.
 #pragma once
 
 #include <cstdint>
@@ -23,13 +23,13 @@ struct TouchState {
   TouchState(const volume::Version& borrowed) noexcept : version(std::shared_ptr<void>(), &borrowed) {}
 
   std::shared_ptr<const volume::Version> version;
-  /// Offset fields for the scene's tool radius, one per shape of the base, made from this version or from one
-  /// with more matter; empty before the first cut: the shapes have their own. A tool may hover where matter
-  /// was removed after its field was made, and never enters matter.
+  /// Offset fields for the scene's tool radius, one per shape of the base. They are made from this version or
+  /// from an earlier version with more matter. The tool hovers where matter was removed later, but never
+  /// enters matter. Empty before the first cut: TouchItem::offset applies.
   OffsetFields offsets;
 
-  /// Depth images around the hand, one per item that is touched by them, in order; null: not made yet. Empty:
-  /// the scene has no such item.
+  /// Sets of depth images around the hand, one per item that is touched by depth images, in the order of the
+  /// items; null: the set is not made yet. Empty: the scene has no such item.
   std::vector<std::shared_ptr<const depth::DepthSet>> depths = {};
 
   /// Returns the offset field by which a tool with a radius touches `shape`.

@@ -13,7 +13,7 @@ Wrench difference(const Wrench& a, const Wrench& b) {
   return {a.force_world - b.force_world, a.torque_world - b.torque_world};
 }
 
-/// Returns the same scene in which a hand lacks one law.
+/// Returns a copy of the scene in which a hand lacks one law.
 ServoScene without_law(const ServoScene& scene, std::size_t hand, std::size_t law) {
   ServoScene result = scene;
   auto laws = std::make_shared<LawSet>();
@@ -47,7 +47,7 @@ ForceParts force_parts(const ServoCore& before, const ServoScene& scene, const S
   const ServoRecord& record = result.record;
   using Kind = ForcePart::Kind;
   const bool has_hand = before.hand_ < scene.hands.size();
-  if (!has_hand || (record.raised & fault_not_finite) != 0) {  // nothing was computed
+  if (!has_hand || (record.raised & fault_not_finite) != 0) {  // neither contact nor effects were computed
     add(Kind::limits, "limits and fade", record.wrench());
     return result;
   }
@@ -69,7 +69,8 @@ ForceParts force_parts(const ServoCore& before, const ServoScene& scene, const S
     add(Kind::damping, "damping", difference(newest, spring));
   }
   add(Kind::smoothing, "smoothing", difference(smoothed, newest));
-  // Without the passivity controller, parts add up.
+  // The passivity controller is switched off here, because it limits the sum of all forces. Without it, the
+  // difference of two results is the part of one effect.
   const auto requested = [&](const ServoScene& one) {
     ServoCore copy = before;
     copy.is_passive_ = false;
@@ -80,9 +81,9 @@ ForceParts force_parts(const ServoCore& before, const ServoScene& scene, const S
   Wrench contact = all, effects;
   if (hand.laws) {
     const std::size_t count = hand.laws->laws().size();
-    ServoScene none = scene;
-    none.hands[before.hand_].laws = nullptr;
-    contact = requested(none);
+    ServoScene without_laws = scene;
+    without_laws.hands[before.hand_].laws = nullptr;
+    contact = requested(without_laws);
     for (std::size_t i = 0; i < count; ++i) {
       const Wrench part = difference(all, requested(without_law(scene, before.hand_, i)));
       add(Kind::effect, hand.laws->laws()[i].words, part);

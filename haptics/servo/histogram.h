@@ -7,8 +7,9 @@
 
 namespace trephine::haptics {
 
-/// Buckets of 1 ns up to 64 ns, then of about 3 % up to 68 s; longer durations count in the last one. Call
-/// add() on one thread. Any thread may read meanwhile, and gets a recent state.
+/// Buckets have a width of 1 ns up to 64 ns, and of at most 3.2 % of the duration up to 68 s. Longer
+/// durations count in the last bucket. Call add() on one thread. Other threads may read at the same time;
+/// they get a recent state.
 class Histogram {
  public:
   void add(std::uint64_t ns) noexcept {
@@ -17,7 +18,8 @@ class Histogram {
     if (ns > max_.load(std::memory_order_relaxed)) max_.store(ns, std::memory_order_relaxed);
   }
   std::uint64_t count() const noexcept;
-  /// Returns the nearest-rank percentile in us (0 < p <= 100), to the bucket's upper edge; 0 when empty.
+  /// Returns the nearest-rank percentile in us (0 < p <= 100): the upper edge of its bucket, at most
+  /// max_us(). 0 when empty.
   double percentile_us(double p) const noexcept;
   double max_us() const noexcept { return static_cast<double>(max_.load(std::memory_order_relaxed)) * 1e-3; }
   void reset() noexcept;

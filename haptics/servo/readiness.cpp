@@ -13,7 +13,7 @@ using glm::dvec3;
 namespace {
 
 /// Returns true if a partly available item blocks: its available part contains the surroundings of hand and
-/// proxy.
+/// proxy, or these are outside the volume. `farthest`: mm, extent of the tool.
 bool is_part_ready(const ServoHand& hand, const ServoHand::Part& part, const ReadinessQuery& query,
                    double farthest) noexcept {
   const TouchItem& item = item_of(*hand.scene, part.item);
@@ -45,7 +45,8 @@ void find_depths_ready(const ServoHand& hand, const ReadinessQuery& query, doubl
     Placement placement = item.placement;
     if (item.mover >= 0 && static_cast<std::size_t>(item.mover) < hand.placement_count)
       placement = hand.placements[static_cast<std::size_t>(item.mover)];
-    // The bounds over all time do not move with the extrapolation.
+    // DepthSource::bounds() contains the object at all times, so the extrapolated motion is not applied to
+    // it.
     const dvec3 hip_at_rest = placement.local_from_world(query.hip_world),
                 proxy_at_rest = placement.local_from_world(query.proxy_world);
     if (set) placement = placement * set->displacement_at(query.time);

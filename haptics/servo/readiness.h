@@ -1,4 +1,4 @@
-// Readiness: items that cannot block a hand yet, because their data around it are not available.
+// Readiness: items that cannot block a hand yet, because their data around the hand are not available.
 #pragma once
 
 #include <optional>
@@ -21,8 +21,9 @@ struct Readiness {
 };
 
 /// Finds the items that cannot block yet. A partly available item blocks if its available part contains hand
-/// and proxy, with the voxels that are read around them. An item touched by depth images blocks where these
-/// show its surface, and its force fades when new images are overdue. Servo thread.
+/// and proxy, with the extent of the tool and the voxels that are read around it. An item touched by depth
+/// images blocks where the images show its surface; its force fades when new images are overdue. Servo
+/// thread.
 Readiness readiness_of(const ServoHand& hand, const ReadinessQuery& query) noexcept;
 
 }  // namespace trephine::haptics

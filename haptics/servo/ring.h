@@ -12,7 +12,7 @@ namespace trephine::haptics {
 template <class T>
 class Ring {
  public:
-  Ring(Ring&& other) noexcept : slots_(std::move(other.slots_)), mask_(other.mask_) {}  ///< before any use
+  Ring(Ring&& other) noexcept : slots_(std::move(other.slots_)), mask_(other.mask_) {}  ///< before first use
   explicit Ring(std::size_t capacity) {
     std::size_t size = 1;
     while (size < capacity) size *= 2;
@@ -27,14 +27,14 @@ class Ring {
     written_.store(at + 1, std::memory_order_release);
     return true;
   }
-  /// Producer: size() is the number of values that the consumer has not read yet, room() that of pushes that
-  /// will succeed.
+  /// Producer: size() is the number of values that the consumer has not read yet. room() is the number of
+  /// further values that push() accepts.
   std::size_t size() const noexcept {
     return written_.load(std::memory_order_relaxed) - read_.load(std::memory_order_acquire);
   }
   std::size_t room() const noexcept { return capacity() - size(); }
   std::size_t capacity() const noexcept { return mask_ + 1; }
-  /// Consumer: reads the next value. Returns false if there is no new one.
+  /// Consumer: reads the next value. Returns false if there is no new value.
   bool pop(T& value) noexcept {
     const std::size_t at = read_.load(std::memory_order_relaxed);
     if (at == written_.load(std::memory_order_acquire)) return false;

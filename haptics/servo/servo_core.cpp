@@ -1,4 +1,4 @@
-// ServoCore: one tick of a hand. Kept in one file because all parts of a tick share its state.
+// ServoCore: one tick of a hand. It is one file, because all parts of a tick share the state of the core.
 #include "haptics/servo/servo_core.h"
 
 #include <algorithm>
@@ -84,8 +84,9 @@ void ServoCore::adopt(const ServoHand& hand) noexcept {
   layout_ = hand.layout;
   popped_shape_ = last_shape_ = -1;
   if (touched_item_ >= count) touched_item_ = 0;
-  if (hand.method->info().is_six_dof() ||
-      state_.has_turn) {  // another tool: it may be in matter that the last one was not in
+  if (hand.method->info().is_six_dof() || state_.has_turn) {
+    // The tool may be another one, in matter that did not contain the previous tool. The next step tests for
+    // this, as after restored matter.
     state_.version = ~std::uint64_t{0};
     state_.has_turn = false;
     state_.balls_inside = 0;
@@ -121,7 +122,7 @@ void ServoCore::pop_through(const ServoHand& hand, const dvec3& hip, ServoRecord
   add_event(record, TouchEvent::popped, popped_shape_);  // takes effect in the next tick
 }
 
-/// Emits the changes since the previous tick.
+/// Adds events for changes since the previous tick to the record.
 void ServoCore::emit_events(ServoRecord& record) noexcept {
   const int shape = record.has_contact ? record.shape : -1;
   if (shape != last_shape_) {
@@ -198,7 +199,8 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
     active_force_ = dvec3(0);
     std::optional<dvec3> held_tip;
     if (hand.laws) {
-      // Under this condition the record below keeps its buttons, so that a replay has the same input.
+      // The record below keeps its buttons only under this condition. A replay reads the buttons from the
+      // record, so that effects get the same input as in the live tick.
       const bool is_working =
           input.pose.is_pressed() && !is_escaping_ && ((guard_.faults() | faults) & k_latched_faults) == 0;
       const LawForces forces =
@@ -245,7 +247,7 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
   record.energy = energy_;
   if (servo_scene.has_held || has_recent_poses_) remember_pose(servo_scene, record);
   if (is_escaping_ && next_position_ == escape_path_.count) {
-    is_escaping_ = false;  // arrived: from here on the method controls the proxy
+    is_escaping_ = false;  // the proxy is at the end of the path: the method controls it in later ticks
     state_.begin_at(anchor_volume_);
     state_.around.has_placements = false;  // meshes that moved during the escape must not push the proxy
   }
@@ -264,7 +266,7 @@ void ServoCore::limit_energy(const dvec3& hip, const glm::dquat& orientation, bo
                                step_.has_contact && state_.has_turn ? state_.tool_turn : hand);
 }
 
-/// Moves held meshes with the placements of the hands in the previous tick.
+/// Runs the method with held meshes moved by the placements of the hands in the previous tick.
 ProxyStep ServoCore::step_with_held(const ServoHand& hand, const ServoInput& input) noexcept {
   std::array<Placement, TouchScene::k_max_movers> placements = hand.placements;
   for (std::size_t i = 0; i < hand.held_count; ++i) {
@@ -277,7 +279,7 @@ ProxyStep ServoCore::step_with_held(const ServoHand& hand, const ServoInput& inp
                             input.pose.orientation, time()});
 }
 
-/// Records the placement of the hand if its pose is valid.
+/// Records the placement of the hand if its pose is valid; clears the placements if no mesh is held.
 void ServoCore::remember_pose(const ServoScene& servo_scene, const ServoRecord& record) noexcept {
   if (!servo_scene.has_held) {
     recent_poses_ = {};
@@ -314,8 +316,8 @@ ServoRecord ServoCore::step_without_hand(const ServoScene& servo_scene, const Se
   return record;
 }
 
-/// Estimates the part of a guarded wrench that active laws did not make, as if the guard had only scaled the
-/// force. Active laws make no torque.
+/// Estimates the part of a rendered wrench that does not come from active laws, assuming that the guard only
+/// scaled the force. Active laws return no torque.
 Wrench ServoCore::passive_part(const Wrench& rendered) const noexcept {
   const dvec3 &force = rendered.force_world, &requested = requested_.force_world;
   const double requested_square = glm::dot(requested, requested);
@@ -335,8 +337,8 @@ Wrench ServoCore::skip(std::uint32_t faults, std::uint64_t count) noexcept {
   return last_;
 }
 
-/// Releases a proxy that restored matter buries if no escape path is known: the proxy restarts at the hand,
-/// without force.
+/// Releases a proxy that follows an escape path, if a newer escape path has no positions: the proxy restarts
+/// at the hand, without force.
 void ServoCore::release_proxy() noexcept {
   is_escaping_ = false;
   state_.reset_except_surroundings();
@@ -347,7 +349,7 @@ void ServoCore::begin_escape(const ServoHand& hand, const dvec3& hip_world) noex
   const volume::Frame& frame = hand.scene->base->frame;
   const dvec3 out = frame.world_from_volume(escape_path_.positions_volume[escape_path_.count - 1]);
   if (!is_escaping_) {
-    // The spring starts unstretched at the hand, however far the end of the path is.
+    // The proxy starts at the hand, without stretch of the spring, even if the end of the path is far away.
     anchor_volume_ = frame.volume_from_world(hip_world);
     force_.forget_stretch();
     const double reach = glm::length(out - hip_world);
@@ -388,7 +390,7 @@ void ServoCore::account(const ServoRecord& record) noexcept {
   const dvec3& position = record.pose.position_world;
   const bool has_position = (record.raised & fault_not_finite) == 0;
   if (had_position_ && has_position) account_motion(position - last_position_);
-  if (is_turning_) {  // until no torque is left
+  if (is_turning_) {  // ends when no torque is requested or rendered
     if (had_position_ && has_position)
       energy_.turning += glm::dot(last_.torque_world, turn_between(last_turn_, record.pose.orientation));
     last_turn_ = record.pose.orientation;

@@ -1,5 +1,5 @@
-// ServoCore: work of one servo tick: pose in, proxy and force out. Shared by the live loop, lockstep and
-// replay.
+// ServoCore: computes proxy and force of one hand from its pose, once per tick. The live loop, lockstep and
+// replay use it.
 #pragma once
 
 #include <array>
@@ -22,14 +22,14 @@ using HandPlacements = std::array<std::optional<Placement>, ServoScene::k_max_ha
 struct ServoInput {
   Pose pose;
   std::uint32_t faults = 0;  ///< raised outside the core; latched ones stay until a reset
-  bool is_reset = false;     ///< clears all state first
+  bool is_reset = false;     ///< the tick begins with reset()
   bool is_restarted = false;
-  glm::dvec3 restart_volume{0.0};  ///< if is_restarted: free point at which the proxy starts again
+  glm::dvec3 restart_volume{0.0};  ///< free point at which the proxy starts again, if is_restarted
   const HandPlacements* hand_placements = nullptr;  ///< of all hands, for held meshes; null: unknown
 };
 
-/// Escape of a buried proxy: some tenths of a second for the length of a burr hole, with less force than a
-/// resting hand resists.
+/// Escape of a buried proxy. A path of 10 mm, as long as a burr hole is deep, takes a tenth of a second. The
+/// force is so small that a resting hand can resist it.
 inline constexpr double k_escape_speed = 100;    ///< mm/s
 inline constexpr double k_escape_force = 3;      ///< N
 inline constexpr double k_escape_recovery = 10;  ///< N/s, rise of the force limit after an escape
@@ -42,11 +42,15 @@ class ServoCore {
                      std::uint64_t first_tick = 0);
 
   /// Runs one tick. An invalid pose gives no force and latches a fault. If the scene has a new escape path, a
-  /// proxy that is buried by its restored matter, or already being led out, follows this path. Servo thread.
+  /// proxy that the restored matter buries follows it, and so does a proxy that is already on an escape path.
+  /// Servo thread.
   ServoRecord step(const ServoScene& servo_scene, const ServoInput& input) noexcept;
-  /// Skips ticks that cannot be recorded: the proxy stays, the force continues to fade. Returns the output.
+  /// Skips ticks that cannot be recorded: the proxy stays, the force continues to fade. Returns the wrench to
+  /// render.
   Wrench skip(std::uint32_t faults, std::uint64_t count = 1) noexcept;
+  /// Sets the proxy to a free point (volume frame); the force starts from zero.
   void restart_at(const glm::dvec3& free_point_volume) noexcept;
+  /// Clears proxy, force, latched faults, and the memory of laws; the next tick sets the proxy to the HIP.
   void reset() noexcept;
 
   std::uint64_t next_tick() const noexcept { return tick_; }
@@ -93,11 +97,11 @@ class ServoCore {
   ProxyState state_;
   ProxyStep step_;
   std::uint64_t tick_ = 0;
-  int touched_item_ = 0;  ///< item of the newest contact
+  int touched_item_ = 0;  ///< item of the latest contact
   Wrench requested_;
   glm::dvec3 active_force_{0.0};  ///< part of requested_
 
-  EscapePath escape_path_;  ///< the newest one adopted
+  EscapePath escape_path_;  ///< the latest adopted path
   bool is_escaping_ = false, is_fresh_ = true;
   std::uint32_t next_position_ = 0;  ///< index of the next position on escape_path_
   glm::dvec3 anchor_volume_{0.0};    ///< proxy during an escape
@@ -107,19 +111,20 @@ class ServoCore {
   PassivityController passivity_;
   bool is_passive_;
   ShapeSet not_ready_, reported_not_ready_;
-  int last_shape_ = -1;    ///< touched in the previous tick
-  int popped_shape_ = -1;  ///< pressed through and not yet rearmed
+  int last_shape_ = -1;    ///< item touched in the previous tick; -1: no contact
+  int popped_shape_ = -1;  ///< item that was pressed through and is not rearmed yet; -1: no item
   Side popped_side_ = Side::front;
   glm::dvec3 popped_at_world_{0.0};
 
   EnergyLedger energy_;
-  Wrench last_;  ///< rendered
+  Wrench last_;  ///< rendered in the previous tick
   glm::dvec3 last_active_{0.0}, last_normal_{0.0}, last_position_{0.0};
   glm::dquat last_turn_{1, 0, 0, 0};
   bool had_position_ = false, was_escaping_ = false;
   bool is_turning_ = false;  ///< a torque is requested, or still rendered
 
-  /// Placements of the hand in the two newest ticks, kept while any hand holds a mesh.
+  /// Placements of the hand in the two latest ticks with a valid pose, newest first. Kept while a mesh is
+  /// held.
   struct RecentPose {
     Placement pose;
     std::uint64_t tick = 0;
@@ -133,7 +138,7 @@ class ServoCore {
   bool has_recent_poses_ = false;
 };
 
-/// Returns the placements of the hands of several cores, before any of them runs the tick.
+/// Returns the placement of each core's hand before `tick`. Call before any of the cores runs this tick.
 template <class Cores>
 HandPlacements placements_before(const Cores& cores, std::uint64_t tick) noexcept {
   HandPlacements all;

@@ -9,6 +9,7 @@
 #include <time.h>
 
 #include "haptics/force/coupling.h"
+#include "volume/base/text.h"
 
 namespace trephine::haptics {
 
@@ -58,19 +59,23 @@ Status ServoLoop::start() {
                  .remedy = "stop the loop first"};
   if (!(options_.rate_hz >= 250 && options_.rate_hz <= 10000))
     return Error{.what = "the servo rate is out of range",
-                 .found = std::to_string(options_.rate_hz) + " Hz",
+                 .found = rounded_text(options_.rate_hz) + " Hz",
                  .expected = "250 to 10000 Hz"};
-  // The recording contains the requested force, so the loop does not limit it without an error.
+  // Records contain the force that is sent to the device. A device that limits it further would render
+  // another force, so limits above those of the device are an error.
   for (const Hand& hand : hands_) {
     const DeviceCapabilities device = hand.device->capabilities();
     const ForceOptions limited = within_limits(options_.force, device);
-    if (limited.force_limit < options_.force.force_limit || limited.slew_limit < options_.force.slew_limit)
+    if (limited.force_limit < options_.force.force_limit || limited.slew_limit < options_.force.slew_limit ||
+        limited.torque_limit < options_.force.torque_limit)
       return Error{.what = "the force limits exceed those of the device",
                    .where = device.name,
-                   .found = std::to_string(options_.force.force_limit) + " N, " +
-                            std::to_string(options_.force.slew_limit) + " N/s",
-                   .expected = "at most " + std::to_string(limited.force_limit) + " N, " +
-                               std::to_string(limited.slew_limit) + " N/s",
+                   .found = rounded_text(options_.force.force_limit) + " N, " +
+                            rounded_text(options_.force.slew_limit) + " N/s, " +
+                            rounded_text(options_.force.torque_limit) + " N mm",
+                   .expected = "at most " + rounded_text(limited.force_limit) + " N, " +
+                               rounded_text(limited.slew_limit) + " N/s, " +
+                               rounded_text(limited.torque_limit) + " N mm",
                    .remedy = "use within_limits() (haptics/force/coupling.h)"};
   }
   for (std::size_t h = 0; h < hands_.size(); ++h) {
@@ -137,7 +142,7 @@ void ServoLoop::run() noexcept {
     this->tick(tick, late > watchdog ? fault_stale_scene : 0u);
     ticks_.store(tick + 1, std::memory_order_relaxed);
     step_times_.add(static_cast<std::uint64_t>(now_ns() - begin));
-    // Missed ticks are not made up for after a long gap.
+    // After a gap of more than eight periods, the loop does not catch up on the missed ticks.
     if (late > 8 * period) due = begin;
   }
   for (Hand& hand : hands_) hand.device->write(dvec3(0));
@@ -148,7 +153,8 @@ void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
   const double t = static_cast<double>(tick) / options_.rate_hz;
   std::uint32_t all_faults = 0;
 
-  // A tick without room for its record has no contact either: a replay must know every step.
+  // If the ring has no room for the records of this tick, no contact is computed, because a replay needs the
+  // record of every computed contact.
   if (ring_.room() < hands_.size()) {
     dropped_.fetch_add(1, std::memory_order_relaxed);
     for (Hand& hand : hands_) {

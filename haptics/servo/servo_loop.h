@@ -1,4 +1,4 @@
-// ServoLoop: pose in, proxy and force out, at 250 Hz to 10 kHz on a thread of its own.
+// ServoLoop: thread that reads devices, steps their hands and writes forces, at 250 Hz to 10 kHz.
 #pragma once
 
 #include <atomic>
@@ -18,10 +18,10 @@ namespace trephine::haptics {
 struct ServoOptions {
   double rate_hz = 1000;  ///< 250 to 10000
   ForceOptions force;
-  double watchdog_seconds = 0.1;  ///< a later tick fades the force
-  double lag_seconds = 0.5;       ///< a longer lag of the edits makes the scene stale: the force fades
-  /// Number of records that may wait for the edits; 0: twice as many as arise in `lag_seconds`, but
-  /// 4096 to 2^20. A ring that is half full makes the scene stale.
+  double watchdog_seconds = 0.1;  ///< if a tick begins later than this after its due time, the force fades
+  double lag_seconds = 0.5;       ///< if unread records span more time, the scene is stale: the force fades
+  /// Number of records that may wait for the edit thread; 0: twice the number of records of `lag_seconds`,
+  /// at least 4096 and at most 2^20. The scene is also stale if the ring is more than half full.
   std::size_t ring_capacity = 0;
   bool wants_realtime = true;  ///< SCHED_FIFO and locked memory, if permitted
 };
@@ -30,18 +30,18 @@ struct ServoOptions {
 struct ServoReport {
   std::uint64_t ticks = 0, overruns = 0;  ///< overrun: a tick that began more than a period late
   std::uint64_t dropped = 0;              ///< ticks without room in the ring for their records
-  double step_p50_us = 0, step_p99_us = 0, step_p999_us = 0, step_max_us = 0;
-  double late_p50_us = 0, late_p99_us = 0, late_p999_us = 0, late_max_us = 0;  ///< wake-up after its due time
+  double step_p50_us = 0, step_p99_us = 0, step_p999_us = 0, step_max_us = 0;  ///< duration of a tick
+  double late_p50_us = 0, late_p99_us = 0, late_p999_us = 0, late_max_us = 0;  ///< delay of a tick's begin
   std::uint32_t faults = 0;
   std::string notice;  ///< refused real-time privileges, as text; empty when all were granted
 };
 
-/// One thread for all hands: each tick reads every device, steps its hand and writes its wrench, all on one
-/// scene.
+/// One thread for all hands. For each hand, a tick reads the device, steps the core and writes the wrench.
+/// All hands of a tick use the same ServoScene.
 class ServoLoop {
  public:
-  /// Borrows devices and channel for its lifetime. `first_tick`: number of the first tick, for a resumed
-  /// session.
+  /// Borrows devices and channel for the lifetime of the loop. `first_tick`: number of the first tick, for a
+  /// resumed session.
   ServoLoop(std::span<Device* const> devices, ServoChannel& channel, const ServoOptions& options,
             std::uint64_t first_tick = 0);
   /// For one hand.
@@ -50,14 +50,16 @@ class ServoLoop {
   ServoLoop(const ServoLoop&) = delete;
   ServoLoop& operator=(const ServoLoop&) = delete;
 
-  /// Opens the devices and starts the thread. If a device fails to open, those opened before are closed.
-  /// Error if the loop is running.
+  /// Opens the devices and starts the thread. Error if the loop is running. Also an error, with all devices
+  /// closed, if the rate is out of range, a force limit exceeds that of a device, a device fails to open, too
+  /// many loops read the channel, or the scene has fewer hands than there are devices.
   Status start();
   /// Stops the thread and closes the devices; a second call does nothing.
   void stop();
 
-  /// Returns the consumer's end of the records: the hands of a tick in order; for one thread. When the ring
-  /// is full, whole ticks are dropped: the proxies stop, the force fades out, and the fault is latched.
+  /// Returns the ring from which one thread reads the records. Each tick adds a record per hand, in the order
+  /// of the hands. When the ring is full, whole ticks are dropped: the proxies stop, the force fades out, and
+  /// fault_full_ring is latched.
   Ring<ServoRecord>& records() noexcept { return ring_; }
   /// Requests that the servo set a hand's proxy on a free point (volume frame) at its next tick, with force
   /// from zero. Requests beyond 16 between two ticks are dropped. Call on one thread, the edit thread.

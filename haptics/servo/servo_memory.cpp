@@ -12,7 +12,7 @@ namespace trephine::haptics {
 
 namespace {
 
-// When a struct grows, add its new field below.
+// If an assertion fails because a struct has a new field, add the field to the list of its fields.
 static_assert(sizeof(ServoCore) == 7456 && sizeof(ProxyState) == 816 && sizeof(ServoRecord) == 384);
 
 template <class Fields>
@@ -121,7 +121,7 @@ struct Fields {
       fields_of(value, *this);
     }
   }
-  /// The memory of a law is opaque, and mostly zeros.
+  /// The memory of a law has an unknown layout and is mostly zeros, so it is stored in runs of words.
   void visit(std::array<std::byte, ServoLaw::k_memory>& memory) {
     std::array<std::uint64_t, ServoLaw::k_memory / sizeof(std::uint64_t)> words;
     static_assert(sizeof words == ServoLaw::k_memory);
@@ -154,11 +154,12 @@ std::string ServoMemory::save(const ServoCore& core, const ServoHand& hand) {
   ServoCore copy = core;
   // Adopts the scene as the next step would, so that no index refers to a removed item.
   if (copy.layout_ != hand.layout) copy.adopt(hand);
-  // An instrument may let all shapes through, even those that the scene does not have.
+  // An instrument may make all item numbers passable, also numbers without an item in the scene.
   ShapeSet& passable = copy.state_.around.passable;
   for (int s = passable.next(item_count(*hand.scene)); s < ShapeSet::k_max; s = passable.next(s + 1))
     passable.set(s, false);
-  // Serials are valid in this run only: 1 stands for the newest one.
+  // Serial numbers are valid only in this run of the program. 1 stands for the current one; for the version,
+  // 0 stands for any other.
   copy.layout_ = 1;
   copy.state_.version = hand.state.version && core.state_.version == hand.state.version->serial();
   std::string out;

@@ -11,10 +11,10 @@
 
 namespace trephine::haptics {
 
-/// Work done on the hand, N mm: the sum of F_k (x_{k+1} - x_k) over the ticks, in each of which the force F_k
-/// is held (passivity observer, Hannaford & Ryu 2002).
+/// Work done on the hand, N mm: the sum of F_k (x_{k+1} - x_k) over the ticks. The force F_k is constant from
+/// tick k to the next (passivity observer, Hannaford & Ryu 2002).
 struct EnergyLedger {
-  double contact = 0;    ///< by surfaces and friction after smoothing, and by springs and dampers
+  double contact = 0;    ///< by surfaces with friction, after smoothing, and by laws that create no energy
   double friction = 0;   ///< part of `contact` along the surface
   double active = 0;     ///< by laws that may create energy; their power is at most LawMemory::k_power
   double turning = 0;    ///< by torques
@@ -48,18 +48,18 @@ struct ServoRecord {
   Pose pose;                  ///< no buttons and axes while a fault is latched or the proxy is led out
   glm::dvec3 proxy_world{0.0}, normal_world{0.0}, force_world{0.0};  ///< mm, unit, N
   glm::dvec3 torque_world{0.0};                                      ///< N mm
-  glm::dvec3 contact_force_world{0.0};  ///< N, by surfaces only, before effects, fades and the final limits
-  glm::dvec3 turn_world{0.0};           ///< rotation from the hand to a rotating tool, by turn_between(), rad
+  glm::dvec3 contact_force_world{0.0};  ///< N, by surfaces only, before energy controller and final limits
+  glm::dvec3 turn_world{0.0};           ///< rad, rotation from the hand to the tool; see turn_between()
   bool has_contact = false, is_buried = false;
   bool is_escaping = false;  ///< the proxy is led out of restored matter
   int shape = -1;            ///< the touched item
   Side side = Side::none;
-  std::uint32_t faults = 0;  ///< latched ones, and those of this tick
-  std::uint32_t raised = 0;  ///< ServoInput::faults, and those of an invalid pose or a missing hand
+  std::uint32_t faults = 0;  ///< latched faults, and faults of this tick
+  std::uint32_t raised = 0;  ///< ServoInput::faults, and faults of an invalid pose or a missing hand
   bool is_reset = false, is_restarted = false;
   glm::dvec3 restart_volume{0.0};  ///< see ServoInput; valid if is_restarted
-  std::uint8_t hand = 0;
-  EnergyLedger energy;  ///< since the start
+  std::uint8_t hand = 0;           ///< index of the hand
+  EnergyLedger energy;             ///< since the start
   Wrench wrench() const noexcept { return {force_world, torque_world}; }
   static constexpr std::size_t k_max_events = 6;
   std::uint8_t event_count = 0;  ///< further events are dropped

@@ -30,7 +30,7 @@ void ServoHand::set_scene(std::shared_ptr<const TouchScene> items,
   const auto kept_end = std::remove_if(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(part_count),
                                        [this](const Part& part) { return part.item >= item_count(*scene); });
   part_count = static_cast<std::size_t>(kept_end - parts.begin());
-  // A later item with such an index starts touchable and ready.
+  // If an item with such an index is added later, it starts touchable and ready.
   for (int i = item_count(*scene); i < ShapeSet::k_max; ++i)
     untouchable.set(i, false), not_ready.set(i, false);
 }
@@ -51,7 +51,7 @@ void ServoHand::set_ready(int item, const volume::VoxelBox& voxels) noexcept {
 
 void ServoHand::set_placement(int mover, const Placement& placement) noexcept {
   const auto m = static_cast<std::size_t>(mover);
-  for (const TouchItem& mesh : scene->items)  // earlier movers without a placement stay at their initial one
+  for (const TouchItem& mesh : scene->items)  // lower movers without a placement get their initial one
     if (mesh.mover >= static_cast<int>(placement_count) && mesh.mover < mover)
       placements[static_cast<std::size_t>(mesh.mover)] = mesh.placement;
   placements[m] = placement;

@@ -10,6 +10,7 @@
 
 #include "volume/base/mix_hash.h"
 #include "volume/base/morton.h"
+#include "volume/base/text.h"
 #include "volume/surface/lathe.h"
 
 namespace trephine::haptics {
@@ -21,8 +22,8 @@ namespace {
 constexpr double k_farthest = 300, k_finest = 0.02;  // mm
 
 constexpr double k_sharp_cosine = 0.94;  // faces that meet at more than 20 degrees form a sharp edge
-// Shares of the spacing: a candidate is at most 0.24 from any point of the surface, and a sample at most 0.75
-// from any candidate.
+// Shares of the spacing. Every point of the surface has a candidate within 0.24, and every candidate has a
+// sample within 0.75.
 constexpr double k_candidate_step = 0.33, k_apart = 0.75, k_edge_apart = 0.5;
 
 struct Candidate {
@@ -30,15 +31,16 @@ struct Candidate {
   std::uint64_t order;  // candidates with a smaller value are taken first
 };
 
-std::string mm(double value) { return std::to_string(value) + " mm"; }
+std::string mm(double value) { return rounded_text(value) + " mm"; }
 std::string point_text(const dvec3& p) {
   char text[96];
   std::snprintf(text, sizeof text, "(%.6g, %.6g, %.6g) mm", p.x, p.y, p.z);
   return text;
 }
 
-/// Returns true if k_max_points may suffice for a surface (mm2): disks around the points, with half their
-/// distance as radius, cover at most 0.91 of a plane.
+/// Returns true if k_max_points may suffice for a surface of `area` mm2. This is a coarse test before
+/// sampling: samples on faces are at least 0.75 of the spacing apart, about 1.2 per square of the spacing.
+/// After sampling, their number is checked exactly.
 bool fits_point_limit(double area, double spacing) {
   return area <= 2 * static_cast<double>(PointShell::k_max_points) * spacing * spacing;
 }
@@ -50,7 +52,7 @@ Error too_many_points(double spacing) {
           .remedy = "use a larger spacing, or a smaller tool"};
 }
 
-/// Accepted samples in cells of the spacing, for tests of distance.
+/// Accepted samples in cubic cells, to find samples that are near a candidate.
 class CellGrid {
  public:
   explicit CellGrid(double cell) : cell_(cell) {}
@@ -169,7 +171,7 @@ class Sampler {
     std::vector<Candidate> all;
     const double step = k_candidate_step * spacing_;
     for (std::uint32_t t = 0; t < triangles_.size() / 3; ++t) {
-      // Rows parallel to the longest side, from a to b.
+      // Candidates lie in rows parallel to the longest side, which leads from a to b.
       std::uint32_t first = 0;
       for (std::uint32_t k = 1; k < 3; ++k)
         if (glm::length(corner(t, (k + 1) % 3) - corner(t, k)) >
@@ -314,7 +316,7 @@ Result<SharedShell> PointShell::of_mesh(std::span<const dvec3> vertices,
   if (!(shell->solid_.volume > 0))
     return Error{.what = "the mesh of the tool encloses no volume",
                  .where = "tool",
-                 .found = std::to_string(shell->solid_.volume) + " mm3",
+                 .found = rounded_text(shell->solid_.volume) + " mm3",
                  .expected = "triangles counter-clockwise as viewed from outside",
                  .remedy = "reverse the triangles"};
   shell->build_tree();

@@ -23,7 +23,8 @@ class PointShell {
     glm::dvec3 position{0.0};  ///< mm
     glm::dvec3 inward{0.0};    ///< unit; the mean of the adjacent faces at edges and corners
   };
-  /// Bounding sphere of successive points, and of its child nodes.
+  /// Node of the tree: bounding sphere of successive points. The points of an inner node are those of its
+  /// child nodes.
   struct Node {
     glm::dvec3 centre{0.0};
     double radius = 0;                            ///< mm
@@ -42,14 +43,14 @@ class PointShell {
   static constexpr std::size_t k_max_stack = 64;
 
   /// Samples a closed mesh whose triangles are counter-clockwise as viewed from outside. Every point of the
-  /// surface is at most `spacing_mm` from a sample; samples are at least half of it apart, except corners
-  /// where sharp edges meet. Error if the mesh is open or empty, faces inward, or needs too many points.
-  /// Cost: n log n for n candidates, about nine per point.
+  /// surface is at most `spacing_mm` from a sample. Samples are at least half of `spacing_mm` apart, except
+  /// at corners where sharp edges meet. Error if the mesh is open or empty, faces inward, or needs too many
+  /// points. Cost: n log n for n candidates, about nine per point.
   static Result<SharedShell> of_mesh(std::span<const glm::dvec3> vertices,
                                      std::span<const std::uint32_t> triangles, double spacing_mm);
-  /// Samples a body of revolution. Error as above, or as by check().
+  /// Samples a body of revolution. Errors as of of_mesh() and check().
   static Result<SharedShell> of_profile(const ToolProfile& profile);
-  /// Returns an error if the rings are no solid, or if they need far too many points.
+  /// Returns an error if the rings do not enclose a solid, or if its surface needs far too many points.
   static Status check(const ToolProfile& profile);
 
   /// Points in Morton order: neighbours in space are neighbours in the list.

@@ -7,6 +7,7 @@
 
 #include "haptics/tool/point_shell.h"
 #include "volume/base/mix_hash.h"
+#include "volume/base/text.h"
 
 namespace trephine::haptics {
 
@@ -75,7 +76,7 @@ Status check(const ToolShape& tool) {
     if (!(ball.radius > 0))
       return Error{.what = "a tool of several balls needs a radius",
                    .where = "tool radius",
-                   .found = std::to_string(ball.radius) + " mm",
+                   .found = rounded_text(ball.radius) + " mm",
                    .expected = "more than 0"};
   if (tool.balls().size() > ToolShape::k_max_balls)
     return Error{.what = "a tool has too many balls",
@@ -87,8 +88,8 @@ Status check(const ToolShape& tool) {
     if (const double length = glm::length(ball.centre); !(length <= k_longest))
       return Error{.what = "a ball of the tool is too far from the haptic interface point",
                    .where = "balls",
-                   .found = std::to_string(length) + " mm",
-                   .expected = "at most " + std::to_string(k_longest) + " mm"};
+                   .found = rounded_text(length) + " mm",
+                   .expected = "at most " + rounded_text(k_longest) + " mm"};
   return std::nullopt;
 }
 

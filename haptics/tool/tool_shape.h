@@ -23,7 +23,7 @@ struct ToolProfile {
     friend bool operator==(const Ring&, const Ring&) = default;
   };
   static constexpr std::size_t k_max_rings = 256;
-  std::vector<Ring> rings;  ///< from the tip toward the hand; a disk closes either end
+  std::vector<Ring> rings;  ///< from the tip toward the hand; a disk closes each end
   double spacing = 0.25;    ///< mm
   friend bool operator==(const ToolProfile&, const ToolProfile&) = default;
 };
@@ -31,15 +31,14 @@ struct ToolProfile {
 /// Degrees of freedom of a contact: three for positions, six with orientations.
 enum class Freedom : std::uint8_t { three, six };
 
-/// Geometry of a tool, in the frame of the hand. Immutable, and shared by the scenes of the hands that have
-/// it.
+/// Geometry of a tool, in the frame of the hand. Immutable; scenes of several hands may share it.
 class ToolShape {
  public:
   enum class Kind : std::uint8_t {
     point,  ///< at the HIP
     ball,   ///< with its centre at the HIP
-    balls,  ///< a rigid set, which also rotates; one ball is enough
-    shell,  ///< points of a rigid surface, which also rotates
+    balls,  ///< a rigid set of one or more balls, which rotates with the hand
+    shell,  ///< points of a rigid surface, which rotates with the hand
   };
   struct Ball {
     glm::dvec3 centre{0.0};  ///< mm, frame of the hand
@@ -51,11 +50,12 @@ class ToolShape {
   ToolShape() noexcept = default;  ///< a point
   /// A ball at the HIP; a radius (mm) of 0 is a point. The radius is not checked.
   explicit ToolShape(double radius_mm);
-  /// A rigid set of balls, at least one. Their number and sizes are not checked.
+  /// A rigid set of at least one ball. Number and sizes of the balls are not checked.
   explicit ToolShape(std::vector<Ball> balls);
   /// The surface of a rigid tool. Requires a shell.
   explicit ToolShape(SharedShell shell);
-  /// The surface of a body of revolution. It has no points until sampled() makes them; not checked.
+  /// The surface of a body of revolution, without points; sampled() returns the tool with points. The profile
+  /// is not checked.
   explicit ToolShape(ToolProfile profile);
   /// The surface of a body of revolution, with its points.
   ToolShape(ToolProfile profile, SharedShell shell);
@@ -66,27 +66,29 @@ class ToolShape {
     return kind_ == Kind::balls || kind_ == Kind::shell ? Freedom::six : Freedom::three;
   }
   bool is_six_dof() const noexcept { return freedom() == Freedom::six; }
-  /// Returns the radius, mm, of the largest ball; 0: a point, or the points of a shell.
+  /// Returns the radius of the largest ball, mm; 0 for a point or a shell.
   double radius() const noexcept { return radius_; }
   bool has_equal_radii() const noexcept { return has_equal_radii_; }
   /// Returns the balls of a rigid set; empty for the other kinds.
   std::span<const Ball> balls() const noexcept { return balls_; }
-  /// Returns the surface of a whole tool; null for the other kinds, and before sampled().
+  /// Returns the points of a shell; null for the other kinds, and for a profile without points (see
+  /// sampled()).
   const SharedShell& shell() const noexcept { return shell_; }
   /// Returns the profile from which the surface is sampled; without rings for the other kinds, and for a
   /// shell of a mesh.
   const ToolProfile& profile() const noexcept { return profile_; }
-  /// Returns the centres of these balls.
+  /// Returns the centres of balls().
   std::vector<glm::dvec3> centres() const;
-  /// Returns the largest distance of a centre or a point from the HIP, mm: a rotation moves none on a larger
-  /// circle.
+  /// Returns the largest distance of a ball's centre or a shell's point from the HIP, mm. A rotation about
+  /// the HIP moves no centre or point on a larger circle.
   double arm() const noexcept { return arm_; }
   /// Returns the distance of the tool's farthest point from the HIP, mm.
   double extent() const noexcept { return extent_; }
-  /// Returns the ratio (mm2) of rotational to translational stiffness between the hand and the tool, as if
-  /// each ball or point had a spring of its own.
+  /// Returns the ratio of rotational to translational stiffness between the hand and the tool, mm2, as if
+  /// each ball or point had a spring of its own; at least 400.
   double gyration_square() const noexcept { return gyration_square_; }
-  /// Returns a hash of all balls and points, which distinguishes shapes.
+  /// Returns a hash that distinguishes shapes: of the balls, of the profile, or of the points of a shell
+  /// without a profile.
   std::uint64_t fingerprint() const noexcept;
   friend bool operator==(const ToolShape& a, const ToolShape& b) noexcept {
     return a.kind_ == b.kind_ && a.radius_ == b.radius_ && a.balls_ == b.balls_ && a.profile_ == b.profile_ &&
@@ -94,8 +96,9 @@ class ToolShape {
   }
 
  private:
-  // mm2: the rotational stiffness of the hand is that of springs 20 mm to either side of the HIP. With the
-  // springs of its balls alone, a craniotome's bit tilts under the bone until it is caught in its burr hole.
+  // mm2. The rotational stiffness of the hand is at least that of springs 20 mm from the HIP on each side.
+  // With only a spring per ball, the bit of a craniotome tilts below the bone until it is caught in the burr
+  // hole.
   static constexpr double k_least_gyration_square = 400;
 
   Kind kind_ = Kind::point;
@@ -109,18 +112,19 @@ class ToolShape {
 
 using SharedTool = std::shared_ptr<const ToolShape>;
 
-/// Returns an error if a rigid set of balls is no valid tool: too many or too distant balls, or no radius.
-/// Points and balls are valid. Also an error if a profile is no solid.
+/// Returns an error if a rigid set has too many balls, or a ball without a radius or too far from the HIP, or
+/// if a profile encloses no solid. Tools of the kinds point and ball are always valid.
 Status check(const ToolShape& tool);
 
-/// Returns the tool with the points of its surface; the tool itself if it has them, or needs none. Error if
-/// the profile is invalid, or needs too many points. Takes some 20 ms for 10^4 points.
+/// Returns the tool with the points of its surface; the tool itself if it already has points, or is not a
+/// shell. Error if the profile is invalid, or needs too many points. Takes about 20 ms for 10^4 points.
 Result<SharedTool> sampled(const SharedTool& tool);
 
 /// Makes a rigid tool of balls of one radius (mm) at these centres (mm, frame of the hand); no centres: a
 /// ball at the HIP, or a point if the radius is 0. Error if the balls form no valid tool.
 Result<SharedTool> make_tool(double radius_mm, std::span<const glm::dvec3> centres = {});
-/// Makes a rigid tool of balls, each of its own radius; no balls: a point. Error if they form no valid tool.
+/// Makes a rigid tool of balls, each of its own radius; no balls: a point. Error if the balls form no valid
+/// tool.
 Result<SharedTool> make_tool(std::vector<ToolShape::Ball> balls);
 
 }  // namespace trephine::haptics

@@ -9,7 +9,8 @@
 
 namespace trephine::haptics {
 
-/// End of a motion. If it is blocked, `before` is the last free voxel, which the motion leaves at `t`.
+/// End of a motion. If the motion is blocked, `before` is its last free voxel; it leaves this voxel at `t`,
+/// through `face`.
 struct MotionEnd {
   bool is_blocked = false;
   double t = 1;  ///< parameter of the motion, 0 to 1
@@ -20,13 +21,13 @@ struct MotionEnd {
 };
 
 /// Finds the first voxel on the motion from `start` to `end` (frame of the grid) that a shape does not let
-/// the proxy enter; exact. `passable`: shapes that do not block now. `inside`: the solids that contain the
-/// proxy, updated where a shape lets it pass.
+/// the proxy enter. No voxel is missed. `passable`: shapes that do not block now. `inside`: the solids that
+/// contain the proxy, updated where a shape lets the proxy pass.
 template <class Grid>
 MotionEnd find_barrier(const TouchScene& scene, const Grid& grid, const glm::dvec3& start,
                        const glm::dvec3& end, const ShapeSet& passable, ShapeSet& inside,
                        ProxyCounters& counters) noexcept {
-  // One voxel of air around the grid, so that a solid may also be left through its border.
+  // One voxel of air around the grid, so that a motion may also leave a solid through the grid's border.
   const volume::VoxelBox box{glm::ivec3(-1), grid.size()};
   volume::VoxelWalk walk(volume::Segment(start, end), box);
   glm::ivec3 before = walk.voxel();
@@ -44,7 +45,7 @@ MotionEnd find_barrier(const TouchScene& scene, const Grid& grid, const glm::dve
       inside.flip(s);
     }
     before = v;
-    // No solid near: crosses the empty box in one step.
+    // If no solid is near, crosses the empty box in one step.
     if (is_in_grid && inside.is_empty() && count > 0) {
       const volume::VoxelBox empty = grid.empty_box(v, 0, scene.items.size());
       if (empty.low.x <= empty.high.x && empty.low.y <= empty.high.y && empty.low.z <= empty.high.z) {
@@ -72,9 +73,9 @@ ShapeSet solids_at(const TouchScene& scene, const Grid& grid, const glm::dvec3& 
   return found;
 }
 
-/// Begins the step of a method with cubes as walls. In the first step, or if matter has grown over the proxy,
-/// sets state and path to the HIP, also inside a solid, and returns true. Otherwise returns false, and the
-/// step continues.
+/// Begins the step of a method with cubes as walls. Returns false if the step continues. In the first step,
+/// or if a change of the anatomy put the proxy on the other side of a blocking surface (such as restored
+/// matter that covers the proxy), sets state and path to the HIP, also inside a solid, and returns true.
 template <class Grid>
 bool begin_on_cubes(const TouchScene& scene, const Grid& grid, const glm::dvec3& hip_world, ProxyState& state,
                     ProxyStep& result) noexcept {
@@ -102,14 +103,14 @@ inline double squared_mm(const volume::Frame& frame, const glm::dvec3& a, const 
 }
 
 /// Returns the unit normal (world) of the face at which a motion was stopped, against the motion.
-inline glm::dvec3 facet_normal(const volume::Frame& frame, const volume::VoxelFace& face) noexcept {
+inline glm::dvec3 voxel_face_normal(const volume::Frame& frame, const volume::VoxelFace& face) noexcept {
   glm::dvec3 out(0);
   out[face.axis] = -face.step;
   return glm::normalize(frame.gradient_world_from_volume(out));
 }
 
-/// Ends the step at the path's last waypoint: applies friction along the path, which reaches the surface at
-/// waypoint `landing`, and sets the state for the next step.
+/// Ends the step at the path's last waypoint: applies friction along the path, and sets the state for the
+/// next step. `landing`: index of the waypoint at which the path reaches the surface.
 template <class Grid>
 void end_on_cubes(const TouchScene& scene, const Grid& grid, const glm::dvec3& hip_world, int landing,
                   ProxyState& state, ProxyStep& result) noexcept {

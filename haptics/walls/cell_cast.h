@@ -13,8 +13,9 @@ namespace trephine::haptics {
 /// Casts a motion against a surface in cells: cubes between the points of a lattice of `size`.
 /// `surface.triangles_of_cell(cell, use)` makes the triangles that the inside of a cell may meet,
 /// counter-clockwise in the lattice as viewed from the free side. `empty_box(point)`: a box of points around
-/// `point` without solids near them; low > high if unknown. `is_hit`: another object was met at hit.t, and
-/// only a nearer hit counts. Returns true for a nearer hit: sets all of `hit` but the shape.
+/// `point` without solids near them; low > high if unknown. `is_hit`: the motion meets another object at
+/// hit.t, and only a nearer hit counts. For a nearer hit, sets all members of `hit` except the shape, and
+/// returns true.
 template <class Surface, class EmptyBox>
 bool cast_on_cells(const Surface& surface, const volume::Frame& frame, const glm::ivec3& size,
                    const EmptyBox& empty_box, const glm::dvec3& a, const glm::dvec3& b, bool is_front,
@@ -24,15 +25,17 @@ bool cast_on_cells(const Surface& surface, const volume::Frame& frame, const glm
   bool is_nearer = false;
   const dvec3 motion = b - a;
   const TriangleCrossing crossing(a, motion);
-  // A cell begins at a lattice point, a voxel of the traversal half a step before it: shifts the motion.
+  // A cell begins at a lattice point, but a voxel of the traversal begins half a step before its centre. The
+  // motion is shifted by this half step.
   const volume::VoxelBox box{ivec3(-1), size - 1};
   volume::VoxelWalk walk(volume::Segment(a - 0.5, b - 0.5), box);
   while (!walk.is_done()) {
     const ivec3& cell = walk.voxel();
     ++counters.cells;
-    // A quad extends beyond its cell: a hit behind this cell may be preceded by one in the next cell.
+    // Triangles may extend beyond their cell, so a later cell may have a nearer hit. A hit before this cell
+    // is final.
     if ((is_hit || is_nearer) && hit.t < walk.t_enter()) return is_nearer;
-    // The cell's far corners are one point further.
+    // The far corners of a cell are one point further, so a box of points contains one cell less per axis.
     volume::VoxelBox empty = empty_box(cell);
     empty.high -= 1;
     if (glm::all(glm::lessThanEqual(empty.low, cell)) && glm::all(glm::lessThanEqual(cell, empty.high))) {
@@ -47,7 +50,8 @@ bool cast_on_cells(const Surface& surface, const volume::Frame& frame, const glm
         return;
       const bool is_from_free = direction_dot_normal < 0;
       if (is_from_free ? !is_front : !is_back) return;
-      // A covector: the same for lattices of either handedness.
+      // The cross product is converted as a covector, so that the normal points to the free side also if the
+      // lattice is left-handed.
       const dvec3 normal = glm::normalize(frame.gradient_world_from_volume(glm::cross(q - p, r - p)));
       hit = {t, is_from_free ? normal : -normal, hit.shape, side_of(!is_from_free)};
       is_nearer = true;
@@ -57,7 +61,8 @@ bool cast_on_cells(const Surface& surface, const volume::Frame& frame, const glm
   return is_nearer;
 }
 
-/// Returns true if p is behind such a surface, by the first triangle between p and a free corner of its cell.
+/// Returns true if p is behind such a surface. The first triangle between p and a free corner of its cell
+/// decides.
 template <class Surface>
 bool is_behind_cells(const Surface& surface, const glm::dvec3& p) noexcept {
   using glm::dvec3;

@@ -1,4 +1,5 @@
-// SmoothWalls in creased cubes of offset fields: their sheets, and the steps where they end.
+// SmoothWalls in creased cubes of offset fields: the sheets of these cubes, and the steps of the solid at
+// their faces.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -30,8 +31,10 @@ dvec3 turned_away(dvec3 direction, std::span<const dvec3> normals) noexcept {
 
 dvec3 SmoothWalls::above_step(const Wall& wall, const dvec3& p, std::span<const dvec3> normals_world,
                               glm::bvec3& is_kept) noexcept {
-  constexpr double k_free = 1e-6, k_max_square = 1;  // voxels, their square
-  constexpr double k_across = 0.05;  // share of a gradient along the free axes; with less its wall is ignored
+  constexpr double k_free = 1e-6;     // voxels
+  constexpr double k_max_square = 1;  // voxels^2
+  // A wall is ignored if a smaller share of its gradient is along the free axes.
+  constexpr double k_across = 0.05;
   const ivec3 here = volume::voxel_of(p);
   for (int a = 0; a < 3; ++a) is_kept[a] = is_kept[a] || here[a] != wall.cube[a];
   std::array<dvec3, 8> gradients;
@@ -69,7 +72,8 @@ bool SmoothWalls::is_near_crease(int shape, const dvec3& p) const noexcept {
 
 int SmoothWalls::sheets_near(int shape, volume::CreaseSheets::Mask sheets, const dvec3& p,
                              WallList& walls) noexcept {
-  // Cones overlap: the nearest of several sheets with nearly the same normal counts.
+  // The cones of normals that define sheets overlap. Of several sheets with nearly the same normal, only the
+  // nearest one counts.
   constexpr double k_same = 0.995;  // cosine
   struct Near {
     double depth;  // mm; negative in free space
@@ -93,7 +97,7 @@ int SmoothWalls::sheets_near(int shape, volume::CreaseSheets::Mask sheets, const
       continue;
     }
     if (count == kept.size()) {
-      // Replaces the farthest.
+      // Replaces the farthest sheet, which has the least depth.
       place = static_cast<std::size_t>(
           std::min_element(kept.begin(), kept.end(),
                            [](const Near& a, const Near& b) { return a.depth < b.depth; }) -

@@ -5,8 +5,9 @@
 
 namespace trephine::haptics {
 
-/// Returns true if a proxy may be set at this point (volume frame), for any solid that methods touch: cubes,
-/// triangles or the smooth one. Tests the shapes of the base only. Cost: microseconds; not for the servo.
+/// Returns true if a proxy of any method may be set at this point (frame of the base volume): it is free of
+/// the solids of all methods, which are cubes, triangles and the smooth solid. Tests only the shapes of the
+/// base. Cost: microseconds; not for the servo thread.
 bool is_free(const TouchScene& scene, const TouchState& touch_state, const glm::dvec3& position) noexcept;
 
 }  // namespace trephine::haptics

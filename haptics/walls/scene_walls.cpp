@@ -1,3 +1,4 @@
+// One file: all stages of the search for walls share SceneWalls.
 #include "haptics/walls/scene_walls.h"
 
 #include <algorithm>
@@ -17,9 +18,9 @@ using glm::ivec3;
 namespace {
 
 constexpr double k_max_motion = 40;    // mm that an object may move between two sets of depth images
-constexpr double k_step = 0.5;         // mm, of the scene's frame if there are models only
-constexpr double k_steps_across = 40;  // a model is at least this many steps across
-constexpr double k_min_gap = 5e-8;     // share of a step of the scene's frame: half the gap of the slide
+constexpr double k_step = 0.5;         // mm, largest step of the scene's frame without volumes
+constexpr double k_steps_across = 40;  // least number of these steps along a model's diagonal
+constexpr double k_min_gap = 5e-8;     // steps: half the distance that Slide keeps from walls (k_gap)
 
 /// Returns the box of a shape's voxels in the world, enlarged by two voxels and by the extension of a soft
 /// shape into others. low > high: the shape has no matter.
@@ -170,7 +171,8 @@ ShapeSet SceneLayout::adopt_sets(const TouchScene& scene, const TouchState& touc
     adopted.set(depths_[d], true);
     const int mover = item_of(scene, depths_[d]).mover;
     if (!set || mover < 0) continue;
-    // By the extrapolation of the previous set: the object may have moved differently since.
+    // Converts the previous placement by the displacement that the previous set predicted. The new images may
+    // show another displacement; the difference is a motion of the object in this step.
     Placement& previous = around.placements[static_cast<std::size_t>(mover)];
     previous = last + 1 == serial && last > 0
                    ? previous * set->extrapolated.inverse()
@@ -198,7 +200,8 @@ Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
   if (static_cast<int>(layout.parts_.size()) > k_max_volumes)
     return too_many("too many volumes to touch at once", static_cast<int>(layout.parts_.size()),
                     k_max_volumes);
-  // Voxels alone, if there are any, determine the length of legs: a tiny model would make all legs tiny.
+  // If there are volumes, only their voxels determine the frame's step, which limits the length of legs. A
+  // tiny model would make all legs tiny.
   double finest = layout.parts_.empty() ? k_step : 1e300;
   for (const TouchItem& item : scene.items) {
     if (!item.is_mesh()) {
@@ -221,7 +224,7 @@ Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
       part.plane_distance =
           std::min(part.plane_distance, 1 / glm::length(part.frame->gradient_world_from_volume(axis)));
     }
-    // Steps of the volume, or of its cuts, per step along all axes of the scene.
+    // Steps of the volume, or of its cut lattice, per step of the scene's frame.
     const glm::dmat3& map = part.from_scene;
     dvec3 steps = glm::abs(map[0]) + glm::abs(map[1]) + glm::abs(map[2]);
     if (scene.lattice && !part.untouched) steps *= scene.lattice->scale();
@@ -284,7 +287,7 @@ bool SceneWalls::reach_mesh(int shape, const dvec3& a, const dvec3& b, double to
                            std::min(1.0, latest + lead)) ||
       (reach.is_blocked && hit.t >= reach.t))
     return false;
-  // Stops before the facet along the motion, and never so close that rounding could put the proxy behind it.
+  // The motion stops before the facet, at a distance at which rounding cannot put the proxy behind it.
   const double approach = -glm::dot(to - from, hit.normal_world);
   const double safe = approach > 0 ? hit.t - k_min_gap * step / approach : 0;
   reach.t = std::clamp(std::max(hit.t - lead, 0.5 * hit.t), 0.0, std::max(0.0, safe));
@@ -301,7 +304,8 @@ Reach SceneWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, double
   int blocking = -1;
   for (int i = 0; i < static_cast<int>(layout_.parts().size()); ++i) {
     if (state_.around.nearby.next(part(i).begin) >= part(i).end) continue;
-    // Changes of `inside` by this part count as far as the other parts leave the motion free.
+    // Each volume changes `after` up to its own end of the motion. If another wall stops the motion earlier,
+    // the changes are computed again below.
     const Reach part_hit = walls_of(i).reach(in_part(i, a), in_part(i, b), after, tolerance);
     if (part_hit.is_blocked && (!first.is_blocked || part_hit.t < first.t)) first = part_hit, blocking = i;
   }
@@ -337,7 +341,7 @@ volume::Jet SceneWalls::jet(const Wall& wall, const dvec3& p) noexcept {
   if (is_mesh(wall.shape)) {
     const Placement& placement = placement_of(wall.shape);
     const dvec3 at = placement.local_from_world(frame().world_from_volume(p));
-    // A ball rolls over edges: the nearest facet of the surface connected to this one counts.
+    // A ball rolls over edges: the nearest of the facets that are connected to this one counts.
     const MeshTree& tree = tree_of(wall.shape);
     const std::uint32_t facet =
         scene_.tool->radius() > 0 ? tree.nearest_connected(wall.facet, at, counters_.triangles) : wall.facet;
@@ -394,7 +398,8 @@ volume::ValueAndGradient SceneWalls::value_and_gradient(const Wall& wall, const 
 volume::QuadraticPatch::HessianBound SceneWalls::hessian_bound(const Wall& wall, const Span& span,
                                                                bool& is_whole, int most) noexcept {
   is_whole = false;
-  // A straight motion along a facet, or along a ball's tangent at one, does not bend into it.
+  // A straight motion along a facet, or of a ball along its tangent plane, does not enter the facet. The
+  // bound may therefore be 0.
   if (is_mesh(wall.shape)) return {dvec3(0), dvec3(0)};
   const int i = part_of(wall.shape);
   const volume::QuadraticPatch::HessianBound own =
@@ -408,7 +413,7 @@ volume::QuadraticPatch::HessianBound SceneWalls::hessian_bound_around(const Wall
   is_whole = false;
   if (is_mesh(wall.shape)) return {dvec3(0), dvec3(0)};
   const int i = part_of(wall.shape);
-  // The box in the frame of the volume that contains the box in that of the scene.
+  // Box in the frame of the volume that contains the box in the frame of the scene.
   const glm::dmat3& map = part(i).from_scene;
   const dvec3 extent = reach * (glm::abs(map[0]) + glm::abs(map[1]) + glm::abs(map[2])), own = in_part(i, p);
   return in_scene_frame(walls_of(i).hessian_bound(wall, {own - extent, own + extent}, is_whole, most), i);
@@ -454,7 +459,7 @@ int SceneWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, doub
   const MeshTree& tree = tree_of(shape);
   const double radius = scene_.tool->radius();
   const bool is_front = blocks(shape, Side::front), is_back = blocks(shape, Side::back);
-  // Collects the nearest few, nearest first.
+  // Collects at most k_max facets, nearest first.
   constexpr std::size_t k_max = 12;
   std::array<MeshTree::Near, k_max> nearest;
   std::size_t found = 0;
@@ -470,27 +475,27 @@ int SceneWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, doub
     found = std::min(found + 1, k_max);
     if (found == k_max) reach = nearest[k_max - 1].distance;
   });
-  // Leaves out facets that are wholly behind a nearer one, so that no wall holds the tool back at edges that
-  // it can pass around.
+  // Leaves out facets that are wholly behind a nearer facet, so that they do not stop the tool at edges that
+  // it can pass.
   const double slack = 1e-9 * frame().spacing().x;
   std::array<MeshTree::Near, std::tuple_size_v<WallList>> kept;
   int count = 0;
   for (std::size_t k = 0; k < found && count < static_cast<int>(walls.size()); ++k) {
     const MeshTree::Near& facet = nearest[k];
-    bool is_barred = facet.is_front != nearest[0].is_front && !(radius > 0);
-    for (int j = 0; j < count && !is_barred; ++j) {
+    bool is_omitted = facet.is_front != nearest[0].is_front && !(radius > 0);
+    for (int j = 0; j < count && !is_omitted; ++j) {
       const MeshTree::Near& other = kept[static_cast<std::size_t>(j)];
       const dvec3 out = radius > 0 ? (at - other.nearest) / std::max(other.distance, 1e-300)
                                    : (other.is_front ? other.normal : -other.normal);
       const auto is_before = [&](const dvec3& q) { return glm::dot(out, q - other.nearest) > slack; };
       if (radius > 0) {
-        is_barred = !is_before(facet.nearest);
+        is_omitted = !is_before(facet.nearest);
       } else {
         const auto [u, v, w] = tree.corners(facet.triangle);
-        is_barred = !is_before(u) && !is_before(v) && !is_before(w);
+        is_omitted = !is_before(u) && !is_before(v) && !is_before(w);
       }
     }
-    if (is_barred) continue;
+    if (is_omitted) continue;
     kept[static_cast<std::size_t>(count)] = facet;
     walls[static_cast<std::size_t>(count++)] = {shape, false, !facet.is_front, facet.triangle};
   }

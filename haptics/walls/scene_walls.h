@@ -1,5 +1,5 @@
 // SceneWalls: walls of a whole scene during one servo step: the smooth solids of several volumes and the
-// facets of polygonal models, in one frame, so that one solve keeps the proxy off all of them.
+// facets of polygonal models. All walls are in one frame, so that Slide handles them together.
 #pragma once
 
 #include <array>
@@ -17,36 +17,36 @@ class SceneLayout {
   static constexpr int k_max_volumes = 8;
   struct Part {
     int begin, end;                               ///< its shapes: begin .. end - 1
-    std::shared_ptr<const TouchState> untouched;  ///< null: the base, with the state of the step
-    const volume::Frame* frame;                   ///< of its walls
+    std::shared_ptr<const TouchState> untouched;  ///< null for the base, which has the state of the step
+    const volume::Frame* frame;                   ///< of the volume's walls
     glm::dmat3 from_scene;                        ///< maps displacements of the scene's frame to `frame`
     double plane_distance;                        ///< mm, least distance between adjacent planes of voxels
   };
   struct Box {
-    glm::dvec3 low, high;  ///< mm; world frame, for a moving mesh its own frame
+    glm::dvec3 low, high;  ///< mm; world frame, or for a moving mesh the frame of the mesh
   };
 
   /// Error if the shapes of a volume are not adjacent, or volumes, shapes or movers are too many.
   static Result<SceneLayout> of(const TouchScene& scene);
 
-  /// Returns an axis-aligned frame as fine as the finest volume, 0.5 mm without volumes, finer for a tiny
-  /// model.
+  /// Returns an axis-aligned frame with the finest voxel spacing of all volumes as its step. Without volumes
+  /// the step is 0.5 mm, or less for a tiny model.
   const volume::Frame& frame() const noexcept { return frame_; }
   const std::vector<Part>& parts() const noexcept { return parts_; }
   double sample_mm() const noexcept { return sample_mm_; }
   /// Returns the mesh of each mover, as an index of TouchScene::items; -1: no mesh.
   const std::array<int, TouchScene::k_max_movers>& movers() const noexcept { return movers_; }
-  /// Returns the current placement of each of these meshes. That of an item touched by depth images includes
-  /// the motion extrapolated from its images.
+  /// Returns the current placement of the mesh of each mover. For an item touched by depth images, the
+  /// placement includes the motion extrapolated from its images.
   std::array<Placement, TouchScene::k_max_movers> placements_of(const TouchScene& scene,
                                                                 const TouchState& touch_state,
                                                                 const ProxyInput& input) const noexcept;
   /// Adopts new depth images: converts the previous placements in `around`, so that they refer to the new
-  /// images. Returns the items with new images. Call first in a step, while `around` is that of the previous
-  /// step.
+  /// images. Returns the items with new images. Call first in a step, while `around` has the data of the
+  /// previous step.
   ShapeSet adopt_sets(const TouchScene& scene, const TouchState& touch_state, const ProxyInput& input,
                       Surroundings& around) const noexcept;
-  /// Returns the placement that was set for a mesh, without its own motion.
+  /// Returns the placement that was set for a mesh, without the motion extrapolated from depth images.
   static const Placement& given_placement(const TouchItem& mesh, const ProxyInput& input) noexcept;
   /// Returns the index of an item among those touched by depth images; -1: not touched by images.
   int depth_index(int shape) const noexcept { return depth_of_[static_cast<std::size_t>(shape)]; }
@@ -67,33 +67,33 @@ class SceneLayout {
 };
 
 /// Implements the walls of Slide. Borrows its arguments for one step. Tests only the shapes in
-/// Surroundings::nearby; the caller ensures that no other can be met. Servo thread: no allocation, every loop
-/// bounded.
+/// Surroundings::nearby; the caller ensures that the motion cannot meet other shapes. Servo thread: no
+/// allocation, every loop bounded.
 class SceneWalls {
  public:
   SceneWalls(const TouchScene& scene, const SceneLayout& layout, const TouchState& touch_state,
              const ProxyState& state, std::span<const Placement> placements,
              ProxyCounters& counters) noexcept;
 
-  /// Uses a larger cache, for a step that meets hundreds of cubes. Call it first.
+  /// Uses a larger cache, for a step that meets hundreds of cubes. Call before all other methods.
   void use(SmoothWalls::LargeCache& cache) noexcept { large_ = &cache; }
   const volume::Frame& frame() const noexcept { return layout_.frame(); }
   int next_shape(int s) const noexcept { return state_.around.nearby.next(s); }
   bool blocks(int shape, Side side) const noexcept {
     return haptics::blocks(scene_, state_.around.passable, shape, side);
   }
-  /// As in SmoothWalls; a mesh has no inside, and its facets have their own sides.
+  /// As in SmoothWalls. A mesh may always block: it has no inside, and each facet is tested on its own sides.
   bool may_block(int shape, bool is_inside) const noexcept {
     return is_mesh(shape) || blocks(shape, side_of(is_inside));
   }
-  /// As SmoothWalls::reach; `skipped`: a shape that is not tested. `latest`: share of the motion after which
-  /// meshes need not be found.
+  /// As SmoothWalls::reach(). `skipped`: a mesh that is not tested. `latest`: share of the motion, 0 to 1;
+  /// hits of meshes after it may be missed.
   Reach reach(const glm::dvec3& a, const glm::dvec3& b, ShapeSet& inside, double tolerance, int skipped = -1,
               double latest = 1) noexcept;
   /// Returns true if there is no matter of the shape, and no facet, within `mm` of p. Conservative: false
   /// does not mean that there is matter. For tools without a radius.
   bool is_free_within(int shape, const glm::dvec3& p, double mm) noexcept;
-  /// As reach(), for one mesh alone.
+  /// As reach(), for one mesh only.
   Reach reach_model(int mesh, const glm::dvec3& a, const glm::dvec3& b, double tolerance,
                     double latest) noexcept {
     Reach reach;
@@ -103,7 +103,7 @@ class SceneWalls {
   bool is_solid(int shape, const glm::dvec3& p) noexcept;
   volume::Jet jet(const Wall& wall, const glm::dvec3& p) noexcept;
   volume::ValueAndGradient value_and_gradient(const Wall& wall, const glm::dvec3& p) noexcept;
-  /// Two points. The volumes have different voxels, so that no cubes are stored.
+  /// Two points. Unlike SmoothWalls::Span it does not store cubes, because volumes have different voxels.
   struct Span {
     const glm::dvec3 &a, &b;
     Span(const glm::dvec3& from, const glm::dvec3& to) noexcept : a(from), b(to) {}
@@ -123,7 +123,7 @@ class SceneWalls {
   double sample_mm(const Wall& wall) noexcept { return walls_of(part_of(wall.shape)).sample_mm(wall); }
   void widen(const Wall&, const Span&, const glm::dvec3&, volume::QuadraticPatch::HessianBound&,
              bool&) const noexcept {}
-  /// As in SmoothWalls; p for a mesh.
+  /// As in SmoothWalls; returns p for a mesh.
   glm::dvec3 above_step(const Wall& wall, const glm::dvec3& p, std::span<const glm::dvec3> normals_world,
                         glm::bvec3& is_kept) noexcept;
   bool is_near_crease(int shape, const glm::dvec3& p) noexcept;
@@ -134,8 +134,8 @@ class SceneWalls {
                WallList& walls) noexcept;
 
   const Placement& placement_of(int mesh_shape) const noexcept;
-  /// Returns the triangles of a mesh; for an item touched by depth images those of its current set, or none
-  /// without a set.
+  /// Returns the triangles of a mesh. For an item touched by depth images, these are the triangles of its
+  /// current set, or an empty tree without a set.
   const MeshTree& tree_of(int mesh) const noexcept;
   bool is_mesh(int shape) const noexcept { return item_of(scene_, shape).is_mesh(); }
 
@@ -158,7 +158,7 @@ class SceneWalls {
   const ProxyState& state_;
   std::span<const Placement> placements_;
   ProxyCounters& counters_;
-  /// Not initialized before walls_of() makes it: an optional would clear 18 kB in every step.
+  /// Storage that walls_of() initializes on first use. A std::optional would clear 18 kB in every step.
   union WallsStorage {
     SmoothWalls walls;
     WallsStorage() noexcept {}

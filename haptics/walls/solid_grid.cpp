@@ -18,7 +18,7 @@ dvec3 outward_normal(const TouchItem& shape, const volume::Version& version, con
   cells += 8;
   const dvec3 gradient = frame.gradient_world_from_volume(shape.field.smooth_gradient(p));
   if (!version.is_near_cut(p)) return unit(-gradient);
-  // Solid = {g >= 0} and {d > 0}: the nearer of the two boundaries counts.
+  // The solid is where g >= 0 (field) and d > 0 (distance to removed matter). The nearer boundary counts.
   cells += 3;
   const dvec3 cut_gradient = frame.gradient_world_from_volume(version.distance_gradient(p));
   const double steepness = glm::length(gradient), cut_steepness = glm::length(cut_gradient);

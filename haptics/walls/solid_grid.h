@@ -1,5 +1,6 @@
-// VoxelGrid, OffsetGrid: cubes that methods on cubes and nets touch: a scene's voxels, or for a round tool
-// the lattice of its offset fields, where the tool's centre is a point.
+// VoxelGrid, OffsetGrid: grids for methods that touch cubes or surface nets. A point tool touches the voxels
+// of a scene. For a round tool, the grid is the lattice of the offset fields, in which the tool's centre
+// moves.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +17,7 @@ namespace trephine::haptics {
 glm::dvec3 outward_normal(const TouchItem& shape, const volume::Version& version, const glm::dvec3& p,
                           int& cells) noexcept;
 
-/// The voxels of a scene's volume, for a point. Borrows both. Any thread.
+/// The voxels of a scene's base volume, for a point tool. Borrows scene and version. Any thread.
 class VoxelGrid {
  public:
   using Samples = volume::VoxelSamples;
@@ -55,8 +56,8 @@ class VoxelGrid {
   const volume::Version& version_;
 };
 
-/// The lattice of a scene's offset fields, one for all shapes of a volume: solid where the tool's centre must
-/// not be. Borrows both. Any thread.
+/// The lattice of a scene's offset fields, which all shapes of a volume share: solid where the tool's centre
+/// must not be. Borrows scene and state. Any thread.
 class OffsetGrid {
  public:
   using Samples = volume::OffsetSamples;
@@ -86,8 +87,9 @@ class OffsetGrid {
   const TouchState& touch_state_;
 };
 
-/// Runs one step on the grid that the tool touches: `step(grid, state, result)` uses that grid's frame, and
-/// the result is converted to the volume's. A proxy that stays, or is at the HIP, does so to the bit.
+/// Runs one step on the grid that the tool touches: `step(grid, state, result)` uses the frame of the grid,
+/// and the result is converted to the frame of the volume. If the proxy does not move, or ends at the HIP,
+/// the conversion adds no rounding error.
 template <class Step>
 ProxyStep step_on_grid(const TouchScene& scene, const TouchState& touch_state, ProxyState& state,
                        const ProxyInput& input, Step&& step) noexcept {

@@ -30,7 +30,7 @@ class UnionSamples {
         farthest = std::max(farthest, samples.crossing(solid, air));
     return farthest;
   }
-  /// Returns the first member that is solid at v; ShapeSet::k_max if none is.
+  /// Returns the first member that is solid at v; ShapeSet::k_max if no member is solid there.
   int owner(const glm::ivec3& v) const noexcept {
     int s = members_.next(0);
     while (s < ShapeSet::k_max && !samples_of_(s).is_solid(v)) s = members_.next(s + 1);

@@ -1,4 +1,4 @@
-// BoneFlap: one file, because the job and the module share their request and result.
+// BoneFlap: the job and the module. They are in one file, because they share request and result.
 #include "modules/bone_flap/bone_flap.h"
 
 #include <algorithm>
@@ -16,6 +16,7 @@
 #include "modules/bone_flap/rim.h"
 #include "sim/api/work.h"
 #include "volume/base/deterministic_math.h"
+#include "volume/base/text.h"
 #include "volume/cuts/rays.h"
 #include "volume/cuts/solid_parts.h"
 
@@ -136,7 +137,8 @@ class Flap {
                                 : "there is no bone at the position on the flap",
                           request_.seed[0]};
     }
-    // The outline's centre may lie over a burr hole: the nearest bone around it counts.
+    // There may be no bone below the outline's centre, as over a burr hole. Searches rings around the centre,
+    // up to the first one with bone.
     constexpr double k_ring = 2;  // mm, between rings
     constexpr int k_directions = 8;
     dvec3 right, up;
@@ -154,8 +156,8 @@ class Flap {
     return LocatedError{"there is no bone inside the outline", pyramid.centre_world};
   }
 
-  /// Returns the nearest bone on the normal through a point, in both directions; empty: none is inside the
-  /// outline.
+  /// Returns the nearest bone on the line along the outline's normal through a point, in both directions.
+  /// Empty if there is no bone, or the nearest bone is outside the outline.
   std::optional<glm::ivec3> bone_along_normal(const dvec3& p_world) const {
     const volume::Frame& frame = version_->base().frame;
     const Pyramid& pyramid = surface_.pyramid();
@@ -355,7 +357,8 @@ void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
                            output.cut.kerf_size, output.cut.rim_size, output.cut.flap_size, output.holes},
                    output.cut.centre);
   for (const FlapResult::Piece& piece : output.pieces) work.raise_event(piece.event, piece.middle_world);
-  // The running saw is stiff: it touches or tears a structure in the bone, and strips one below the bone.
+  // The saw does not yield: it touches or tears a structure inside the bone. The footplate strips a structure
+  // just below the bone.
   for (const StructureClearance& clearance : output.structures) {
     if (clearance.is_stripped())
       work.raise_event(sim::StructureStripped{clearance.structure, -clearance.mm}, clearance.at_world);
@@ -376,7 +379,8 @@ Status check_one_outline(const char* where, const std::string& outline, bool has
                .remedy = "omit outline or anchors"};
 }
 
-/// Breaks a label into lines that are not much longer than the head is wide in a picture.
+/// Breaks a label into lines of at most k_longest characters, unless a word is longer. Such lines are about
+/// as wide as the head in a picture.
 std::string wrap_label(std::string text) {
   constexpr std::size_t k_longest = 36;
   for (std::size_t begin = 0; text.size() - begin > k_longest;) {
@@ -452,8 +456,8 @@ Status BoneFlap::allows(const sim::Command& command, const sim::OperationState& 
     if (width >= 1.01 * diagonal) return std::nullopt;
     return Error{.what = "the saw is too narrow for the cut lattice of this operation",
                  .where = where,
-                 .found = std::to_string(width) + " mm",
-                 .expected = "at least " + std::to_string(1.01 * diagonal) + " mm",
+                 .found = rounded_text(width) + " mm",
+                 .expected = "at least " + rounded_text(1.01 * diagonal) + " mm",
                  .remedy = "begin the operation with a smallest burr as wide as the saw"};
   };
   if (const auto* preview = command.request.as<PreviewFlap>()) {
@@ -511,9 +515,10 @@ std::vector<sim::Measure> BoneFlap::measures(const sim::OperationState& operatio
                                 {"sawn walls", state->wall, "mm2"}};
   const FlapPreview* preview = operation.result_of<FlapPreview>();
   all.push_back({"previews", preview != nullptr && !preview->lid.empty() ? 1.0 : 0.0, ""});
-  // Without a judgement they are stale, so that scripts and procedures may name them in advance.
+  // Without a judgement, the measures below are listed as stale, so that scripts and procedures may name them
+  // before the flap is judged.
   const FlapJudged* judged = judgement_of(operation);
-  const FlapJudged none, &j = judged ? *judged : none;
+  const FlapJudged not_judged, &j = judged ? *judged : not_judged;
   const bool has_target = judged && j.has_target, has_plan = judged && j.has_plan;
   all.push_back({"flap length", j.length, "mm", !judged});
   all.push_back({"flap width", j.width, "mm", !judged});
@@ -534,7 +539,8 @@ sim::Overlays BoneFlap::overlays(const sim::OperationState& operation) const {
     add_loop(result.emplace_back(), state->outline);
   const FlapSettings* settings = operation.persistent_of<FlapSettings>();
   if (settings == nullptr) return result;
-  // Straight sides would be hidden in the round skull: draw them above a sphere around the scan's centre.
+  // Straight sides would be hidden in the round skull, so they are drawn as arcs, lifted away from the scan's
+  // centre.
   const volume::Volume& scan = operation.undoable.version->base();
   const dvec3 middle = scan.frame.world_from_volume(0.5 * dvec3(scan.size - 1));
   const auto lift = [&](const dvec3& p, double height) {
@@ -566,9 +572,10 @@ sim::Overlays BoneFlap::overlays(const sim::OperationState& operation) const {
   const FlapPreview* preview = operation.result_of<FlapPreview>();
   if (preview == nullptr) return result;
   if (!preview->summary.empty()) result.push_back(preview_overlay(*preview));
-  // Without anchors, the problem has no location; the event states the problem.
+  // Without anchors, the problem has no location to draw; the event FlapFailed or FlapPreviewed reports it.
   if (preview->problem.empty() || preview->failed_anchors.empty()) return result;
-  // The drawn outline remains as it is; only the location of the problem is marked, by a cross.
+  // A cross marks the location of the problem. If the failed outline is not the drawn one, its sides are
+  // drawn, too.
   sim::Overlay& warning = result.emplace_back();
   warning.kind = sim::Overlay::Kind::warning;
   if (preview->failed_anchors != settings->anchors) add_sides(warning, preview->failed_anchors);
@@ -581,7 +588,7 @@ sim::Overlays BoneFlap::overlays(const sim::OperationState& operation) const {
     for (const dvec3& arm : {right + up, right - up})
       warning.lines.push_back({cross - k_arm * arm, cross + k_arm * arm});
   }
-  // A position away from all anchors may be deep in the bone: draw a line from the label to it.
+  // A problem away from all anchors may be deep in the bone: a line leads from its position to the label.
   const bool is_anchor =
       std::any_of(preview->failed_anchors.begin(), preview->failed_anchors.end(),
                   [&](const dvec3& anchor) { return glm::length(anchor - problem_at) < k_anchor_spacing; });

@@ -33,21 +33,23 @@ struct ClearAnchors {
 
 /// Job that cuts a flap. The anchors are on the skull, in their order around the outline.
 struct CutFlap {
-  std::string outline = {};              ///< of the plan; empty: `anchors`
-  std::vector<glm::dvec3> anchors = {};  ///< mm, world; empty: the drawn anchors
+  std::string outline = {};  ///< name of an outline of the plan; empty: `anchors`
+  /// mm, world; empty: the drawn anchors, or without these the only outline of the plan
+  std::vector<glm::dvec3> anchors = {};
   Saw saw = Saw::w1_6;
   double distance = 70;  ///< mm, from the outline's centre to the apex
-  /// Position on the flap, mm, world; empty: the first bone on the normal through the outline's centre.
+  /// Position on the flap, mm, world; empty: bone on the normal through the outline's centre, or near it.
   std::vector<glm::dvec3> seed = {};
   std::vector<sim::Id> leave = {};            ///< numbers of pieces that are not detached; 1 is the largest
   double smoothing = 0;                       ///< mm, sigma of a Gaussian over the rim; 0: sharp
-  double smallest = 50;                       ///< mm3; smaller pieces are debris
+  double smallest = 50;                       ///< mm3; smaller pieces, except that of the seed, are debris
   double hole = 5, space = 3, thickest = 25;  ///< mm; see SawLimits
   std::int64_t item = 0;                      ///< index of the skull's shape in the anatomy
   static const sim::Schema& schema();
 };
 
-/// Job that cuts nothing: shows the path of the saw and the flap until the outline changes.
+/// Job that previews a flap, and changes no anatomy. The preview shows the path of the saw and the flap until
+/// the outline changes.
 struct PreviewFlap {
   std::string outline = {};              ///< as in CutFlap
   std::vector<glm::dvec3> anchors = {};  ///< as in CutFlap
@@ -59,12 +61,13 @@ struct PreviewFlap {
 
 /// Last cut. Part of the undoable state.
 struct FlapState {
-  std::int64_t flaps = 0;
+  std::int64_t flaps = 0;           ///< number of cuts so far
   std::vector<glm::dvec3> outline;  ///< mm, world: path of the saw's centre on the outer table
   std::vector<glm::dvec3> floor;    ///< mm, world: deepest point of the saw at each outline point
-  glm::dvec3 centre{0.0}, normal{0.0}, apex{0.0};     ///< world, mm; the normal is a unit vector
-  double width = 0, area = 0, wall = 0;               ///< saw, mm; outer surface and sawn walls, mm2
-  double kerf_size = 0, rim_size = 0, flap_size = 0;  ///< mm3
+  glm::dvec3 centre{0.0}, normal{0.0}, apex{0.0};  ///< world, mm; the normal is a unit vector
+  double width = 0, area = 0, wall = 0;            ///< saw's width, mm; outer surface and sawn walls, mm2
+  /// Volumes, mm3: bone removed by the saw, bone removed by smoothing, and the detached pieces.
+  double kerf_size = 0, rim_size = 0, flap_size = 0;
   static const sim::Schema& schema();
 };
 
@@ -89,8 +92,8 @@ struct FlapPreview {
 
 /// Emitted at the outline's centre after a cut.
 struct FlapCut {
-  std::int64_t pieces = 0;  ///< inside the outline, detached or not
-  /// Outer surface and sawn walls, mm2; volumes, mm3.
+  std::int64_t pieces = 0;  ///< number of pieces inside the outline, detached or not
+  /// Areas and volumes, as in FlapState.
   double area = 0, wall = 0, kerf_size = 0, rim_size = 0, flap_size = 0;
   std::int64_t holes = 0;  ///< pairs of neighbouring samples that are connected through the cut
   static const sim::Schema& schema();
@@ -99,19 +102,21 @@ struct FlapCut {
 struct FlapPiece {
   std::int64_t number = 0;  ///< rank by size; 1 is the largest
   double size = 0;          ///< mm3
-  bool is_seed = false, is_detached = false, is_at_border = false;
+  bool is_seed = false, is_detached = false;
+  bool is_at_border = false;  ///< the piece reaches the border of the scan
   static const sim::Schema& schema();
 };
-/// Result of a preview. Emitted at the outline's centre, or where the cut fails.
+/// Result of a preview. Emitted at the outline's centre, or at the location of the problem if the cut would
+/// fail.
 struct FlapPreviewed {
-  double area = 0;  ///< mm2 of the outer surface; 0: the cut fails
-  std::string summary;
+  double area = 0;      ///< mm2 of the outer surface; 0: the cut would fail
+  std::string summary;  ///< of the flap, or the reason for the failure
   static const sim::Schema& schema();
 };
 /// Failure of a cut. Emitted at the location of the problem.
 struct FlapFailed {
   std::string reason;
-  std::int64_t holes = 0;
+  std::int64_t holes = 0;  ///< as in FlapCut
   static const sim::Schema& schema();
 };
 

@@ -20,7 +20,7 @@ namespace {
 
 constexpr double k_pi = 3.14159265358979323846;
 
-/// Plane through a flap's centre, across its normal.
+/// Plane through a flap's centre, perpendicular to its normal.
 struct Plane {
   dvec3 middle, normal, right, up;
   explicit Plane(const FlapState& flap) : middle(flap.centre), normal(flap.normal) {
@@ -114,7 +114,7 @@ OutlineDistance distance_between(const std::vector<dvec3>& first, const std::vec
   OutlineDistance distance;
   if (first.empty() || second.empty()) return distance;
   const auto mean_distance = [&](const std::vector<dvec3>& from, const std::vector<dvec3>& to) {
-    // Sample every millimetre or finer, so that sides count by their length.
+    // Samples are at most 1 mm apart. Each counts by the length that it represents.
     double sum = 0, length = 0;
     for (std::size_t i = 0; i < from.size(); ++i) {
       const dvec3 &a = from[i], edge = from[(i + 1) % from.size()] - a;
@@ -134,7 +134,7 @@ OutlineDistance distance_between(const std::vector<dvec3>& first, const std::vec
 }
 
 OutlineDistance distance_from_plan(const FlapState& flap, const std::vector<dvec3>& plan) {
-  // A plan on another side of the head has no projection onto the plane of the flap.
+  // If the plan is on another side of the head, its projection onto the plane of the flap has no meaning.
   constexpr double k_least_cosine = 0.5;
   if (std::any_of(plan.begin(), plan.end(), [&flap](const dvec3& p) {
         const dvec3 w = p - flap.apex;
@@ -169,7 +169,7 @@ std::vector<StructureClearance> clearances_of(
   for (const auto& structure : forbidden) {
     StructureClearance clearance{structure->name(), sim::Forbidden::k_reach, {}, 1.5 * structure->voxel_mm()};
     for (std::size_t i = 0; i < flap.outline.size(); ++i) {
-      // The footplate slides below the bone: the saw's end, modelled as a ball, reaches the inner table.
+      // The footplate slides along the inner table, so the saw ends there. Its end is modelled as a ball.
       const dvec3 up = flap.outline[i] - flap.floor[i];
       const double length = glm::length(up), lift = std::min(length, k_overcut + 0.5 * flap.width);
       const dvec3 end = length > 0 ? flap.floor[i] + lift / length * up : flap.floor[i];

@@ -5,7 +5,7 @@
 
 namespace trephine::bone_flap {
 
-/// Shape of an outline, projected along its normal.
+/// Shape of an outline. All values except the perimeter are those of its projection along the flap's normal.
 struct OutlineShape {
   double perimeter = 0;          ///< mm, along the skull
   double length = 0, width = 0;  ///< mm: longest extent, and the extent across it
@@ -23,21 +23,23 @@ struct LabelExposure {
 };
 LabelExposure exposure_of(const FlapState& flap, const volume::Volume& scan, int label);
 
-/// Clearance between the saw's lines, down to the inner table, and a structure that must not be cut. A
-/// footplate keeps the saw from matter below the bone, and strips it off.
+/// Clearance between the path of the saw, down to the inner table, and a structure that must not be cut. A
+/// footplate keeps the saw away from matter below the bone, and strips this matter off the bone.
 struct StructureClearance {
   std::string structure;
   double mm = sim::Forbidden::k_reach;  ///< clearance, at most k_reach; negative: depth of the cut into it
   glm::dvec3 at_world{0.0};             ///< position of the smallest clearance, mm
-  double resolved = 0;                  ///< mm that the scan resolves: 1.5 of the structure's voxels
-  /// True if the overlap is below the scan's resolution. A membrane on the bone overlaps the blurred inner
-  /// table by that much, and the footplate strips it. A structure that is deeper in the bone is cut.
+  double resolved = 0;                  ///< mm, resolution of the scan: 1.5 voxels of the structure
+  /// True if saw and structure overlap by at most `resolved`. A membrane on the bone overlaps the blurred
+  /// inner table by as much, and the footplate strips it. A structure that reaches deeper into the bone is
+  /// cut.
   bool is_stripped() const noexcept { return mm < 0 && -mm <= resolved; }
 };
 std::vector<StructureClearance> clearances_of(
     const FlapState& flap, std::span<const std::shared_ptr<const sim::Forbidden>> forbidden);
 
-/// Distance between two closed outlines, mm: mean over the points of both, and the largest.
+/// Distance between two closed outlines, mm: the mean and the largest distance of points of one outline from
+/// the other, over both directions.
 struct OutlineDistance {
   double mean = 0, worst = 0;
 };
@@ -46,7 +48,8 @@ OutlineDistance distance_between(const std::vector<glm::dvec3>& first, const std
 /// plane through the flap's centre: a plan has straight segments, and the saw follows the skull. If a point
 /// of the plan is more than 60 degrees off the flap's normal, the distance is that in space.
 OutlineDistance distance_from_plan(const FlapState& flap, const std::vector<glm::dvec3>& plan);
-/// Returns the distance from the outline of the plan with the least mean; nullopt without an outline.
+/// Returns the distance of a flap's outline from that outline of the plan that has the smallest mean
+/// distance; nullopt if the plan has no outline.
 std::optional<OutlineDistance> distance_from_nearest(const FlapState& flap, const volume::SurgicalPlan& plan);
 
 }  // namespace trephine::bone_flap

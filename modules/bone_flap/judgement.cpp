@@ -62,7 +62,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   return output;
 }
 
-/// A judgement stays current while the judged flap is the last one and is unchanged.
+/// Returns true if the judged flap is still the last flap, and unchanged.
 bool is_current(const void*, const sim::OperationState& input, const sim::OperationState& current) {
   const FlapState &judged = *input.undoable_of<FlapState>(), &now = *current.undoable_of<FlapState>();
   return judged.flaps == now.flaps && judged.outline == now.outline;

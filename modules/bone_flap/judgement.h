@@ -9,16 +9,17 @@ namespace trephine::bone_flap {
 /// Job that judges the last flap. It changes no anatomy.
 struct JudgeFlap {
   std::string target;                    ///< label to expose; empty: that of the first target of the plan
-  std::string outline;                   ///< planned outline, by its name in the plan; empty: `planned`
-  std::vector<glm::dvec3> planned = {};  ///< planned outline, mm, world; empty: the nearest one of the plan
+  std::string outline;                   ///< name of an outline of the plan; empty: `planned`
+  std::vector<glm::dvec3> planned = {};  ///< mm, world; empty: the nearest outline of the plan
   static const sim::Schema& schema();
 };
 
 /// Judgement of a flap. Emitted at its centre.
 struct FlapJudged {
-  std::int64_t flap = 0;                                       ///< number of the flap, from 1 on
-  double area = 0;                                             ///< of its outer surface, mm2
-  double perimeter = 0, length = 0, width = 0, roundness = 0;  ///< of the outline, mm; see OutlineShape
+  std::int64_t flap = 0;  ///< number of the flap, from 1 on
+  double area = 0;        ///< of its outer surface, mm2
+  double perimeter = 0, length = 0, width = 0,
+         roundness = 0;  ///< mm, roundness without unit; see OutlineShape
   std::string target;
   bool has_target = false;                    ///< false: no target, or its label has no voxels
   double exposed = 0, margin = 0, depth = 0;  ///< %, mm, mm; see LabelExposure
@@ -35,9 +36,10 @@ struct FlapClearance {
   static const sim::Schema& schema();
 };
 
-/// Returns an outline of the plan; null: the plan has none of this name.
+/// Returns the outline of the plan with this name; null if there is no such outline.
 const volume::PlannedOutline* find_outline(const sim::OperationState& operation, const std::string& name);
-/// Returns an error for the name of a missing outline, with the existing ones. An empty name is valid.
+/// Returns an error if the plan has no outline with this name; the error lists the outlines of the plan. An
+/// empty name is valid.
 Status check_outline(const char* where, const std::string& name, const sim::OperationState& operation);
 
 const sim::JobType& judge_job();

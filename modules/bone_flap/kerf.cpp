@@ -16,11 +16,11 @@ using volume::Field;
 
 namespace {
 
-constexpr double k_inward = 60;         // mm that lines are searched inward of the outline's chord
+constexpr double k_inward = 60;         // mm, search depth along lines below the chord between anchors
 constexpr double k_jump = 3;            // mm, largest step of a table from line to line
-constexpr double k_min_line = 0.5;      // mm between lines along the outline, or half a saw's width
+constexpr double k_line_spacing = 0.5;  // mm between lines along the outline, at most; see also make()
 constexpr double k_nearest_apex = 5;    // mm from the apex to the nearest bone, at least
-constexpr double k_margin = k_overcut;  // mm of the surface beyond the tables
+constexpr double k_margin = k_overcut;  // mm by which the surface extends beyond the tables
 
 std::uint64_t key_of(const glm::ivec3& brick) {
   return static_cast<std::uint64_t>(brick.x) | static_cast<std::uint64_t>(brick.y) << 21 |
@@ -31,7 +31,8 @@ glm::ivec3 brick_of(std::uint64_t key) {
           static_cast<int>(key >> 42)};
 }
 
-/// Calls each(key) for the bricks with samples of low .. high, extended by `beyond` mm. Adds these to `box`.
+/// Calls each(key) for the bricks with samples in the box low .. high, extended by `beyond` mm. Extends `box`
+/// by these samples.
 template <class Each>
 void for_bricks(const volume::CutLattice& lattice, const dvec3& low, const dvec3& high, double beyond,
                 volume::VoxelBox& box, Each&& each) {
@@ -60,13 +61,13 @@ LocatedStatus CutSurface::make(const Pyramid& pyramid, const Field& bone, double
   pyramid_ = pyramid;
   width_ = width;
   lines_.clear();
-  const double step = std::min(k_min_line, 0.5 * width);
+  const double step = std::min(k_line_spacing, 0.5 * width);
   for (std::size_t i = 0; i < pyramid_.size(); ++i) {
     const dvec3 &a = pyramid_.anchor(i), &b = pyramid_.anchor(i + 1);
     const int count = std::max(2, static_cast<int>(std::ceil(glm::length(b - a) / step)));
     for (int k = 0; k < count; ++k) {
       const dvec3 w = a + static_cast<double>(k) / count * (b - a) - pyramid_.apex_world;
-      // Position of the chord, until the tables are found.
+      // Both tables are at the chord until find_tables() sets them.
       const double far = glm::length(w);
       lines_.push_back({i, w / far, far, far, 0, 0, k == 0, false});
     }
@@ -95,7 +96,8 @@ LocatedStatus CutSurface::find_tables(const Field& bone, const SawLimits& limits
   std::vector<double> chord(n);
   for (std::size_t i = 0; i < n; ++i) central_runs[i] = runs_of(lines_[i], 0), chord[i] = lines_[i].outer;
 
-  // From both anchors of a side to its middle: the tables of a line are near those of the previous line.
+  // Follows the tables from both anchors of a side to its middle. The outer table of a line is near that of
+  // the previous line.
   const auto follow = [&](std::size_t i, double& rise) {
     const Run* run =
         nearest_run(central_runs[i], chord[i] + rise, lines_[i].is_on_anchor ? k_anchor_reach : k_jump);
@@ -157,7 +159,8 @@ LocatedStatus CutSurface::find_tables(const Field& bone, const SawLimits& limits
   return std::nullopt;
 }
 
-/// Bridges seams. Fails if the outline leaves the bone for more than `largest` mm.
+/// Bridges gaps in the bone, such as sutures, and extends each line to the ends of its neighbours. Fails if
+/// the outline leaves the bone for more than `largest` mm.
 LocatedStatus CutSurface::check_holes(double largest) {
   const std::size_t n = lines_.size(), sides = pyramid_.size();
   // Anchors are on bone, so no gap includes the first line.
@@ -187,7 +190,7 @@ LocatedStatus CutSurface::check_holes(double largest) {
     first = end;
   }
   // Extend each line by its neighbours within half of the width of the saw.
-  const double step = std::min(k_min_line, 0.5 * width_);
+  const double step = std::min(k_line_spacing, 0.5 * width_);
   const auto neighbours = static_cast<std::size_t>(std::ceil(0.5 * width_ / step));
   const std::vector<Line> original = lines_;
   for (std::size_t i = 0; i < n; ++i) {
@@ -217,7 +220,7 @@ LocatedStatus CutSurface::check_scan(const volume::Volume& scan) const {
 
 double CutSurface::wall_mm2(const Field& bone, const volume::Version& before) const {
   const std::size_t n = lines_.size();
-  // Area that a line sweeps per radian, without earlier cuts.
+  // Area of bone that a line sweeps per radian, without matter that earlier cuts removed.
   constexpr double k_step = 0.1;
   std::vector<double> swept(n, 0);
   for (std::size_t i = 0; i < n; ++i)
@@ -278,7 +281,7 @@ CutSurface::OuterSurface CutSurface::outer_surface(const Field& bone, double ste
     for (int ring = rings; ring >= 0; --ring)
       grid[r][static_cast<std::size_t>(ring)] = at_ring(rim[r], ring, t);
   }
-  // The centre points of the lines differ: use their mean.
+  // Each line found its own centre point; all get the mean of these points.
   dvec3 middle(0);
   for (const auto& line : grid) middle += line[0] / static_cast<double>(grid.size());
   for (auto& line : grid) line[0] = middle;
@@ -403,7 +406,7 @@ std::int64_t Kerf::count_holes(const Field& bone, const volume::Version& rest) c
       is_solid[index(offset)] = rest.sample_distance(low + offset) > 0 &&
                                 bone.value(lattice_.volume_from_lattice(dvec3(low + offset))) >= 0;
     });
-    // One side of the pyramid after the other: its strips are coplanar.
+    // Handles the strips of one side of the pyramid together: they are in one plane.
     for (std::size_t first = 0; first < strips.size();) {
       std::size_t end = first;
       const CutSurface::Strip& strip = strips_[strips[first]];

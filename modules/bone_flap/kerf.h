@@ -22,8 +22,8 @@ struct SawLimits {
 /// Returns "between anchors 3 and 4" for side 2 of an outline with `count` anchors.
 std::string between_anchors(std::size_t side, std::size_t count);
 
-/// Surface swept by the saw's centre line: flat strips between lines from the apex through the outline, each
-/// from below the inner table to above the outer one.
+/// Surface swept by the saw's centre line: flat strips between lines from the apex through the outline. On
+/// each line it extends from below the inner table to above the outer table.
 class CutSurface {
  public:
   /// Line from the apex, with the extent of the surface on it.
@@ -32,10 +32,12 @@ class CutSurface {
     glm::dvec3 along;     ///< unit, outward
     double outer, inner;  ///< tables, mm from the apex
     double from, to;      ///< inner and outer end of the surface, mm from the apex
-    bool is_on_anchor, is_bone;
+    bool is_on_anchor;    ///< goes through an anchor
+    bool is_bone;         ///< tables were found; else they are interpolated across a gap
   };
 
-  /// Computes the surface for a saw of `width` mm. Fails if the outline leaves the calvaria.
+  /// Computes the surface for a saw of `width` mm. Fails if the outline leaves the calvaria or the scan, or
+  /// if the apex is too near to bone.
   LocatedStatus make(const Pyramid& pyramid, const volume::Field& bone, double width,
                      const SawLimits& limits);
 
@@ -53,20 +55,20 @@ class CutSurface {
   std::vector<glm::dvec3> floor() const;
   /// Returns the area of the surface in bone that is not removed in `before`, mm2.
   double wall_mm2(const volume::Field& bone, const volume::Version& before) const;
-  /// Outer surface of the skull inside the outline, whether it was opened before or not: lines from its
-  /// centre to the outline, all with the same number of points.
+  /// Outer surface of the skull inside the outline, without regard to earlier cuts: lines from its centre to
+  /// the outline, all with the same number of points.
   struct OuterSurface {
     std::vector<std::size_t> rim;               ///< indices in lines() of the lines at which the grid ends
-    std::vector<std::vector<glm::dvec3>> grid;  ///< a line per rim index, from the centre outward
+    std::vector<std::vector<glm::dvec3>> grid;  ///< points of a line per rim index, from the centre outward
   };
   /// `step`: approximate spacing of the points along and across the grid's lines, mm.
   OuterSurface outer_surface(const volume::Field& bone, double step) const;
   /// Returns the area of the outer surface, mm2.
   double outer_mm2(const volume::Field& bone) const;
 
-  /// Strip between line `i` and the next one. World frame, mm.
+  /// Flat part of the surface between a line and the next line. World frame, mm.
   struct Strip {
-    glm::dvec3 corners[4];  ///< in order: two on this line, two on the next
+    glm::dvec3 corners[4];  ///< in order around the strip: two on the first line, two on the second
     glm::dvec3 normal;      ///< unit
     glm::dvec3 middle;      ///< centre of the bounding ball
     double reach;           ///< radius of the bounding ball
@@ -98,7 +100,7 @@ class Kerf final : public volume::RemovalField {
   const volume::VoxelBox& samples() const noexcept { return box_; }
 
   /// Returns the number of pairs of neighbouring bone samples (26 neighbours each) of `rest` whose connection
-  /// crosses the surface. Through each of them, a flood fill passes from the flap to the skull.
+  /// crosses the surface. A flood fill can pass between flap and skull through each pair.
   std::int64_t count_holes(const volume::Field& bone, const volume::Version& rest) const;
 
  private:

@@ -35,7 +35,7 @@ bool intersects(const dvec2& a, const dvec2& b, const dvec2& c, const dvec2& d) 
 
 std::string anchor_name(std::size_t i) { return "anchor " + std::to_string(i + 1); }
 
-/// Checks the outline by its anchors alone.
+/// Checks an outline without the bone: number, spacing and gaps of its anchors.
 LocatedStatus check_loop(const std::vector<dvec3>& anchors) {
   const std::size_t n = anchors.size();
   if (n < 3) {
@@ -53,7 +53,7 @@ LocatedStatus check_loop(const std::vector<dvec3>& anchors) {
     }
     if (i + 1 < n) longest = std::max(longest, length);
   }
-  // The user has not closed the line: its continuation is unknown.
+  // A large gap between the last and the first anchor: the user has not finished the outline.
   constexpr double k_open = 4;
   if (const double gap = glm::length(anchors[n - 1] - anchors[0]); n > 4 && gap > k_open * longest) {
     return LocatedError{"the outline is open: its ends are " + rounded(gap) +
@@ -113,7 +113,7 @@ bool outward(const volume::Field& bone, const dvec3& p_world, dvec3& normal_worl
   const double length = glm::length(sum);
   normal_world = length > 0 ? sum / length : dvec3(0);
   if (length == 0) return false;
-  // At the inner table this direction points into the head and meets the other side of the skull.
+  // At a point on the inner table, the direction found points into the head, to the other side of the skull.
   const auto bone_beyond = [&](const dvec3& direction) {
     double thickness = 0;
     for (const Run& run : runs_along(bone, p_world, direction, 20, 250, 0)) thickness += run.high - run.low;
@@ -144,7 +144,8 @@ std::vector<dvec3> ring_of(const volume::Field& bone, const dvec3& at_world, dou
   if (!is_found || !outward(bone, middle, normal)) return {};
   dvec3 right, up;
   set_orthogonal_axes(normal, right, up);
-  // Drop of the surface of a skull of 75 mm radius from the centre to the ring, mm.
+  // mm by which the surface of a sphere of 75 mm radius, about that of a skull, falls from the centre to the
+  // ring.
   const double drop = diameter * diameter / (8 * 75.0);
   std::vector<dvec3> ring;
   for (int i = 0; i < count; ++i) {

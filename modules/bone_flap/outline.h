@@ -22,7 +22,7 @@ std::string tenths(double value);
 /// Pyramid from an apex through a closed outline, mm. Bone inside it belongs to the flap.
 struct Pyramid {
   std::vector<glm::dvec3> anchors_world;
-  /// The centre and the normal weight each anchor by half of its two segments.
+  /// Centre and normal are means over the anchors, each weighted by half the length of its two segments.
   glm::dvec3 centre_world{0.0}, normal_world{0.0}, apex_world{0.0};
   glm::dvec3 right_world{0.0}, up_world{0.0};  ///< unit, orthogonal to the normal
   std::vector<glm::dvec2> plan;                ///< anchors, projected by project()
@@ -30,7 +30,7 @@ struct Pyramid {
   std::size_t size() const noexcept { return anchors_world.size(); }
   const glm::dvec3& anchor(std::size_t i) const noexcept { return anchors_world[i % size()]; }
   /// Returns the projection from the apex onto the plane at distance 1, along `right_world` and `up_world`.
-  /// Sets `is_ahead` to whether the point is on the outline's side of the apex.
+  /// Sets `is_ahead` to true if the point is on the outline's side of the apex.
   glm::dvec2 project(const glm::dvec3& p_world, bool& is_ahead) const noexcept;
   bool contains(const glm::dvec3& p_world) const noexcept;
 };
@@ -42,7 +42,7 @@ bool is_within(const std::vector<glm::dvec2>& loop, const glm::dvec2& p) noexcep
 
 /// Largest distance of an anchor from bone, mm.
 inline constexpr double k_anchor_reach = 6;
-/// Smallest distance of two anchors, mm.
+/// Smallest distance between two successive anchors, mm.
 inline constexpr double k_anchor_spacing = 1;
 
 /// Returns the pyramid over an outline, or the reason why the outline is invalid. `distance`: mm from the
@@ -55,9 +55,9 @@ Result<Pyramid, LocatedError> make_pyramid(const std::vector<glm::dvec3>& anchor
 /// k_anchor_reach, or if bone surrounds the point evenly.
 bool outward(const volume::Field& bone, const glm::dvec3& p_world, glm::dvec3& normal_world);
 
-/// Returns anchors in a ring on the skull, as an initial plan: `diameter` mm around the bone nearest to
-/// `at_world`. Empty if no bone is within 30 mm. An anchor without bone near it is at the height of a skull
-/// of 75 mm radius.
+/// Returns `count` anchors in a ring on the skull, as an initial plan. The ring has the given diameter (mm),
+/// and its centre is the bone nearest to `at_world`. Empty if no bone is within 30 mm. An anchor without bone
+/// near it is set on a sphere of 75 mm radius.
 std::vector<glm::dvec3> ring_of(const volume::Field& bone, const glm::dvec3& at_world, double diameter,
                                 int count);
 

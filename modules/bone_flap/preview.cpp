@@ -11,7 +11,7 @@ using glm::dvec3;
 
 namespace {
 
-/// Preview of a flap, or the reason of its failure.
+/// Preview of a flap, or the reason why the cut would fail.
 struct PreviewResult final : sim::JobResult {
   FlapPreview preview;
   double area = 0;

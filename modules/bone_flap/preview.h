@@ -9,8 +9,8 @@ namespace trephine::bone_flap {
 
 inline constexpr const char* k_no_bone_to_cut = "there is no bone left along the outline";
 inline SawLimits limits_of(const CutFlap& request) { return {request.hole, request.space, request.thickest}; }
-/// Returns the points of the planned outline of a request, else its anchors, else the drawn anchors; without
-/// these, those of the only outline of the plan.
+/// Returns the first of these that exists: the points of the planned outline that the request names, the
+/// anchors of the request, the drawn anchors, the points of the only outline of the plan.
 template <class Request>
 const std::vector<glm::dvec3>& anchors_of(const Request& request, const sim::OperationState& operation) {
   if (const volume::PlannedOutline* planned = find_outline(operation, request.outline))

@@ -62,14 +62,14 @@ volume::RemovalField::Reach Rim::find(const ivec3& low, double band, Distances& 
     for (int y = 0; y < window.y; ++y)
       for (int x = 0; x < window.x; ++x, ++sample) {
         const ivec3 s = first + ivec3(x, y, z);
-        // Sawn walls are resolved between samples, the scan's own surface is not.
+        // The share uses the position of sawn walls between samples, but not that of the scan's own surface.
         const bool is_bone = bone_.value(lattice.volume_from_lattice(dvec3(s))) >= 0;
         share_[sample] = is_bone ? std::clamp(0.5 + rest_.sample_distance(s) / step, 0.0, 1.0) : 0;
         is_any = is_any || share_[sample] > 0;
         is_all = is_all && share_[sample] == 1;
       }
   if (!is_any || is_all) return Reach::none;
-  // Filter along x, y and z; each pass computes what the next one needs.
+  // Filters along x, y and z. Each pass computes only the samples that the next pass reads.
   ivec3 size = window;
   for (int a = 0; a < 3; ++a) {
     ivec3 next = size;
@@ -93,7 +93,8 @@ volume::RemovalField::Reach Rim::find(const ivec3& low, double band, Distances& 
   bool is_near = false;
   const double margin = spared(sigma_, lattice), outside = k_outside * std::max({h.x, h.y, h.z});
   for (sample = 0; sample < mm.size(); ++sample) {
-    // Distance from a plane: its Gaussian has the slope 1 / (sigma sqrt(2 pi)) there.
+    // Distance of the sample from the surface, as if the bone ended at a plane: there the blurred share has
+    // the slope 1 / (sigma sqrt(2 pi)).
     const double smooth = (share_[sample] - 0.5) * sigma_ * 2.5066282746310002;
     const double beyond = std::max(0.0, static_cast<double>(mm[sample]) - 2 * sigma_);
     double d = std::clamp(smooth + margin + beyond, -band, band);

@@ -1,13 +1,13 @@
-// Rim: smooths the edges of sawn bone by a Gaussian, like a rasp.
+// Rim: smooths the edges of sawn bone by a Gaussian, as a surgeon does with a rasp.
 #pragma once
 
 #include "modules/bone_flap/kerf.h"
 
 namespace trephine::bone_flap {
 
-/// Removes bone near a kerf where a Gaussian of all bone is well below one half: sharp edges, not walls or
-/// the skull's own surface. It ends two sigmas from the walls and 1.5 samples outside the bone, so that soft
-/// tissue along the rim stays.
+/// Removes bone near a kerf where the bone, blurred by a Gaussian, is well below one half. This is the case
+/// at sharp edges, but not at flat walls or at the skull's own surface. The removal ends two sigmas from the
+/// walls and 1.5 samples outside the bone, so that soft tissue along the rim stays.
 class Rim final : public volume::RemovalField {
  public:
   /// `rest`: the version without the flap. `sigma`: mm. Borrows the other arguments.
@@ -15,7 +15,8 @@ class Rim final : public volume::RemovalField {
   Reach find(const glm::ivec3& low, double band, Distances& mm) override;
   const volume::VoxelBox& samples() const noexcept { return kerf_.samples(); }
 
-  /// Returns the margin by which edges are spared, mm, so that the samples of flat surfaces stay.
+  /// Returns the distance outside the blurred surface, mm, up to which samples are kept, so that no sample of
+  /// a flat surface is removed.
   static double spared(double sigma, const volume::CutLattice& lattice) noexcept;
 
  private:

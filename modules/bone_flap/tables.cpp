@@ -32,7 +32,7 @@ const sim::Schema& ClearAnchors::schema() {
 }
 
 namespace {
-// Common fields of cutting and its preview.
+// Fields that cut-flap and preview-flap share.
 constexpr std::string_view k_saws[] = {"0.8", "1.2", "1.6", "2.0", "2.4"};
 constexpr sim::FieldInfo k_outline{.help = "outline of the plan, instead of anchors",
                                    .names = sim::FieldInfo::Names::outline,
@@ -71,11 +71,11 @@ const sim::Schema& CutFlap::schema() {
       field<&CutFlap::seed>("seed", {.unit = "mm",
                                      .low = -1e5,
                                      .high = 1e5,
-                                     .help = "position on the flap; found if empty",
+                                     .help = "position on the flap; if empty, bone near the outline's centre",
                                      .label = "Position on the flap",
                                      .most_values = 1,
                                      .is_expert = true}),
-      field<&CutFlap::leave>("leave", {.help = "numbers of pieces that stay, from the largest on",
+      field<&CutFlap::leave>("leave", {.help = "numbers of pieces that stay; 1 is the largest piece",
                                        .label = "Pieces that stay",
                                        .is_expert = true}),
       field<&CutFlap::smoothing>("smoothing", {.unit = "mm",
@@ -86,7 +86,7 @@ const sim::Schema& CutFlap::schema() {
       field<&CutFlap::smallest>("smallest", {.unit = "mm3",
                                              .low = 0,
                                              .high = 1e6,
-                                             .help = "smaller pieces are debris",
+                                             .help = "smaller pieces, except that of the seed, are debris",
                                              .label = "Smallest piece",
                                              .is_expert = true}),
       field<&CutFlap::hole>("hole", {.unit = "mm",
@@ -104,7 +104,7 @@ const sim::Schema& CutFlap::schema() {
       field<&CutFlap::thickest>("thickest", {.unit = "mm",
                                              .low = 1,
                                              .high = 50,
-                                             .help = "thickness of the calvaria, at most",
+                                             .help = "largest thickness of the calvaria",
                                              .label = "Thickest calvaria",
                                              .is_expert = true}),
       field<&CutFlap::item>("item", k_item)};
@@ -151,7 +151,7 @@ const sim::Schema& FlapCut::schema() {
       field<&FlapCut::kerf_size>("kerf", {.unit = "mm3"}),
       field<&FlapCut::rim_size>("rim", {.unit = "mm3", .help = "volume removed by smoothing"}),
       field<&FlapCut::flap_size>("flap", {.unit = "mm3"}),
-      field<&FlapCut::holes>("holes", {.help = "holes in the cut"})};
+      field<&FlapCut::holes>("holes", {.help = "connections between flap and skull through the cut"})};
   static constexpr sim::Schema table{"flap-cut", 1, fields};
   return table;
 }

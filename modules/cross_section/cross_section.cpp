@@ -1,10 +1,12 @@
 #include "modules/cross_section/cross_section.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 
 #include "sim/api/work.h"
+#include "volume/base/text.h"
 
 namespace trephine::cross_section {
 
@@ -27,12 +29,12 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   plane.middle_world = request.at;
   orient_plane(plane, request.normal);
   plane.pixel = request.pixel;
-  plane.columns = plane.rows = static_cast<int>(std::lround(request.width / request.pixel));
+  plane.columns = plane.rows = std::max(1, static_cast<int>(std::lround(request.width / request.pixel)));
   const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
   const Cut bone_cut = cut_volume(plane, bone, input.state.undoable.version.get());
   output->measured.bone = bone_cut.area;
-  std::vector<std::uint8_t> untouched;  // for models only
-  double outside = 0;
+  std::vector<std::uint8_t> untouched;  // computed for the first model
+  double outside_pixels = 0;
   const auto add = [&](const haptics::MeshTree& tree, const haptics::Placement& pose,
                        const std::string& name) {
     SectionMesh mesh;
@@ -45,7 +47,8 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
     }
     output->measured.models += cut.value().area;
     if (untouched.empty()) untouched = untouched_bone(plane, bone);
-    for (std::size_t i = 0; i < untouched.size(); ++i) outside += cut.value().inside[i] && !untouched[i];
+    for (std::size_t i = 0; i < untouched.size(); ++i)
+      outside_pixels += cut.value().inside[i] && !untouched[i];
   };
   for (const haptics::TouchItem& item : input.anatomy.items) {
     if (!item.is_mesh() || !volume::is_metal(item.matter)) continue;
@@ -61,7 +64,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   for (const sim::Body& body : input.state.undoable.bodies)
     if (volume::is_metal(body.matter))
       add(*body.piece->tree, body.placement, "implant " + std::to_string(body.id.value));
-  output->measured.outside = outside * request.pixel * request.pixel;
+  output->measured.outside = outside_pixels * request.pixel * request.pixel;
   MixHash mix;
   sim::add_value(mix, output->measured);
   output->fingerprint = mix.value();
@@ -91,7 +94,7 @@ Status check_normal(const glm::dvec3& normal, const char* where) {
   if (length > 1e-9 && std::isfinite(length)) return std::nullopt;
   return Error{.what = "the plane has no direction",
                .where = where,
-               .found = std::to_string(length),
+               .found = rounded_text(length),
                .expected = "a nonzero vector"};
 }
 

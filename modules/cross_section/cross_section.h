@@ -1,4 +1,4 @@
-// CrossSection: section plane of an operation, and measurement of areas in it.
+// CrossSection: section plane of an operation, and measurement of areas in a plane.
 #pragma once
 
 #include "modules/cross_section/section.h"
@@ -6,17 +6,18 @@
 
 namespace trephine::cross_section {
 
-/// Command, and the settings of this module: the plane that views show. Undo does not change it.
+/// Section plane that views show. It is both a command and the settings of this module; undo does not change
+/// it.
 struct SectionPlane {
   glm::dvec3 at{0.0};          ///< mm, world
   glm::dvec3 normal{0, 0, 1};  ///< toward the viewer
-  bool is_clipping = false;    ///< views hide everything in front of it
+  bool is_clipping = false;    ///< views hide everything in front of the plane
   static const sim::Schema& schema();
 };
 
 /// Job that measures the areas in a plane. It changes no anatomy.
 struct MeasureSection {
-  glm::dvec3 at{0.0}, normal{0, 0, 1};  ///< mm, world
+  glm::dvec3 at{0.0}, normal{0, 0, 1};  ///< world; centre of the measured square, mm; its normal, any length
   double pixel = 0.2;                   ///< mm, of the raster in which areas outside bone are counted
   double width = 200;                   ///< mm, of the measured square
   std::int64_t item = 0;                ///< index of the bone's shape in the anatomy
@@ -26,9 +27,9 @@ struct MeasureSection {
 /// Areas in a plane, the result of this module. Emitted at the plane's centre.
 struct SectionMeasured {
   double bone = 0;          ///< mm2
-  double models = 0;        ///< mm2 of closed models of metal
-  double outside = 0;       ///< mm2 of these outside bone
-  std::string open_models;  ///< names of models that are not closed, which are not counted
+  double models = 0;        ///< mm2 of closed models and implants of metal
+  double outside = 0;       ///< mm2 of their part outside the bone as it was before any cut
+  std::string open_models;  ///< names of models that are not measured, because they are not closed
   static const sim::Schema& schema();
 };
 

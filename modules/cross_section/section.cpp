@@ -7,6 +7,7 @@
 #include <map>
 
 #include "volume/base/parallel.h"
+#include "volume/base/text.h"
 
 namespace trephine::cross_section {
 
@@ -27,10 +28,12 @@ struct Corner {
   friend auto operator<=>(const Corner&, const Corner&) = default;
 };
 
+/// Returns twice the signed area of the triangle a, b, (u, v); positive if (u, v) is to the left of a -> b.
 Wide side(const Corner& a, const Corner& b, std::int64_t u, std::int64_t v) noexcept {
   return static_cast<Wide>(b.u - a.u) * (v - a.v) - static_cast<Wide>(b.v - a.v) * (u - a.u);
 }
-/// Returns true if a point (moved by (e, e^2)) is to the left of a -> b. `area`: its side().
+/// Returns true if a point, moved by an infinitesimal (e, e^2), is to the left of a -> b. `area`: side() of
+/// the point.
 bool is_left(const Corner& a, const Corner& b, Wide area) noexcept {
   if (area != 0) return area > 0;
   return a.v != b.v ? b.v < a.v : b.u > a.u;
@@ -54,7 +57,8 @@ Welded weld(const std::vector<Corner>& corners, std::span<const std::uint32_t> t
   return welded;
 }
 
-/// Returns the edges that triangles do not pass equally often in both directions, with the difference.
+/// Returns the edges that triangles do not pass equally often in both directions, each with the difference of
+/// the two counts.
 std::map<std::pair<std::uint32_t, std::uint32_t>, int> unmatched_edges(
     std::span<const std::uint32_t> triangles) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> count;
@@ -68,7 +72,7 @@ std::map<std::pair<std::uint32_t, std::uint32_t>, int> unmatched_edges(
   return count;
 }
 
-/// Joins segments from edge to edge into loops. point_on(edge): the point on an edge.
+/// Joins segments, each from one edge to another, into loops. `point_on(edge)`: point of the loop on an edge.
 template <class Edge, class PointOn>
 std::vector<Loop> joined_loops(std::multimap<Edge, Edge>& segments, const PointOn& point_on) {
   std::vector<Loop> loops;
@@ -166,11 +170,12 @@ Result<Cut> cut_mesh(const ImagePlane& plane, const SectionMesh& mesh, int threa
     const double w = plane.height(p);
     if (!(std::abs(at.x) < k_widest && std::abs(at.y) < k_widest && std::abs(w) < k_widest &&
           half < k_widest))
-      return Error{.what = "the mesh or the plane is too far away",
-                   .where = "mesh",
-                   .found = std::to_string(glm::max(std::abs(at.x), half)) + " mm",
-                   .expected = "within 1000 mm of the plane's middle",
-                   .remedy = "move the plane to the mesh, or choose a smaller section"};
+      return Error{
+          .what = "the mesh or the plane is too far away",
+          .where = "mesh",
+          .found = rounded_text(std::max({std::abs(at.x), std::abs(at.y), std::abs(w), half})) + " mm",
+          .expected = "within 1000 mm of the plane's middle",
+          .remedy = "move the plane to the mesh, or choose a smaller section"};
     corners.push_back({std::llround(at.x * k_fine), std::llround(at.y * k_fine), std::llround(w * k_fine)});
   }
   const Welded welded = weld(corners, mesh.triangles);
@@ -214,8 +219,8 @@ Result<Cut> cut_mesh(const ImagePlane& plane, const SectionMesh& mesh, int threa
               !is_left(*c[2], *c[0], weight_b))
             continue;
           if (!is_in_front) {
-            // The triangle counts if it is in front of the pixel's centre: its height there, times the area,
-            // and the change of that to the right and up.
+            // The triangle counts if it is in front of the pixel's centre. `height`: its height there, times
+            // the area. If the height is 0, its change to the right decides, then its upward change.
             const Wide height = weight_a * c[0]->w + weight_b * c[1]->w + weight_c * c[2]->w;
             const Wide to_right = static_cast<Wide>(c[1]->v - c[2]->v) * c[0]->w +
                                   static_cast<Wide>(c[2]->v - c[0]->v) * c[1]->w +
@@ -278,8 +283,9 @@ Cut cut_volume(const ImagePlane& plane, const volume::Field& field, const volume
       int count = 0;
       for (std::size_t k = 0; k < 4; ++k) count += is_inside[k] = value_at(corner[k][0], corner[k][1]) > 0;
       if (count == 0 || count == 4) continue;
-      // The inside is to the left of the line, which runs from the edge where the circuit leaves the inside
-      // to the edge where it entered. Two inside corners on a diagonal are separate.
+      // A counter-clockwise circuit around the cell leaves the inside on one edge, and entered it on an
+      // earlier edge. The line runs from the former to the latter, so that the inside is on its left. Two
+      // inside corners on a diagonal are separate.
       for (std::size_t k = 0; k < 4; ++k) {
         if (!is_inside[k] || is_inside[(k + 1) % 4]) continue;  // leaves on edge k
         std::size_t entry = k;

@@ -24,7 +24,7 @@ Status CtViewer::allows(const sim::Command& command, const sim::OperationState&)
       return Error{.what = "the position is too far away",
                    .where = "look-at at",
                    .found = std::to_string(request->at[a]),
-                   .expected = "at most 10000 mm",
+                   .expected = "coordinates within 10000 mm",
                    .remedy = "choose a position in the scan"};
   return std::nullopt;
 }

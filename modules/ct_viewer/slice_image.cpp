@@ -9,7 +9,7 @@ namespace trephine::ct_viewer {
 
 namespace {
 
-/// Samples both states through a whole slab, in the layers of volume::reslice().
+/// Samples a slab as scanned and as operated, in the same layers as volume::reslice().
 SliceValues sample_layers(const volume::Volume& scan, const volume::Version& version,
                           volume::ImagePlane plane, const volume::Slab& slab, std::int16_t air, int threads) {
   const glm::dvec3 spacing = scan.frame.spacing(), middle = plane.middle_world, normal = plane.normal();

@@ -16,8 +16,8 @@ inline constexpr std::int16_t k_outside = std::numeric_limits<std::int16_t>::min
 struct SliceValues {
   std::vector<std::int16_t> before, now;  ///< as scanned; with removed matter as air
 };
-/// Samples both states. `version`: of the volume, frozen or not. Cuts are sampled in every layer of a slab.
-/// Both images are equal where nothing was cut.
+/// Samples the scan as scanned and as operated. `version`: version of the scan, frozen or not. Cuts are
+/// sampled in every layer of a slab. Both images are equal where no matter was removed.
 SliceValues slice_values(const volume::Volume& scan, const volume::Version& version,
                          const volume::ImagePlane& plane, const volume::Slab& slab, int threads = 0);
 

@@ -6,6 +6,7 @@
 #include "modules/drilling/burr_tick.h"
 #include "modules/drilling/craniotome.h"
 #include "modules/drilling/perforator.h"
+#include "volume/base/text.h"
 #include "volume/fields/offset_field.h"
 
 namespace trephine::drilling {
@@ -15,24 +16,26 @@ using volume::ToolBody;
 using volume::ToolPose;
 
 namespace {
-// Contact lost over a path of fewer voxel diagonals is still the same contact.
+// Longest path of the HIP without contact, in voxel diagonals, after which the contact still continues.
 constexpr double k_memory_voxels = 1.5;
-constexpr double k_credit_seconds = 0.02;  // removal that may be saved up while the burr approaches
+constexpr double k_credit_seconds = 0.02;  // largest saved removal budget, in seconds of removal
 constexpr double k_pi = 3.14159265358979323846;
 constexpr double k_engaged_mm = 0.02;     // path over which the engaged cross-section is measured
 constexpr double k_step_mm = 0.05;        // largest bite; each bite is charged to the budget
-constexpr double k_turn_cosine = 0.7071;  // a wall farther than this from the axis turns it ...
-constexpr double k_turn_seconds = 0.25;   // ... within about this time, when pressed by a radius
+constexpr double k_turn_cosine = 0.7071;  // a normal at a larger angle to the axis of approach turns it
+constexpr double k_turn_seconds = 0.25;   // time constant of this turn if the HIP is a radius deep
 constexpr double k_thrust_seconds = 0.1;  // time constant of the smoothed thrust
-constexpr double k_pore_mm = 2;           // a plunge that ends in contact before this was a pore
+constexpr double k_pore_mm = 2;           // a shallower plunge that ends in contact was a pore
 constexpr double k_bored_mm = 0.5;        // least depth of cut bone for a breakthrough
-constexpr double k_retreat_mm = 0.5;      // a hand that returns by this much has stopped
+constexpr double k_retreat_mm = 0.5;      // return of the hand that ends a plunge; least reported plunge
 constexpr double k_plunge_seconds = 1;    // longest plunge
 
-/// Returns the vector from a body's origin (`along` 0) to its farthest point against `out`.
+/// Returns the vector from a body's origin (`along` 0) to its farthest point in the direction -`out`; for a
+/// drum, to the centre of its end face.
 dvec3 lowest_point(const ToolBody& body, const dvec3& shaft, const dvec3& out) noexcept {
   if (body.is_ball()) return -body.radius * out;
-  // The lowest point of a drum would jump from rim to rim at the slightest tilt: use the end face's centre.
+  // The lowest point of a drum would jump from rim to rim at the slightest tilt. Its origin is the centre of
+  // its end face.
   if (body.form == ToolBody::Form::drum) return dvec3(0);
   const double rise = -glm::dot(out, shaft);
   const ToolBody::Support support = body.support(rise);
@@ -66,7 +69,8 @@ BurrTick::BurrTick(const Burr& burr, const ToolBody& body, BurrState& state,
 
 double BurrTick::press() const noexcept {
   if (!tick_.has_contact) return 0;
-  // Tools of several balls have no normal: use the total force of the surfaces, else its normal part.
+  // A tool of several balls has no single contact normal: the magnitude of the contact force is used. For
+  // other tools, the component of the force along the normal is used.
   return glm::dot(tick_.normal_world, tick_.normal_world) > 0
              ? std::max(0.0, glm::dot(tick_.contact_force_world, tick_.normal_world))
              : glm::length(tick_.contact_force_world);
@@ -85,7 +89,8 @@ double BurrTick::sweep_to(const ToolPose& pose) {
           ? work_.remove(volume::Sweep{from.at_world, pose.at_world, body_.radius, state_.has_centre})
           : work_.remove(volume::ToolSweep{body_, from, pose, state_.has_centre});
   const double mm3 = work_.remaining().mm3_of(report.removed_units);
-  // Engaged cross-section: the volume over a path of at least k_engaged_mm, at most that of the body.
+  // Engaged cross-section: the removed volume divided by its path, of at least k_engaged_mm. The result is at
+  // most the cross-section of the body.
   state_.bite_mm3 += mm3;
   state_.bite_mm += travel_between(from, pose);
   if (!state_.has_centre) state_.bite_mm3 = state_.bite_mm = state_.engaged = 0;
@@ -101,8 +106,9 @@ double BurrTick::sweep_to(const ToolPose& pose) {
 }
 
 void BurrTick::turn_axis() noexcept {
-  // The axis of approach is the first normal. Pressing on a wall that is steep to it turns the axis; a new
-  // contact on such a wall replaces it.
+  // The axis of approach starts as the normal of the first contact. If the current normal differs from the
+  // axis by more than 45 degrees, a new contact replaces the axis by the normal, and a continued contact
+  // turns the axis toward the normal.
   const dvec3& normal = tick_.normal_world;
   const double cosine = glm::dot(state_.axis, normal);
   if (cosine >= k_turn_cosine) return;
@@ -125,7 +131,8 @@ ToolPose BurrTick::pose_at_hand() const noexcept {
   return {burr_.is_round ? hip : hip - lowest_point(body_, hand_shaft_, state_.axis), hand_shaft_};
 }
 
-/// Returns the travel of the body, mm: of its farthest end, if that turns farther than the body moves.
+/// Returns the travel of the body, mm: the larger of the path of its origin and the path of its farther end
+/// by the rotation alone.
 double BurrTick::travel_between(const ToolPose& from, const ToolPose& to) const noexcept {
   const double travel = glm::length(to.at_world - from.at_world);
   if (body_.is_ball()) return travel;
@@ -133,7 +140,8 @@ double BurrTick::travel_between(const ToolPose& from, const ToolPose& to) const 
                               glm::length(to.axis_world - from.axis_world));
 }
 
-/// Moves the body in bites while the budget lasts, by at most `limit` mm. Reduces `limit` by the travel.
+/// Moves the body toward `to` in bites while the budget lasts, by at most `limit` mm. Reduces `limit` by the
+/// planned travel, even if the budget ends the motion earlier.
 void BurrTick::advance_to(const ToolPose& to, double& limit) {
   const ToolPose from{state_.centre, state_.shaft};
   const double travel = travel_between(from, to), length = std::min(travel, limit);
@@ -148,7 +156,8 @@ void BurrTick::advance_to(const ToolPose& to, double& limit) {
 }
 
 /// Moves the body along the segment from the proxy to the hand, as far as the budget lasts. If the proxy slid
-/// aside, the body follows it first; a body that is farther than a diameter behind starts again at the proxy.
+/// along the surface, the body is off this segment and first moves to the nearest point of it. If it is
+/// farther than a diameter from the segment, it starts again at the proxy in the next tick.
 void BurrTick::follow(double limit) {
   const ToolPose proxy = pose_at_proxy(), hand = pose_at_hand();
   const dvec3 segment = hand.at_world - proxy.at_world;
@@ -173,8 +182,9 @@ void BurrTick::drill() {
     sweep_to({hip, hand_shaft_});
     return;
   }
-  // The burr clears the voxels in front of the HIP, and their walls are up to a voxel off the cut, so contact
-  // is intermittent. While the burr cuts, and for a short path after, it counts as in contact.
+  // The burr removes the voxels in front of the HIP, and the touchable walls of the cut may be wrong by up to
+  // a voxel. Contact is therefore intermittent. The burr counts as in contact while it cuts, and over a short
+  // path of the HIP afterwards.
   state_.free_mm = tick_.has_contact ? 0 : state_.free_mm + glm::length(hip - state_.hip);
   state_.hip = hip;
   if (state_.free_mm > k_memory_voxels * work_.remaining().base().frame.diagonal_mm())
@@ -188,7 +198,9 @@ void BurrTick::drill() {
     if (!burr_.is_round) turn_axis();  // the axis of a round burr stays 0
     // The contact ball is slightly smaller than the cutting body, so that a touching burr overlaps bone.
     const ToolPose proxy = pose_at_proxy();
-    if (!state_.has_centre && is_motion_allowed)  // a body with limited travel removes the bone as it moves
+    // A body with restricted motion starts at the proxy without a cut: it removes bone only by allowed
+    // motions.
+    if (!state_.has_centre && is_motion_allowed)
       state_.centre = proxy.at_world, state_.shaft = proxy.axis_world, state_.has_centre = true;
     else if (!state_.has_centre && (!is_force_controlled() || state_.removal_budget_mm3 > 0))
       state_.removal_budget_mm3 -= sweep_to(proxy);
@@ -234,8 +246,8 @@ void BurrTick::update_heat_and_breakthrough() {
       state_.held_at = tick_.proxy_world, state_.held_normal = tick_.normal_world;
     }
   } else if (state_.held_normal != dvec3(0) && !state_.has_centre) {
-    // The contact ended. It is a breakthrough if the hand passed the bone that was bored through; the end of
-    // a contact with a rim is not.
+    // The contact ended. This is a breakthrough if the HIP is beyond the last cut and the bore is deeper than
+    // k_bored_mm. Otherwise the burr left a rim, for example.
     const double bored = glm::dot(state_.begun_at - state_.held_at, state_.held_normal);
     if (beyond > 0 && bored > k_bored_mm) {
       state_.is_through = true;
@@ -246,8 +258,8 @@ void BurrTick::update_heat_and_breakthrough() {
   }
 }
 
-/// Without contact, the direction of the lowest point is unknown: for a burr that is not round, the result is
-/// then the proxy, with radius 0.
+/// Without contact, the direction to the lowest point of the body is unknown. For a burr that is not round,
+/// the result is then a ball of radius 0 at the proxy.
 sim::ToolBall ball_around(const Burr& burr, const ToolBody& body, const BurrState& state,
                           const sim::InstrumentInput& input) {
   const haptics::ServoRecord& tick = input.tick;
@@ -255,11 +267,12 @@ sim::ToolBall ball_around(const Burr& burr, const ToolBody& body, const BurrStat
     return sim::ToolBall{at + (body.is_ball() ? 0 : body.middle()) * shaft, body.reach()};
   };
   const dvec3 shaft = shaft_of(tick.pose.orientation);
-  // Under force control the body is at the proxy or follows it.
+  // Under force control and in contact, the body is at the proxy or follows the proxy.
   const bool follows_proxy = burr.removal_rate == 0 && tick.has_contact;
   if (state.has_centre && !follows_proxy) return ball_at(state.centre, state.shaft);
   if (burr.is_kinematic) return ball_at(tick.pose.position_world, shaft);
-  // The contact ball is smaller than the body, which therefore rests that much higher on the surface.
+  // The contact ball is smaller than the body. A body that rests on the surface therefore has its centre
+  // above the proxy by the difference of the radii.
   const bool is_smaller = body.is_ball() && tick.has_contact && input.contact_radius > 0;
   const double above = is_smaller ? std::max(0.0, body.radius - input.contact_radius) : 0;
   if (burr.is_round)
@@ -272,8 +285,8 @@ namespace {
 Status check_width(double width, const haptics::TouchScene& scene);
 }
 
-/// Checks the size of a body: below the smallest burr of the session it would leave no hole in the lattice,
-/// and a contact ball must fit into the cut.
+/// Checks the size of a body and the contact geometry of the hand. A body smaller than the smallest burr of
+/// the session would leave no hole in the lattice. A contact ball must fit into the cut of a round burr.
 Status check_body(const ToolBody& body, bool is_round, const haptics::TouchScene& scene) {
   if (Status error = volume::check(body)) return error;
   if (scene.tool->is_six_dof() && !is_round)
@@ -291,8 +304,8 @@ Status check_body(const ToolBody& body, bool is_round, const haptics::TouchScene
   if (is_round && width < 2 * scene.tool->radius())
     return Error{.what = "the burr is smaller than its contact ball",
                  .where = "burr diameter",
-                 .found = std::to_string(width) + " mm",
-                 .expected = std::to_string(2 * scene.tool->radius()) + " mm or more",
+                 .found = rounded_text(width) + " mm",
+                 .expected = rounded_text(2 * scene.tool->radius()) + " mm or more",
                  .remedy = "choose a larger burr, or take this one with take-instrument"};
   return check_width(width, scene);
 }
@@ -303,8 +316,8 @@ Status check_width(double width, const haptics::TouchScene& scene) {
   if (width >= scene.smallest_burr) return std::nullopt;
   return Error{.what = "the burr is smaller than the smallest burr of the session",
                .where = "burr diameter",
-               .found = std::to_string(width) + " mm",
-               .expected = std::to_string(scene.smallest_burr) + " mm or more",
+               .found = rounded_text(width) + " mm",
+               .expected = rounded_text(scene.smallest_burr) + " mm or more",
                .remedy = "choose a larger burr, or start the session with a smaller smallest burr"};
 }
 }  // namespace
@@ -316,7 +329,7 @@ Status check_touch(const sim::ToolNeeds& needs, const haptics::TouchScene& scene
     return std::nullopt;
   const auto describe = [](const haptics::ToolShape& shape) {
     return "balls: " + std::to_string(std::max<std::size_t>(1, shape.balls().size())) +
-           ", radius: " + std::to_string(shape.radius()) + " mm";
+           ", radius: " + rounded_text(shape.radius()) + " mm";
   };
   return Error{.what = "the contact balls of the hand differ from those of the tool",
                .where = tool,
@@ -361,7 +374,7 @@ Status check(const Burr& burr, const haptics::TouchScene& scene) {
   if (burr.shaft > 0 && !burr.is_round)
     return Error{.what = "only a round burr touches with its shaft",
                  .where = "burr shaft",
-                 .found = std::to_string(burr.shaft) + " mm",
+                 .found = rounded_text(burr.shaft) + " mm",
                  .expected = "0, or a round burr"};
   // Contact balls along the burr, at most 1.25 radii apart.
   const double min_radius = body.min_radius();
@@ -369,8 +382,8 @@ Status check(const Burr& burr, const haptics::TouchScene& scene) {
   if (burr.is_round && burr.shaft == 0 && body.high() - body.low() > longest + 2 * min_radius)
     return Error{.what = "the burr is too long for its width",
                  .where = "burr length",
-                 .found = std::to_string(body.high() - body.low()) + " mm",
-                 .expected = "at most " + std::to_string(longest + 2 * min_radius) + " mm",
+                 .found = rounded_text(body.high() - body.low()) + " mm",
+                 .expected = "at most " + rounded_text(longest + 2 * min_radius) + " mm",
                  .remedy = "use a shorter burr"};
   if (burr.shaft > 0) {
     if (scene.tool->kind() != haptics::ToolShape::Kind::shell)
@@ -394,7 +407,7 @@ sim::ToolNeeds needs(const Burr& burr, const volume::Volume& anatomy) {
   if (burr.shaft > 0)
     return {finest_cut, std::make_shared<const haptics::ToolShape>(whole_profile(burr, anatomy))};
   if (body.is_ball()) return {finest_cut, std::make_shared<const haptics::ToolShape>(radius)};
-  // Balls inside the body, from its tip to its end: one radius apart or less.
+  // Balls inside the body, from its tip to its end: at most one radius apart, as far as their number allows.
   const double first = body.low() + radius, last = std::max(first, body.high() - radius);
   const int gaps = std::clamp(static_cast<int>(std::ceil((last - first) / radius)), 0,
                               static_cast<int>(haptics::ToolShape::k_max_balls) - 1);
@@ -404,8 +417,9 @@ sim::ToolNeeds needs(const Burr& burr, const volume::Volume& anatomy) {
   return {finest_cut, std::make_shared<const haptics::ToolShape>(std::move(balls))};
 }
 
-/// Returns the forces of the rotating burr on the hand: lateral drag and chatter. There are no forces for a
-/// kinematic burr, which bone does not stop, or at a fixed rate, which does not depend on the contact force.
+/// Returns the forces of the rotating burr on the hand: lateral drag and chatter. A kinematic burr has no
+/// forces, because bone does not stop it. A burr with a fixed rate has none either, because its rate does not
+/// depend on the contact force.
 sim::HandForces forces(const Burr& burr, const BurrState&) {
   if (burr.is_kinematic || burr.removal_rate > 0) return {};
   return spin_forces(burr.grade == Grade::diamond ? haptics::Spin{0.3, 0.03, 160}

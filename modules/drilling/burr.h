@@ -31,24 +31,26 @@ struct Burr {
 
 /// Returns the radius of the balls with which a round burr touches, mm: the cutting radius minus one step of
 /// its offset field, but at least half the cutting radius. Balls of the full radius would have no room in the
-/// burr's own hole, whose axis the field resolves to about a step.
+/// burr's own hole, because the offset field resolves the axis of the hole only to about one step.
 double touch_radius(const Burr& burr, const volume::Volume& volume) noexcept;
 
 /// Returns the surface with which a burr and its shaft touch. The head is slightly smaller than the cutting
 /// body, so that a touching burr overlaps bone.
 haptics::ToolProfile whole_profile(const Burr& burr, const volume::Volume& anatomy);
 
-/// State of a burr. In contact it starts tangent to the surface on which the proxy rests (a ball: centre =
-/// proxy + radius normal) and sinks toward the HIP as fast as the removal rate allows: its lowest point along
-/// the axis of approach ends on the HIP and never passes it. The burr therefore removes matter although
-/// the proxy never enters it, and the hole depends neither on voxel size nor on servo rate
-/// (docs/decisions/0003-the-burr-follows-the-hip.md). A round burr touches with its whole body
+/// State of a burr. At the first contact, the body is tangent to the surface on which the proxy rests (a
+/// ball: centre = proxy + radius x normal). It then moves toward the HIP as fast as the removal rate allows:
+/// its lowest point along the axis of approach ends on the HIP and never passes the HIP. The burr therefore
+/// removes matter although the proxy never enters the matter, and the hole depends neither on voxel size nor
+/// on servo rate (docs/decisions/0003-the-burr-follows-the-hip.md). A round burr touches with its whole body
 /// (haptics::set_tool): it starts at the proxy and moves to the hand at the same rate. A burr without a fixed
-/// rate follows a proxy that slid aside, and starts again at a proxy farther than a diameter away.
+/// rate follows a proxy that slides along the surface, and starts again at the proxy if it is farther than a
+/// diameter from the segment between proxy and hand.
 struct BurrState {
   bool has_centre = false;
   glm::dvec3 centre{0.0};  ///< origin of the body (`along` 0), mm, world frame
-  /// Unit, out of the matter: from the burr's lowest point to its centre; 0 before contact.
+  /// Axis of approach: unit vector out of the matter, from the burr's lowest point to its centre. 0 before
+  /// contact, and always for a round burr.
   glm::dvec3 axis{0.0};
   glm::dvec3 hip{0.0};               ///< HIP of the last tick, mm, world frame
   double free_mm = 0;                ///< path length of the HIP since the last contact
@@ -58,20 +60,22 @@ struct BurrState {
   double bite_mm3 = 0, bite_mm = 0;  ///< removed volume and path length since `engaged` was updated
 
   // Breakthrough.
-  glm::dvec3 held_at{0.0}, held_normal{0.0};  ///< last contact with a cut: mm, unit; normal 0: no contact
-  glm::dvec3 begun_at{0.0};                   ///< first of these contacts, mm
+  glm::dvec3 held_at{0.0}, held_normal{0.0};  ///< last contact that removed bone: mm; unit normal, 0: unset
+  glm::dvec3 begun_at{0.0};                   ///< position of the first of these contacts, mm
   double thrust = 0;                          ///< N, smoothed over k_thrust_seconds of contact
   bool is_through = false;                    ///< resistance was lost, and the plunge is measured
-  /// Plunge beyond held_at, mm; time since the loss of resistance, and time of the deepest point, s.
+  /// Largest depth of the plunge beyond held_at, mm; time since the loss of resistance, and time from the
+  /// loss to the deepest point, s.
   double deepest = 0, seconds = 0, deepest_at = 0;
 
-  // Totals, kept when the button is released.
+  // Values that are kept when the button is released.
   double rise = 0, hottest = 0;  ///< temperature rise of the bone below the burr, current and largest, K
   static const sim::Schema& schema();
 };
 
-/// Loss of resistance, followed by a plunge of the hand. Emitted when the hand has stopped, with the position
-/// of the loss. Pores that the burr passes do not count.
+/// Loss of resistance, followed by a plunge of the hand. Emitted at the position of the loss, when the plunge
+/// ends: the hand returns, touches bone or releases the button, or a second has passed. Pores that the burr
+/// passes and plunges of at most 0.5 mm do not count.
 struct Breakthrough {
   double thrust = 0;   ///< N, before the breakthrough
   double plunge = 0;   ///< mm beyond the position of the loss

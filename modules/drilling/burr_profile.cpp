@@ -22,7 +22,7 @@ haptics::ToolProfile whole_profile(const Burr& burr, const volume::Volume& anato
   constexpr int k_rings = 12;
   double end = body.middle();
   for (int i = 0; i <= k_rings; ++i) {
-    // Directions from the tip to where the shaft leaves the head.
+    // Directions from the tip to the point at which the shaft leaves the head.
     const double angle = 3.14159265358979323846 * (i + 0.5) / (k_rings + 1);
     const ToolBody::Support support = body.support(-deterministic_cos(angle));
     const haptics::ToolProfile::Ring ring{body.middle() + scale * (support.along - body.middle()),

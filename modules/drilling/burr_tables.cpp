@@ -28,9 +28,9 @@ const sim::Schema& Burr::schema() {
       field<&Burr::is_kinematic>("kinematic", {.help = "removes all that it sweeps, touched or not",
                                                .label = "Cuts what it sweeps",
                                                .is_expert = true}),
-      field<&Burr::is_round>(
-          "round",
-          {.help = "all of the burr touches", .label = "Touches with the whole burr", .is_expert = true}),
+      field<&Burr::is_round>("round", {.help = "the whole burr touches, not a point",
+                                       .label = "Touches with the whole burr",
+                                       .is_expert = true}),
       field<&Burr::shape>("shape", {.choices = shapes, .help = "shape of the cutting part"}),
       field<&Burr::grade>(
           "grade",

@@ -8,6 +8,7 @@
 
 #include "modules/drilling/burr_tick.h"
 #include "volume/base/axes.h"
+#include "volume/base/text.h"
 
 namespace trephine::drilling {
 
@@ -19,10 +20,10 @@ using volume::ToolPose;
 namespace {
 
 constexpr double k_foot_thickness = 0.8;  // mm, below the bit
-constexpr double k_reach = 12;            // mm around the bit within which there must be bone
+constexpr double k_reach = 12;            // mm, largest distance of bone from the bit at the start
 constexpr double k_edge = 0.05;           // mm, rounding of the bit's end
-constexpr double k_core = 0.2;            // share of the bit's diameter: core that must be free of bone
-constexpr double k_forward = 0.5;         // cosine: a pull at a larger angle to the kerf cuts nothing
+constexpr double k_core = 0.2;            // radius of the bit's core that must be free of bone, in diameters
+constexpr double k_forward = 0.5;         // cosine: a motion at a larger angle to the heading is not allowed
 
 Burr bit_of(const Craniotome& c) {
   return {.diameter = c.diameter,
@@ -41,8 +42,9 @@ std::array<dvec3, 8> directions_across(const dvec3& shaft) {
   return {a, b, -a, -b, k_half * (a + b), k_half * (a - b), -k_half * (a + b), k_half * (b - a)};
 }
 
-/// Returns true if the foot is free of bone. Its edge is as round as the contact balls and may lean on bone:
-/// a sharp edge would be caught by a table that is not exactly across the shaft.
+/// Returns true if the foot is free of bone. Like the contact balls, the foot has a round edge, which may
+/// lean on bone. A sharp edge would be caught by an inner table that is not exactly perpendicular to the
+/// shaft.
 bool is_foot_free(const Craniotome& c, const ToolPose& at, const sim::Work& work) {
   constexpr double k_slack = 0.2;  // mm
   const double round = 0.5 * c.diameter;
@@ -56,8 +58,8 @@ bool is_foot_free(const Craniotome& c, const ToolPose& at, const sim::Work& work
   }
   return true;
 }
-/// Returns true if the bit's core is free of bone: the touching body is thinner than the bit and may lean on
-/// a wall.
+/// Returns true if the bit's core is free of bone. The outer part of the bit may overlap bone, because the
+/// touching body is thinner than the bit and may lean on a wall.
 bool is_bit_free(const Craniotome& c, const ToolPose& at, const sim::Work& work) {
   for (double along = 0.25; along < c.length; along += 0.5)
     for (const dvec3& direction : directions_across(at.axis_world))
@@ -93,7 +95,7 @@ dvec3 across(const dvec3& v, const dvec3& shaft) { return v - glm::dot(v, shaft)
 
 /// Returns true if there is bone on both sides of the heading.
 bool is_in_kerf(const Craniotome& c, const ToolPose& at, const dvec3& heading, const sim::Work& work) {
-  constexpr double k_beyond = 0.35;  // mm, of the bit
+  constexpr double k_beyond = 0.35;  // mm beyond the side of the bit
   const dvec3 aside = glm::cross(at.axis_world, heading);
   bool is_left = false, is_right = false;
   for (double along = 0.5; along < c.length && !(is_left && is_right); along += 0.5) {
@@ -104,10 +106,11 @@ bool is_in_kerf(const Craniotome& c, const ToolPose& at, const dvec3& heading, c
   return is_left && is_right;
 }
 
-/// Moves a bit that is drawn back along with the tool, without a cut. Clears the heading outside the kerf, so
-/// that the bit may go in any direction.
+/// Moves the bit to a tool that is drawn back, without a cut. Clears the heading of a bit outside its kerf,
+/// so that the bit may cut in any direction.
 void follow_back(const Craniotome& c, CraniotomeState& state, const ToolPose& tool, const sim::Work& work) {
-  constexpr double k_far = 0.3;  // mm: the touching body is thinner than the bit and leans on the kerf
+  // mm. Shorter motions are ignored, because the touching body is thinner than the bit and moves in the kerf.
+  constexpr double k_far = 0.3;
   if (!state.has_centre || state.heading == dvec3(0)) return;
   const dvec3 to = tool.at_world - state.centre;
   if (glm::length(to) > k_far && glm::dot(to, state.heading) <= 0)
@@ -133,14 +136,14 @@ void step(const Craniotome& c, CraniotomeState& state, const sim::InstrumentInpu
     state.has_started = true;
   }
   follow_back(c, state, tool, work);
-  // The foot stays below bone and limits the curvature of the bit's path: the position of the hand is moved
-  // onto the heading of the bit.
+  // The foot stays below bone and limits the curvature of the bit's path. The positions of hand and proxy are
+  // therefore projected onto the plane through the bit that contains its heading and its shaft.
   haptics::ServoRecord guided = tick;
   const dvec3 from = state.has_centre ? state.centre : tool.at_world;
   const dvec3 request = across(tick.pose.position_world - from, tool.axis_world);
   const double request_length = glm::length(request);
   if (state.heading != dvec3(0) && request_length > 1e-9) {
-    // A pull across the heading only leans the bit on its kerf.
+    // A pull across the heading only presses the bit against the wall of its kerf.
     const auto onto_heading = [&](const dvec3& at) {
       return at + glm::dot(at - from, state.heading) * state.heading - across(at - from, tool.axis_world);
     };
@@ -151,7 +154,8 @@ void step(const Craniotome& c, CraniotomeState& state, const sim::InstrumentInpu
   }
   const auto is_allowed = [&](const ToolPose& a, const ToolPose& b) {
     if (!is_foot_free(c, b, work) || !is_under_bone(c, b, work)) return false;
-    // Backward and sideways, at its centre, the bit cuts nothing: it moves there only inside the kerf.
+    // The bit cuts nothing backward or sideways: the middle of the bit may move only within 60 degrees of the
+    // heading.
     const auto middle = [&](const ToolPose& at) { return at.at_world + 0.5 * c.length * at.axis_world; };
     const dvec3 motion = across(middle(b) - middle(a), a.axis_world);
     return state.heading == dvec3(0) || glm::dot(motion, state.heading) >= k_forward * glm::length(motion);
@@ -164,7 +168,7 @@ void step(const Craniotome& c, CraniotomeState& state, const sim::InstrumentInpu
   cut.is_motion_allowed = &is_motion_allowed;
   cut.drill();
   cut.update_heat_and_breakthrough();
-  // Motion through air does not set the heading.
+  // Only a motion that removed bone sets or turns the heading.
   if (!state.has_centre || work.removed().removed_units == 0) return;
   const dvec3 motion = across(state.centre - from, tool.axis_world);
   const double travel = glm::length(motion);
@@ -204,8 +208,8 @@ Status check(const Craniotome& c, const haptics::TouchScene& scene) {
   if (!(c.foot > c.diameter))
     return Error{.what = "the foot is not wider than the bit",
                  .where = "craniotome foot",
-                 .found = std::to_string(c.foot) + " mm",
-                 .expected = "more than " + std::to_string(c.diameter) + " mm"};
+                 .found = rounded_text(c.foot) + " mm",
+                 .expected = "more than " + rounded_text(c.diameter) + " mm"};
   if (!scene.tool->is_six_dof())
     return Error{.what = "a craniotome needs contact balls along its bit",
                  .where = "craniotome",
@@ -216,8 +220,8 @@ Status check(const Craniotome& c, const haptics::TouchScene& scene) {
   if (c.length < 2 * c.diameter)
     return Error{.what = "the bit is too short for its width",
                  .where = "craniotome length",
-                 .found = std::to_string(c.length) + " mm",
-                 .expected = "at least " + std::to_string(2 * c.diameter) + " mm"};
+                 .found = rounded_text(c.length) + " mm",
+                 .expected = "at least " + rounded_text(2 * c.diameter) + " mm"};
   return check_body(body_of(c), true, scene);
 }
 

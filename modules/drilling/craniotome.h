@@ -15,10 +15,10 @@ struct Craniotome {
   static const sim::Schema& schema();
 };
 
-/// The whole bit touches; the hand holds the top of the foot.
+/// State of a craniotome. The bit and the rim of the foot touch; the hand holds the top of the foot.
 struct CraniotomeState : BurrState {
   bool has_started = false, is_refused = false;  ///< since the button was pressed
-  glm::dvec3 heading{0.0};                       ///< unit, of the last bites across the bit; 0: unset
+  glm::dvec3 heading{0.0};                       ///< unit, direction of the cut, across the bit; 0: not set
   static const sim::Schema& schema();
 };
 

@@ -25,8 +25,8 @@ constexpr double k_bite_cutting = 8 * 0.010, k_bite_diamond = 8 * 0.001;
 
 // Heat: a disc on a half space (Carslaw and Jaeger 1959, section 10.5), W/(mm K) and mm2/s of cortical bone.
 constexpr double k_conductivity = 0.54e-3, k_diffusivity = 0.25;
-/// Share of the power that heats the bone and not the chips. Fitted to 40 K and 137 K above body
-/// temperature (Hosono et al. 2009, dry) at a force of 3 N.
+/// Share of the power that heats the bone and not the chips. Fitted to 40 K (cutting) and 137 K (diamond)
+/// above body temperature (Hosono et al. 2009, dry) at an assumed force of 3 N.
 constexpr double k_heat_cutting = 0.012, k_heat_diamond = 0.041;
 /// Share of the temperature rise that irrigation leaves (4 to 20 % in the two studies that measured it).
 constexpr double k_wet = 0.05;

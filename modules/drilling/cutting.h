@@ -24,10 +24,11 @@ struct Cutting {
 
 /// Returns the speed of the burr's rim, mm/s.
 double rim_speed(const Cutting& c) noexcept;
-/// Returns the removal rate in cortical bone of `k_reference_density`, mm3/s: the power of friction over the
-/// energy per mm3. 0 while the force only rubs.
+/// Returns the removal rate in cortical bone of `k_reference_density`, mm3/s: the power of drag by the force
+/// above the rubbing threshold, divided by the energy per mm3. 0 for a force below this threshold.
 double removal_rate(const Cutting& c) noexcept;
-/// Returns the fastest feed into bone, mm/s: the bite of its teeth or grains per turn, times the speed.
+/// Returns the fastest feed into bone, mm/s: the bite per turn of the burr's teeth or grains, times the turns
+/// per second.
 double feed_limit(const Cutting& c) noexcept;
 /// Returns the power of the spindle while it rubs and cuts, W.
 double power(const Cutting& c) noexcept;

@@ -24,7 +24,7 @@ std::vector<sim::Finding> Drilling::findings(const sim::JobInput& input) const {
     findings.push_back(std::move(plunge));
     findings.push_back({.name = "drilling: breakthroughs", .value = breakthroughs});
   }
-  // The temperature rests on assumed constants: it carries no points.
+  // The temperature depends on assumed constants, so this finding has no points.
   if (const double hottest = hottest_bone(input.state); hottest > 0)
     findings.push_back({.name = "drilling: warmest bone, above body temperature",
                         .value = hottest,

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "modules/drilling/burr_tick.h"
+#include "volume/base/text.h"
 #include "volume/scan/bone_labels.h"
 
 namespace trephine::drilling {
@@ -19,7 +20,7 @@ namespace {
 constexpr double k_min_depth = 1;              // mm of bone before the clutch may release
 constexpr double k_hole_step = 0.25;           // mm between the points at which a hole is measured
 constexpr double k_hole_gap = 1;               // mm of air inside the bone that a hole may cross
-constexpr double k_max_hole = 40;              // mm
+constexpr double k_max_hole = 40;              // mm, longest hole that is measured
 constexpr double k_ahead[] = {0.3, 0.8, 1.3};  // mm ahead of the end at which bone holds the inner drill
 // Directions around the axis, and the share of the inner drill's radius at which its end is examined.
 constexpr double k_diagonal = 0.7071067811865476, k_share = 0.5;
@@ -34,8 +35,8 @@ dvec3 tip_of(const Perforator& p, const PerforatorState& state) {
   return state.centre - 0.5 * p.inner * state.shaft;
 }
 
-/// Returns true if there is bone ahead of a point on the drill's end. Where a label names soft tissue, its
-/// intensity does not count.
+/// Returns true if there is bone ahead of a point on the drill's end. A voxel whose label names soft tissue
+/// does not count as bone, whatever its intensity.
 bool has_bone_ahead(const dvec3& end, const dvec3& shaft, const sim::Work& work) {
   return std::any_of(std::begin(k_ahead), std::end(k_ahead), [&](double ahead) {
     const dvec3 at = end - ahead * shaft;
@@ -43,17 +44,18 @@ bool has_bone_ahead(const dvec3& end, const dvec3& shaft, const sim::Work& work)
   });
 }
 
-/// Returns true if a point on the drill's end has been in bone. On a tilted surface a part of the end is
-/// still outside while the tip drills, which does not release the clutch.
+/// Returns true if a point on the drill's end has been in bone. On a tilted surface, a part of the end is
+/// still outside while the tip drills. This part must not release the clutch.
 bool has_entered(const dvec3& end, const dvec3& shaft, const sim::Work& work) {
-  constexpr double k_farthest = 6;  // mm
+  constexpr double k_farthest = 6;  // mm behind the end
   for (double back = 0; back <= k_farthest; back += k_hole_step)
     if (work.is_removed_matter(end + back * shaft)) return true;
   return false;
 }
 
-/// Returns true if bone holds the inner drill: ahead of its tip, and of most of its end. A single thick place
-/// does not hold it while the rest of the end is through.
+/// Returns true if bone holds the inner drill: there is bone ahead of its tip, and more than half of the
+/// points around its end have bone ahead or have not been in bone. A small area of thicker bone does not hold
+/// a drill whose end is otherwise through.
 bool is_held(const Perforator& p, const PerforatorState& state, const sim::Work& work) {
   if (!has_bone_ahead(tip_of(p, state), state.shaft, work)) return false;
   const dvec3 u = glm::normalize(
@@ -68,8 +70,9 @@ bool is_held(const Perforator& p, const PerforatorState& state, const sim::Work&
   return 2 * static_cast<std::size_t>(count) > std::size(k_around);
 }
 
-/// Returns the length of the hole behind the tip, in mm: bone that was removed along the shaft. It is
-/// measured, since a hole may be continued after a pause, and the state of the drill ends with each stroke.
+/// Returns the length of the hole behind the tip, in mm: bone that was removed along the shaft. The length is
+/// measured and not stored, because the state of the drill ends with each stroke, and a hole may be continued
+/// after a pause.
 double hole_behind(const dvec3& tip, const dvec3& shaft, const sim::Work& work) {
   double length = 0;
   for (double back = 0; back < k_max_hole && back <= length + k_hole_gap; back += k_hole_step)
@@ -94,7 +97,7 @@ void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInpu
     state.has_begun = false;
   if (press < p.engage_force || !input.tick.has_contact) return;
   if (!state.has_begun) {
-    // In a hole that is already through, the clutch does not engage.
+    // In a hole that is already through the bone, the clutch does not engage: the drill stops at once.
     PerforatorState start = state;
     if (!start.has_centre)
       start.centre = input.tick.proxy_world, start.shaft = shaft_of(input.tick.pose.orientation);
@@ -131,7 +134,7 @@ sim::ToolBall body(const Perforator& p, const PerforatorState& state, const sim:
   BurrState position = state;
   position.has_centre = state.has_centre && !state.has_stopped;
   sim::ToolBall ball = ball_around(inner, ToolBody::ball(0.5 * p.inner), position, input);
-  ball.is_blunt = state.has_stopped;  // it no longer turns
+  ball.is_blunt = state.has_stopped;  // a stopped drill no longer turns
   return ball;
 }
 
@@ -143,8 +146,8 @@ Status check(const Perforator& p, const haptics::TouchScene& scene) {
   if (!(p.inner < p.diameter))
     return Error{.what = "the inner drill is not smaller than the outer drill",
                  .where = "perforator inner",
-                 .found = std::to_string(p.inner) + " mm",
-                 .expected = "less than " + std::to_string(p.diameter) + " mm"};
+                 .found = rounded_text(p.inner) + " mm",
+                 .expected = "less than " + rounded_text(p.diameter) + " mm"};
   if (!(scene.tool->radius() > 0) || scene.tool->is_six_dof())
     return Error{.what = "a perforator needs one contact ball",
                  .where = "perforator",

@@ -15,11 +15,11 @@ struct Perforator {
   static const sim::Schema& schema();
 };
 
-/// The ball of the inner drill touches; the hand holds its centre.
+/// State of a perforator. The ball of the inner drill touches; the hand holds the centre of this ball.
 struct PerforatorState : BurrState {
   bool has_begun = false;     ///< bone was cut since the button was pressed
   bool has_stopped = false;   ///< the clutch released; true until the button is released
-  glm::dvec3 begun_tip{0.0};  ///< mm, position of the tip at the outer end of its hole
+  glm::dvec3 begun_tip{0.0};  ///< mm, outer end of the hole, on the axis of the drill
   static const sim::Schema& schema();
 };
 

@@ -89,7 +89,7 @@ Status check(const CArm& arm) {
     return Error{.what = "the patient is outside the space between source and detector",
                  .where = "c-arm to_patient",
                  .found = mm(arm.to_patient),
-                 .expected = "less than to_detector, " + mm(arm.to_detector)};
+                 .expected = "less than to_detector (" + mm(arm.to_detector) + ")"};
   if (arm.columns * arm.rows > (std::int64_t{1} << 26))
     return Error{.what = "the image is too large",
                  .where = "c-arm columns, rows",
@@ -99,7 +99,7 @@ Status check(const CArm& arm) {
     return Error{.what = "the collimators are closed",
                  .where = "c-arm width, height",
                  .found = mm(arm.width) + ", " + mm(arm.height),
-                 .expected = "a pixel or more, " + mm(arm.pixel)};
+                 .expected = "at least one pixel of " + mm(arm.pixel)};
   return std::nullopt;
 }
 

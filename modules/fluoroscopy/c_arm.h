@@ -29,14 +29,15 @@ inline constexpr std::string_view k_presets[] = {"ap",    "lateral", "left-obliq
                                                  "inlet", "outlet"};
 /// Sets the angles of a named pose; lengths and sizes stay. Returns false if the name is unknown.
 bool set_preset(CArm& arm, std::string_view name) noexcept;
-/// Reports an impossible C-arm: a patient beyond the detector, an empty field, more than 2^26 pixels.
+/// Returns an error if a field is out of range, the isocentre is not between source and detector, the
+/// collimators leave no pixel open, or the detector has more than 2^26 pixels.
 Status check(const CArm& arm);
 
 /// Rays of a C-arm that passed check(), world frame, mm. The image is viewed from the detector toward the
 /// source: in an anteroposterior image the patient's right is on the left, the head is up.
 struct View {
   glm::dvec3 source{0.0}, corner{0.0};  ///< corner: centre of pixel (0, 0), the upper left one
-  glm::dvec3 right{0.0}, down{0.0};     ///< vectors from pixel to pixel
+  glm::dvec3 right{0.0}, down{0.0};     ///< vectors to the next pixel of a row and of a column, mm
   int columns = 0, rows = 0;
   volume::PixelBox open;  ///< pixels that the collimators leave open
 
@@ -44,7 +45,7 @@ struct View {
   glm::dvec3 pixel(double column, double row) const noexcept { return corner + column * right + row * down; }
   /// Returns the projection of a point, pixels; empty behind the source.
   std::optional<glm::dvec2> project(const glm::dvec3& p_world) const noexcept;
-  /// Returns the view with `times` rays along the edge of each pixel.
+  /// Returns the view in which each pixel is divided into `times` x `times` pixels.
   View refined(int times) const noexcept;
   volume::RayFan ray_fan_in(const volume::Frame& frame) const noexcept;
 };

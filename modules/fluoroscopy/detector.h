@@ -15,16 +15,17 @@ struct Detector {
   std::uint64_t seed = 1;  ///< seed of the noise
 };
 
-/// Returns the signal of each pixel, 1 in the open beam. `sums`: attenuation along the rays of `view`,
-/// refined by `rays_per_pixel_edge`; a pixel receives the mean of its rays. Closed pixels are 0. Any number
-/// of threads gives the same bits.
+/// Returns the signal of each pixel, 1 in the open beam. `sums`: attenuation along the rays of
+/// view.refined(rays_per_pixel_edge). A pixel receives the mean transmission of its rays. Closed pixels are
+/// 0. Any number of threads gives the same bits.
 std::vector<float> receive(std::span<const double> sums, const View& view, int rays_per_pixel_edge,
                            const Detector& detector, int threads = 0);
 
 struct Display {
   bool is_logarithmic = true;  ///< false: linear in the signal
   bool is_inverted = false;    ///< bone is bright, as on film
-  /// Percentiles between which the greys are spread, of the pixels with matter in the beam, 0 to 1.
+  /// Quantiles (0 to 1) of the brightness of pixels with matter in the beam: `low_share` is shown black,
+  /// `high_share` white (inverted: white, black).
   double low_share = 0.03, high_share = 0.995;
 };
 /// Returns one byte per pixel. `hidden`: pixels that are shown like closed ones; may be empty.

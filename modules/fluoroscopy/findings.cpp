@@ -1,4 +1,4 @@
-// Findings of fluoroscopy. docs/scores.md has the reasons for which they carry no points.
+// Findings of fluoroscopy. They have no points; docs/scores.md gives the reasons.
 #include "modules/fluoroscopy/fluoroscopy.h"
 
 namespace trephine::fluoroscopy {

@@ -18,7 +18,8 @@ struct Shoot {
 /// Radiation of an exposure in the open beam. Air kerma K = y U^2 I t / d^2 at a distance d from the source,
 /// with y = 10 nGy m2 / (kV2 mA s): a typical tube with 3 mm of aluminium.
 struct Dose {
-  double kerma = 0;         ///< mGy, 150 mm from the isocentre toward the source (IEC 60601-2-43)
+  /// mGy, 150 mm from the isocentre toward the source (IEC 60601-2-43), but at least 50 mm from the source.
+  double kerma = 0;
   double area_product = 0;  ///< mGy cm2: kerma times the exposed area, the same at any distance
 };
 inline constexpr double k_kerma_output = 1e-5;  ///< mGy m2 / (kV2 mA s)

@@ -20,15 +20,16 @@ struct Corner {
   double t;           // depth along the rays: 1 on the detector
 };
 
-/// Returns twice the signed area of (a, b, p); exact for integers below 2^62.
 __extension__ using Wide = __int128;
+
+/// Returns twice the signed area of the triangle (a, b, (x, y)); exact for coordinates below 2^62.
 Wide side(const Corner& a, const Corner& b, std::int64_t x, std::int64_t y) noexcept {
   return static_cast<Wide>(b.x - a.x) * (y - a.y) - static_cast<Wide>(b.y - a.y) * (x - a.x);
 }
 
-/// Returns true if a point on the edge a -> b belongs to a triangle with positive area: equal for all
-/// triangles on that side of the edge, opposite for those on the other side, as if the point were moved by
-/// (e, e^2).
+/// Returns true if a point on the edge a -> b belongs to the triangle of positive area that has this edge.
+/// The result is the same for all triangles on that side of the edge, and the opposite for triangles on the
+/// other side, as if the point were moved by (e, e^2) with an infinitesimal e.
 bool owns_edge(const Corner& a, const Corner& b) noexcept { return b.y < a.y || (b.y == a.y && b.x > a.x); }
 
 }  // namespace

@@ -13,7 +13,7 @@ using volume::Version;
 
 namespace {
 
-/// Adds the blocks of voxels with samples in bricks that `version` has and `other` has not.
+/// Adds the blocks of voxels with samples in those bricks of `version` that `other` does not share.
 void add_changed(const Version& version, const Version* other, std::set<std::array<int, 3>>& changed) {
   const volume::CutLattice& lattice = version.lattice();
   version.for_bricks_in(ivec3(0), lattice.size() - 1, [&](const ivec3& low, const volume::Brick& brick) {
@@ -27,9 +27,9 @@ void add_changed(const Version& version, const Version* other, std::set<std::arr
   });
 }
 
-/// Returns the removed share of a voxel, from the distances of its samples to the cut: within a version they
-/// are constant, whereas the masks of an unfrozen version still change. A sample near the surface counts in
-/// part.
+/// Returns the removed share of a voxel, computed from the distances of its samples to the cut. The distances
+/// of a version are constant, whereas the masks of an unfrozen version still change. A sample closer to the
+/// cut than half of `softness` (mm) counts in part.
 double removed_share(const Version& version, const ivec3& voxel, double softness) {
   const volume::CutLattice& lattice = version.lattice();
   const ivec3 low = lattice.low_of(voxel), high = lattice.high_of(voxel);

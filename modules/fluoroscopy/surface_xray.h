@@ -15,19 +15,20 @@ struct SurfaceObject {
   /// Per triangle: true on the border of the scan, where there is no edge term; may be empty.
   std::vector<std::uint8_t> is_wall = {};
   double weight = 0.02;  ///< attenuation, 1/mm
-  double edge = 0;       ///< edge term of a grazing ray (no unit); zero for a ray along the normal
+  double edge = 0;       ///< edge term of a grazing ray (no unit); the term is 0 for a ray along the normal
 };
 
-/// Ray lengths within the objects times weight, and edge terms: a pixel's transmission is
-/// exp(-(within + edges)). Row by row of the whole view; pixels outside the collimator's opening are 0.
+/// Sums per pixel over all objects: `within` is the length of the ray in an object times its weight, `edges`
+/// the edge term. The transmission of a pixel is exp(-(within + edges)). Row by row of the whole view; pixels
+/// outside the opening of the collimators are 0.
 struct SurfaceXray {
   std::vector<double> within, edges;
   /// Number of rays that do not leave an object as often as they enter it, over all objects: 0 if all objects
   /// are closed surfaces.
   std::int64_t unbalanced = 0;
 };
-/// Projects all objects. Integers are summed: the order of triangles changes no bit. Error if an object
-/// reaches the source.
+/// Projects all objects. The terms of an object are summed as integers, so that the order of its triangles
+/// changes no bit. Error if an object reaches the plane through the source that is parallel to the detector.
 Result<SurfaceXray> project_surfaces(const View& view, std::span<const SurfaceObject> objects);
 
 /// Returns the unit normals of a mesh's vertices, weighted by the areas of their triangles.

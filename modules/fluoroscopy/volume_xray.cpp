@@ -47,7 +47,8 @@ VolumeXray::VolumeXray(std::shared_ptr<const volume::Volume> scan, double energy
 /// Returns the pixels with rays that may meet a block.
 PixelBox VolumeXray::pixels_of_block(const View& view, const std::array<int, 3>& block) const {
   volume::VoxelBox box = RemovedMatter::box_of(block);
-  if (method_ == volume::RaySum::joseph) --box.low, ++box.high;  // a ray between two voxels reads both
+  // With interpolation, a ray between two voxels reads both.
+  if (method_ == volume::RaySum::joseph) --box.low, ++box.high;
   double low_x = 1e300, low_y = 1e300, high_x = -1e300, high_y = -1e300;
   for (const dvec3& corner : volume::corners_world(scan_->frame, box.low, box.high)) {
     const auto at = view.project(corner);
@@ -114,7 +115,7 @@ void VolumeXray::update_removed(const View& view, const std::vector<ivec3>* chan
   counters_.renewed_rays += rays;
 }
 
-double VolumeXray::anatomy(const Ray& ray, double from, double to, std::size_t tile) const {
+double VolumeXray::operated_integral(const Ray& ray, double from, double to, std::size_t tile) const {
   double sum = lines_.integrate(ray, from, to);
   for (const auto* block : tiles_[tile])
     sum -= RemovedMatter::sum(ray, from, to, block->first, block->second);
@@ -180,7 +181,8 @@ Status VolumeXray::add_objects(const View& view, std::span<const XrayObject> obj
                                      frame.volume_from_world(back.world_from_local(view.pixel(column, row)))},
                                     hits[i].t, hits[i + 1].t);
       }
-      sums[pixel] += length * (integral - anatomy(ray, hits[i].t, hits[i + 1].t, tile_of(column, row)));
+      sums[pixel] +=
+          length * (integral - operated_integral(ray, hits[i].t, hits[i + 1].t, tile_of(column, row)));
     }
   });
   return std::nullopt;
@@ -284,8 +286,9 @@ std::vector<double> VolumeXray::sums_outside(const View& view, int threads) cons
   return result;
 }
 
-/// Returns true if a slice across an axis contains more tissue than noise and a table's edge would.
-bool VolumeXray::is_cut_at(int axis, int index) const {
+/// Returns true if more than a thousandth of the voxels of a slice across an axis are tissue: the slice cuts
+/// the body. Noise and the edge of the scanner's table are assumed to fill less.
+bool VolumeXray::has_tissue_in_slice(int axis, int index) const {
   const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
   std::int64_t tissue = 0;
   ivec3 v;
@@ -301,10 +304,12 @@ std::vector<Border> VolumeXray::borders(const View& view) const {
                              Border::none);
   const ivec3 size = scan_->size;
   const int beam = beam_axis(view), body = body_axis();
-  // Slices between which rays have to stay, within the scan's thickness along the beam.
+  // A ray must stay between these slices over the scan's thickness along the beam, otherwise its border is
+  // `end`.
   constexpr double k_anywhere = std::numeric_limits<double>::infinity();
-  const double lowest = beam != body && is_cut_at(body, 0) ? -0.5 : -k_anywhere,
-               highest = beam != body && is_cut_at(body, size[body] - 1) ? size[body] - 0.5 : k_anywhere;
+  const double lowest = beam != body && has_tissue_in_slice(body, 0) ? -0.5 : -k_anywhere,
+               highest =
+                   beam != body && has_tissue_in_slice(body, size[body] - 1) ? size[body] - 0.5 : k_anywhere;
   parallel_for(view.open.row_high - view.open.row_low, 0, [&](int n) {
     const int row = view.open.row_low + n;
     for (int column = view.open.column_low; column < view.open.column_high; ++column) {

@@ -30,20 +30,20 @@ class VolumeXray {
   /// Prepares a scan in Hounsfield units; one pass over it. threads 0 = all cores.
   VolumeXray(std::shared_ptr<const volume::Volume> scan, double energy_kev, int threads = 0);
 
-  /// Computes sums() for a view and a state. `version`: of this scan, frozen or not. Any thread. Unchanged
-  /// results are reused: for an unchanged view, only rays through changed blocks and through objects are
-  /// traced again; the result has the same bits as that of a complete pass. Error if an object reaches the
-  /// source; sums() is then unchanged.
+  /// Computes sums() for a view and a state. `version`: version of this scan, frozen or not. Any thread, but
+  /// one at a time. For an unchanged view and method, only rays near changed blocks and rays through objects
+  /// are traced again; the result has the same bits as that of a complete pass. Returns an error if an object
+  /// reaches the plane through the source that is parallel to the detector; sums() is then unchanged.
   Status project(const View& view, std::shared_ptr<const volume::Version> version,
                  std::span<const XrayObject> objects, volume::RaySum method, int threads = 0);
 
   /// Returns the integral of attenuation along each pixel's ray, row by row of the whole view: the
   /// transmission is exp(-sum). 0 where collimators are closed.
   const std::vector<double>& sums() const noexcept { return sums_; }
-  /// Returns the integral of attenuation along each pixel's ray outside the scan, where its sides cut through
-  /// the body, so that pictures have no edges there. Extends the nearest border voxels, bone as soft tissue,
-  /// over the scan's thickness along the beam, but not beyond the first and last slice. For pictures; not
-  /// part of sums().
+  /// Returns an estimate of the attenuation along each pixel's ray outside the scan, so that pictures have no
+  /// edges at the sides at which the scan cuts through the body. Continues the nearest border voxels (bone as
+  /// soft tissue) over the scan's thickness along the beam, but not beyond the first and last slice. For
+  /// pictures; not part of sums().
   std::vector<double> sums_outside(const View& view, int threads = 0) const;
   /// Returns the border of each pixel's ray, in the order of sums().
   std::vector<Border> borders(const View& view) const;
@@ -51,14 +51,14 @@ class VolumeXray {
   struct Counters {
     std::int64_t full_rays = 0;     ///< traced through the whole scan
     std::int64_t renewed_rays = 0;  ///< traced again through removed matter
-    std::int64_t object_rays = 0;   ///< that pass through objects
+    std::int64_t object_rays = 0;   ///< rays that pass through objects
   };
   const Counters& counters() const noexcept { return counters_; }
 
  private:
   int beam_axis(const View& view) const;
   int body_axis() const;
-  bool is_cut_at(int axis, int index) const;
+  bool has_tissue_in_slice(int axis, int index) const;
   using BlockList = std::vector<const RemovedMatter::Blocks::value_type*>;
   static constexpr int k_tile = 16;  // pixels along the edge of a tile, which is updated as a whole
 
@@ -69,7 +69,8 @@ class VolumeXray {
     return static_cast<std::size_t>(column / k_tile) +
            static_cast<std::size_t>(tiles_across_) * static_cast<std::size_t>(row / k_tile);
   }
-  double anatomy(const volume::Ray& ray, double from, double to, std::size_t tile) const;
+  /// Returns the integral of the operated scan's attenuation between two parameters of a ray.
+  double operated_integral(const volume::Ray& ray, double from, double to, std::size_t tile) const;
   Status add_objects(const View& view, std::span<const XrayObject> objects, int threads,
                      std::vector<double>& sums);
 
@@ -80,7 +81,7 @@ class VolumeXray {
   volume::RaySum method_ = volume::RaySum::exact;
   int tiles_across_ = 0;
   std::vector<BlockList> tiles_;                         ///< blocks that rays of each tile may meet
-  std::vector<double> full_sums_, removed_sums_, sums_;  ///< of the untouched scan; of removed matter; of all
+  std::vector<double> full_sums_, removed_sums_, sums_;  ///< untouched scan; removed matter; with objects
   Counters counters_;
 };
 

@@ -9,8 +9,8 @@ namespace {
 
 using sim::Finding;
 
-/// Least bone removed from an arch that makes a laminectomy, mm3: more than the tracks of two screws
-/// (assumed).
+/// Least volume of bone removed from an arch that counts as a laminectomy, mm3 (assumed): more than the
+/// tracks of two screws.
 constexpr double k_operated = 500;
 
 /// A vertebra to judge, by its label or by a position in its canal.
@@ -21,7 +21,8 @@ struct Subject {
   bool is_requested = false;             ///< the operation has judged it
 };
 
-/// Returns the vertebrae of earlier judgements and all labels that lost bone, in the order of the labels.
+/// Returns the labels that were judged or lost matter, in the order of the labels, and then the newest
+/// position at which a vertebra without a label was judged.
 std::vector<Subject> subjects_of(const sim::JobInput& input, const volume::Volume& scan) {
   std::vector<Subject> subjects;
   const sim::Chronicle& chronicle = input.state.chronicle;
@@ -37,7 +38,7 @@ std::vector<Subject> subjects_of(const sim::JobInput& input, const volume::Volum
     if (subject.is_requested || (label < units.size() && units[label] > 0))
       subjects.push_back(std::move(subject));
   }
-  // Without a label: the newest judged position.
+  // A vertebra without a label: the newest judged position.
   for (std::size_t i = chronicle.size(); i-- > 0;)
     if (const auto* judged = chronicle[i].value.as<Judgement>(); judged && judged->vertebra.empty()) {
       subjects.push_back({"vertebra", -1, chronicle[i].position_world, true});
@@ -46,7 +47,8 @@ std::vector<Subject> subjects_of(const sim::JobInput& input, const volume::Volum
   return subjects;
 }
 
-/// True if an arch was opened or lost much bone: a track of a probe or a hole in the body is no laminectomy.
+/// Returns true if the canal's roof was opened or the arch lost at least k_operated. The track of a probe or
+/// a hole in the vertebra's body does not count as a laminectomy.
 bool is_operated(const Outcome& outcome) {
   if (outcome.opened_length > 0) return true;
   double removed = outcome.lamina.removed + outcome.spinous_process.removed;

@@ -95,7 +95,7 @@ Status check(const void* parameters, const haptics::TouchScene& anatomy) {
 void adopt(const void* parameters, const sim::JobResult& result, sim::ModuleWork& work) {
   const auto& output = static_cast<const JudgementResult&>(result);
   if (output.error) {
-    work.change_result<Judgement>() = {};  // an earlier judgement does not apply
+    work.change_result<Judgement>() = {};  // an earlier judgement no longer applies
     work.raise_event(
         JudgementFailed{static_cast<const JudgeLaminectomy*>(parameters)->vertebra, output.error->reason},
         output.at);
@@ -231,8 +231,8 @@ const sim::Schema& Judgement::schema() {
       field<&Judgement::left_lower_facet>("left_lower_facet", {.unit = "%", .help = "removed share"}),
       field<&Judgement::right_upper_facet>("right_upper_facet", {.unit = "%", .help = "removed share"}),
       field<&Judgement::right_lower_facet>("right_lower_facet", {.unit = "%", .help = "removed share"}),
-      field<&Judgement::facet_at>("facet_at",
-                                  {.unit = "mm", .help = "position of the facet that lost the most bone"}),
+      field<&Judgement::facet_at>(
+          "facet_at", {.unit = "mm", .help = "position of the facet that lost the largest share"}),
       field<&Judgement::left_pars_before>("left_pars_before", {.unit = "mm"}),
       field<&Judgement::left_pars>("left_pars", {.unit = "mm"}),
       field<&Judgement::right_pars_before>("right_pars_before", {.unit = "mm"}),

@@ -8,9 +8,11 @@ namespace trephine::laminectomy {
 
 /// Job that judges a vertebra. It changes no anatomy.
 struct JudgeLaminectomy {
-  /// Its label; empty: the bone around `canal`, or without a position the labelled bone that lost the most.
+  /// Label of the vertebra. If it is empty, the bone around `canal` is judged, or without a position, the
+  /// labelled bone that lost the most matter.
   std::string vertebra;
-  /// Position in its canal at the height of the lamina, mm, world; empty: found by a search.
+  /// At most one position in the vertebra's canal at the height of the lamina, mm, world; empty: the canal is
+  /// searched for.
   std::vector<glm::dvec3> canal = {};
   std::int64_t item = 0;  ///< index of the bone's shape in the anatomy
   static const sim::Schema& schema();
@@ -19,7 +21,7 @@ struct JudgeLaminectomy {
 /// A judgement, the result of this module. Emitted at the centre of the canal.
 struct Judgement {
   std::string vertebra;
-  double canal_before = 0, canal_after = 0;          ///< mm2, where the canal was narrowest below a roof
+  double canal_before = 0, canal_after = 0;          ///< mm2, narrowest section that the lamina closed before
   glm::dvec3 narrowest_at{0.0};                      ///< mm, world
   double opened_length = 0, opened_width = 0;        ///< mm, of the opening in the roof
   double opening_before = 0, opening_after = 0;      ///< mm2, canal at the widest opening
@@ -29,7 +31,7 @@ struct Judgement {
   double spinous_before = 0, spinous_remaining = 0;  ///< mm3
   /// Removed share of each facet, %.
   double left_upper_facet = 0, left_lower_facet = 0, right_upper_facet = 0, right_lower_facet = 0;
-  glm::dvec3 facet_at{0.0};  ///< mm, world: removed part of the facet that lost most
+  glm::dvec3 facet_at{0.0};  ///< mm, world: facet that lost the largest share
   double left_pars_before = 0, left_pars = 0, right_pars_before = 0, right_pars = 0;  ///< mm
   glm::dvec3 left_pars_at{0.0}, right_pars_at{0.0};                                   ///< mm, world
   bool is_any = false;  ///< a vertebra was judged
@@ -46,7 +48,7 @@ struct JudgementFailed {
 class Laminectomy final : public sim::Module {
  public:
   std::string_view name() const noexcept override { return "laminectomy"; }
-  std::uint32_t version() const noexcept override { return 2; }  // 2: the vertebra is found
+  std::uint32_t version() const noexcept override { return 2; }  // 2: searches for the vertebra
   std::span<const sim::JobType* const> jobs() const override;
   std::span<const sim::ValueType* const> events() const override;
   sim::Value result() const override { return Judgement{}; }

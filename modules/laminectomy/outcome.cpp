@@ -17,7 +17,7 @@ using volume::CanalSection, volume::k_canal_reach;
 namespace {
 
 constexpr double k_section = 1;      // mm between sections
-constexpr double k_medial = 0.7;     // share of the canal's half width; facets and pars are lateral of it
+constexpr double k_medial = 0.7;     // share of the canal's half width; facets are lateral to it
 constexpr double k_facet_wide = 12;  // mm beyond the canal's wall to the transverse process
 
 double median(std::vector<double>& values) {
@@ -71,8 +71,8 @@ class Judge {
     return std::nullopt;
   }
 
-  /// Finds the start of the spinous process: the outer surface of the laminae, half way to the sides of the
-  /// canal.
+  /// Finds the start of the spinous process: the median depth of the outer surface of the laminae, half way
+  /// from the midline to the sides of the canal.
   void find_spinous_process() {
     std::vector<double> behind;
     for (int i = outcome_.roof_first; i <= outcome_.roof_last; ++i) {
@@ -128,9 +128,9 @@ class Judge {
       outcome_.lower_facet[side] = part_of(sums[4 + side]);
   }
 
-  /// Measures the width of the arch, viewed from the back, in rows from the centre of the pedicle to the same
-  /// distance below its lower edge. Skips rows in which the bone did not reach the midline before the
-  /// operation.
+  /// Measures the least width of the arch, viewed from the back, in rows from the centre of the pedicle to
+  /// the same distance below its lower edge. Skips rows in which the bone did not reach the midline before
+  /// the operation.
   void measure_pars() {
     const double upper = 0.5 * (outcome_.pedicle_low + outcome_.pedicle_high),
                  lower = 2 * outcome_.pedicle_low - upper;
@@ -154,7 +154,7 @@ class Judge {
   }
 
  private:
-  /// Finds the stretch of closed sections nearest to the centre.
+  /// Finds the consecutive closed sections around the one nearest to the vertebra's centre.
   bool find_roof() {
     const auto has_roof = [this](int i) {
       return outcome_.sections[static_cast<std::size_t>(i)].has_roof(false);
@@ -189,7 +189,7 @@ class Judge {
   }
 
   /// Returns the width of the arch in a row, mm, from its outer edge on one side inward to the midline or to
-  /// the end of the remaining bone. Sets both ends.
+  /// the end of the bone. Sets `edge` and `inner` to the distances of both ends from the midline, mm.
   double row_width(double sign, double z, bool is_after, double& edge, double& inner) const {
     const auto is_covered = [&](double x) {
       for (double y = 0; y <= outcome_.roof_back; y += k_fine) {
@@ -208,7 +208,8 @@ class Judge {
     return edge - inner;
   }
 
-  /// Calls each(position, mm3, is_removed) for points of the vertebra that divide its voxels evenly.
+  /// Divides the voxels of the vertebra into equal parts, and calls each(centre in the vertebra's frame, mm3,
+  /// is_removed) for each part.
   template <class Each>
   void for_points(const Each& each) const {
     constexpr double k_half_width = 45;  // mm to each side: no vertebra is wider

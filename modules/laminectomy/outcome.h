@@ -47,7 +47,7 @@ struct Outcome {
 };
 
 /// Judges the vertebra with this label. If `label` is -1, judges the bone within 18 mm above and below
-/// `canal_world`, a position in the canal (mm). `version` is frozen.
+/// `canal_world`, a position in the canal (mm). Requires a frozen `version`.
 Result<Outcome, LocatedError> judge(const volume::Field& bone, int label, const glm::dvec3* canal_world,
                                     const volume::Version& version);
 

@@ -24,7 +24,8 @@ struct TrianglesOfCorner {
     for (std::size_t i = 0; i < corners.size(); ++i)
       triangles[next[corners[i]]++] = static_cast<std::uint32_t>(i / 3);
   }
-  /// Returns the triangles that are connected to `open` by corners and for which `is_wanted` returns true.
+  /// Returns the triangles for which `is_wanted` returns true and that a chain of such triangles with common
+  /// corners connects to a triangle of `open`.
   template <class Wanted>
   std::vector<std::uint32_t> flood(const haptics::Surface& surface, std::vector<std::uint32_t> open,
                                    const Wanted& is_wanted) const {
@@ -51,7 +52,7 @@ std::array<dvec3, 3> corners_of(const haptics::Surface& surface, std::uint32_t t
   const auto& c = surface.triangles();
   return {v[c[3 * t]], v[c[3 * t + 1]], v[c[3 * t + 2]]};
 }
-/// Returns the outward normal of a triangle, of twice its area.
+/// Returns the outward normal of a triangle; its length is twice the triangle's area.
 dvec3 area_vector(const std::array<dvec3, 3>& c) { return glm::cross(c[1] - c[0], c[2] - c[0]); }
 
 bool is_within(const std::vector<dvec2>& polygon, const dvec2& p) {
@@ -98,7 +99,7 @@ std::optional<double> area_within(const haptics::Surface& surface,
           inside += is_within(polygon, project(c[0] + s * (c[1] - c[0]) + r * (c[2] - c[0])));
         }
     if (inside == 0) {
-      // The flood passes a triangle outside the outline only at a point of the line.
+      // The flood passes through a triangle outside the outline only if it contains one of `points`.
       for (const haptics::Surface::Point& point : points)
         if (point.triangle == t) return true;
       return false;

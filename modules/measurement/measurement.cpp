@@ -64,8 +64,8 @@ haptics::Surface surface_near(const volume::Field& shape, const volume::Version&
   return {std::move(vertices), std::move(triangles)};
 }
 
-/// Returns the depth (mm) of a position below the surface of the remaining shape, to first order, with the
-/// direction out of it.
+/// Returns the depth of a position below the surface of the remaining shape, to first order and at most 1 mm,
+/// with the direction out of the shape.
 haptics::Inside inside(const volume::Field& shape, const volume::Version& version,
                        const dvec3& position_world) {
   const volume::Frame& frame = shape.volume().frame;
@@ -96,8 +96,8 @@ struct LineOnSurface {
   haptics::Surface surface;
   std::vector<haptics::Surface::Point> places;
 };
-/// Finds the line along the shape's surface through the requested positions. Sets line and distance (`moved`)
-/// in `output`; empty, with a problem in `output`, if there is no such line.
+/// Finds the line along the shape's surface through the requested positions. Sets `line` and `moved` of
+/// `output`. If there is no such line, returns nullopt and sets `problem` of `output`.
 std::optional<LineOnSurface> lay_line(const Measure& request, const volume::Field& shape,
                                       const volume::Version& version, bool is_closed, Measured& output) {
   double farthest = 0;
@@ -376,7 +376,7 @@ sim::Overlays Measurement::overlays(const sim::OperationState& operation) const 
   if (settings == nullptr || settings->kinds.empty()) return {};
   sim::Overlay overlay;
   overlay.kind = sim::Overlay::Kind::measure;
-  overlay.is_in_front = true;  // a straight line between two positions on bone is inside it
+  overlay.is_in_front = true;  // bone would hide a straight line between two positions on its surface
   // Dashes of 2 mm and gaps of 1.5 mm, along each whole line.
   constexpr double k_dash = 2, k_period = 3.5;  // mm
   std::size_t first = 0;

@@ -1,4 +1,5 @@
-// Measurement: rulers, angles, tapes along bone, regions of a scan and parts of a surface, as commands.
+// Measurement: rulers, angles, tapes and patches on a surface, regions of a scan, and connected parts of a
+// surface, as jobs.
 #pragma once
 
 #include "sim/api/module.h"
@@ -19,7 +20,7 @@ struct Measure {
   static const sim::Schema& schema();
 };
 
-/// A measurement. Emitted at its first position.
+/// A measurement. Emitted at the first point of `line`; at the origin if `line` is empty after a failure.
 struct Measured {
   Kind kind = Kind::ruler;
   bool is_any = false;  ///< something was measured
@@ -43,7 +44,8 @@ struct ClearMeasures {
   static const sim::Schema& schema();
 };
 
-/// Result of this module: the last measurement, and the shown measurements: the newest `k_shown`.
+/// Result of this module: the last measurement, which may have failed, and the `k_shown` newest successful
+/// measurements, which are shown.
 struct MeasurementState : Measured {
   static constexpr std::size_t k_shown = 32;
   /// Per measurement: its kind, the number of its points in `lines`, and its value.

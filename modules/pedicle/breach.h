@@ -17,7 +17,8 @@ struct VertebraZones {
 
 /// Farthest point of a screw outside the bone.
 struct Breach {
-  double mm = -1e3;          ///< distance to the bone; negative: least thickness of bone around the screw
+  /// Distance to the bone; negative: least thickness of bone around the screw; -1000: no point was examined.
+  double mm = -1e3;
   Wall wall = Wall::none;    ///< none if mm <= 0
   glm::dvec3 at_world{0.0};  ///< mm
   double from_entry = 0;     ///< mm along the screw
@@ -27,12 +28,13 @@ struct Breaches {
   Breach front;    ///< of the vertebra's body, the tip included
 };
 
-/// Signed distance of a point (world, mm) to the surface of the bone, mm; negative inside. It changes by at
-/// most the distance between two points.
+/// Signed distance of a point (world, mm) to the surface of the bone, mm; negative inside. The values at two
+/// points must differ by at most the distance between the points.
 using BoneDistance = std::function<double(const glm::dvec3&)>;
 
-/// Searches the envelope of a screw, at points 0.2 mm along it and 72 around. Within one diameter from the
-/// entry, where a screw enters an oblique surface, nothing counts. Cost: some thousand distances.
+/// Searches the envelope of a screw, every 0.2 mm along the screw at 72 points around it. The first diameter
+/// after the entry does not count, because a screw may enter an oblique surface. Cost: some thousand
+/// distances.
 Breaches find_breaches(const Screw& screw, const VertebraZones& zones, const BoneDistance& distance);
 
 /// Grade of a breach of a pedicle (Gertzbein and Robbins 1990): A without a breach, B below 2 mm, C below 4,

@@ -11,7 +11,7 @@ namespace {
 
 using sim::Finding;
 
-/// Returns a name that no other screw has: "L4 left", "L4 left 2".
+/// Returns `name`, with a number if another screw already has this name: "L4 left", "L4 left 2".
 std::string unique_name(const std::string& name, std::map<std::string, int>& used) {
   const int number = ++used[name];
   return number == 1 ? name : name + " " + std::to_string(number);
@@ -38,7 +38,8 @@ void add_breaches(const std::string& name, const ScrewJudged* judged, const std:
   findings.push_back(std::move(front));
 }
 
-/// Adds the distances to the plan, and the difference between the screw's length and its track.
+/// Adds the distances to the plan, the difference between the length of the screw and the depth of its track,
+/// and the intensity in its core.
 void add_plan(const std::string& name, const JudgedScrew& screw, const ScrewJudged& judged,
               std::vector<Finding>& findings) {
   Finding entry{.name = name + ": entry to plan", .unit = "mm", .full_at = 2, .zero_at = 10, .weight = 2};

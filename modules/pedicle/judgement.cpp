@@ -194,7 +194,7 @@ Result<ScrewJudged, LocatedError> judge(const JudgedScrew& screw, const JudgedBo
   judged.breach = pedicle.mm, judged.wall = pedicle.wall, judged.breach_at = pedicle.at_world;
   judged.from_entry = pedicle.from_entry;
   if (breaches.front.mm > -1e3) judged.front = breaches.front.mm, judged.front_at = breaches.front.at_world;
-  // The wall that decides lies across the axis.
+  // The direction of the breach is perpendicular to the screw: from its axis to the point of the breach.
   const dvec3 axis = screw.screw.entry_world + pedicle.from_entry * screw.screw.ahead();
   judged.half_voxel = half_voxel(bone.scan->frame, glm::normalize(pedicle.at_world - axis));
   judged.grade = grade_of(pedicle.mm);
@@ -213,7 +213,7 @@ void compare_with_plan(const JudgedScrew& screw, const volume::SurgicalPlan& pla
   const volume::PlannedTrajectory* nearest = nullptr;
   double least = 1e300;
   for (const volume::PlannedTrajectory& one : plan.trajectories) {
-    // A plan may leave vertebra or side open.
+    // A planned trajectory may omit the vertebra or the side.
     if (!one.vertebra.empty() && !judged.vertebra.empty() && one.vertebra != judged.vertebra) continue;
     if (has_side && !one.side.empty() && one.side != k_side_names[static_cast<std::size_t>(judged.side)])
       continue;

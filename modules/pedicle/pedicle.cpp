@@ -13,8 +13,9 @@ using glm::dvec3;
 
 namespace {
 
-/// Returns the index of the earlier track that a new one extends: it begins at the end of the earlier track
-/// and has about its direction. Empty if there is no such track.
+/// Returns the index of the earlier track that a new track extends. The new track begins within 2 mm of the
+/// end of the earlier track and deviates from its direction by less than 20 degrees. Empty if there is no
+/// such track.
 std::optional<std::size_t> extended_track(const PedicleState& state, const TrackMade& track) {
   constexpr double k_near = 2, k_straight = 0.94;  // mm; cosine of 20 degrees
   for (std::size_t i = 0; i < state.track_entries.size(); ++i) {
@@ -107,7 +108,7 @@ void Pedicle::react_to_command(const sim::Command& command, const sim::Operation
 std::vector<sim::Measure> Pedicle::measures(const sim::OperationState& operation) const {
   const auto* state = operation.undoable_of<PedicleState>();
   if (state == nullptr) return {};
-  // Judgements of screws that were not removed or undone.
+  // Only judgements of screws that still exist count: the others were removed or undone.
   const auto* judged = operation.result_of<ScrewJudgements>();
   double worst = 0, worst_grade = 0, least_score = 100, count = 0, scored = 0;
   std::vector<sim::Measure> each;

@@ -30,7 +30,7 @@ struct PlacementResult final : sim::JobResult {
   std::span<const sim::NewBody> bodies() const noexcept override { return screws; }
 };
 
-/// Returns the least distance between two segments, mm, by samples 0.25 mm apart.
+/// Returns the least distance between the axes of two screws, mm, from samples 0.25 mm apart on the first.
 double distance_between(const Screw& a, const Screw& b) {
   constexpr double k_step = 0.25;
   const dvec3 axis = b.ahead();

@@ -13,7 +13,7 @@ struct PedicleState {
   std::vector<sim::Id> screw_bodies;                  ///< 0 until the body exists
   std::vector<glm::dvec3> screw_entries, screw_tips;  ///< mm, world
   std::vector<double> screw_diameters;                ///< mm
-  std::vector<double> screw_tracks;                   ///< number of its track, from 1 on; 0: none
+  std::vector<double> screw_tracks;                   ///< number of the screw's track, from 1 on; 0: no track
   Screw screw(std::size_t index) const {
     return {screw_entries[index], screw_tips[index], screw_diameters[index]};
   }
@@ -25,17 +25,17 @@ struct PedicleState {
 
 /// Job that places a screw along a track, or from an entry toward a target.
 struct PlaceScrew {
-  std::int64_t track = 0;                           ///< its number, from 1 on; 0: the last
+  std::int64_t track = 0;                           ///< number of the track, from 1 on; 0: the last
   std::vector<glm::dvec3> entry = {}, target = {};  ///< mm, world; one position each, instead of a track
   Diameter diameter = Diameter::d6;
   Length length = Length::l40;
   double seconds = 3;      ///< duration of the motion to its position; 0: no motion
-  bool is_forced = false;  ///< even if the tip would be far in front of the bone
+  bool is_forced = false;  ///< places the screw even if its tip is far in front of the bone
   std::int64_t item = 0;   ///< index of the bone's shape in the anatomy
   static const sim::Schema& schema();
 };
 
-/// Removes a screw. It leaves no hole: only the probe's track is removed bone.
+/// Command: removes a screw. The screw leaves no hole, because it removed no bone.
 struct RemoveScrew {
   sim::Id body;  ///< 0: the last one
   static const sim::Schema& schema();
@@ -47,7 +47,7 @@ struct ScrewPlaced {
   double diameter = 0, length = 0;  ///< mm
   glm::dvec3 tip{0.0};              ///< mm, world
   std::int64_t track = 0;           ///< 0: without a track
-  double beyond_track = 0;          ///< mm by which it is longer than its track; 0 without a track
+  double beyond_track = 0;          ///< mm, length of the screw less depth of its track; 0 without a track
   static const sim::Schema& schema();
 };
 /// A screw could not be placed. Emitted at the location of the problem.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "volume/base/text.h"
 #include "volume/fields/offset_field.h"
 #include "volume/scan/traversal.h"
 
@@ -14,19 +15,19 @@ using sim::field;
 
 namespace {
 
-constexpr double k_enter_share = 0.5;  // of the resistance: a contact that presses harder starts a track
+constexpr double k_enter_share = 0.5;  // of the resistance: a track starts at this contact force
 constexpr double k_upright = 0.5;      // cosine: the shaft stands within 60 degrees of the surface's normal
 constexpr double k_search = 5;         // mm ahead of the contact in which there must be bone
-constexpr double k_left = 0.2;         // mm above its start: the probe left its track
+constexpr double k_left = 0.2;         // mm above `begin` at which the probe has left its track
 constexpr double k_min_track = 1;      // mm: shorter tracks are not reported
 constexpr double k_step = 0.05;        // mm of track per removal
-constexpr double k_shaft = 3;          // diameters of shaft for which a track between walls has room
+constexpr double k_shaft = 3;          // diameters above the entry, removed for the shaft (walls)
 constexpr double k_search_step = 0.1;  // mm of track between searches for bone ahead
-constexpr double k_ahead[] = {0.3, 0.8, 1.3};  // mm ahead of the tip at which there is bone
+constexpr double k_ahead[] = {0.3, 0.8, 1.3};  // mm ahead of the tip at which bone is searched for
 constexpr double k_fastest = 500;              // mm/s, growth of a track between walls
 
-/// Returns the radius of the contact balls, mm: inside the track, which their offset field resolves to a
-/// step.
+/// Returns the radius of the contact balls, mm. It is one step of the offset field smaller than that of the
+/// track, because the field resolves the track only to a step.
 double ball_radius(const Probe& p, const volume::Volume& anatomy) {
   const double radius = 0.5 * p.diameter, step = volume::OffsetField::step_for(radius, anatomy);
   return std::max(0.5 * radius, radius - step);
@@ -79,12 +80,13 @@ class ProbeTick {
     return true;
   }
 
-  /// Returns the depth to which the hand presses a track whose end is a wall: the spring of the contact then
-  /// keeps the resistance. The tip reaches the end before the end moves on, since fields follow cuts later.
+  /// Returns the new depth of a track whose end is a wall. The end moves so far that the spring of the
+  /// contact again exerts the resistance. Because contact fields follow cuts some ticks later, the end does
+  /// not move farther ahead of the tip than a slack.
   double depth_between_walls() const {
     if (state_.is_out && !(press_ > p_.resistance)) return std::max(state_.end, state_.depth);
-    // Resolution of the contact field, 0.25 mm, and motion of the hand until the field follows a cut; more
-    // for a faster hand, which is farther ahead of the tip.
+    // The slack covers the resolution of the contact field (0.25 mm) and the motion of the hand until the
+    // field follows a cut. It is larger for a faster hand, which leads the tip by a larger distance.
     constexpr double k_slack = 0.35, k_share = 0.3;  // mm; of the hand's lead
     const double pressed = glm::dot(tick_.pose.position_world - tick_.proxy_world, state_.ahead);
     if (!(press_ > p_.resistance) || pressed <= 0) return state_.end;
@@ -93,7 +95,8 @@ class ProbeTick {
                     std::min(state_.end + std::min(lead, k_fastest * input_.dt), state_.depth + slack));
   }
 
-  /// Follows the growth of the track in short steps, since a tip that loses its resistance jumps.
+  /// Extends the track to a depth in short steps, because a tip jumps ahead when the resistance is lost. Then
+  /// removes the bone of the new part.
   void grow_to(double depth) {
     const double last = std::min(depth, p_.length);
     while (state_.end < last) grow_by(std::min(k_search_step, last - state_.end));
@@ -126,25 +129,26 @@ class ProbeTick {
     }
   }
 
-  /// Removes the bone of the new part of the track. Its end is round, and never ahead of the tip.
+  /// Removes the bone of the new part of the track. The removed part has a round end, at the end of the
+  /// track.
   void carve() {
     const double radius = 0.5 * p_.diameter;
     if (!(state_.end > state_.carved)) return;
-    // Next to an oblique entry the shaft passes bone above the surface that the tip met.
+    // At an oblique entry, the shaft passes bone that lies above the point at which the tip entered.
     const bool is_first = p_.guide == Guide::walls && state_.carved <= 0;
     const double from = is_first ? state_.carved - k_shaft * p_.diameter : state_.carved - radius;
     work_.remove(volume::Sweep{at(from), at(state_.end - radius), radius, state_.is_carving});
     state_.carved = state_.end, state_.is_carving = true;
   }
 
-  /// Removes the bone around the round end, so that balls pass in their full width.
+  /// Moves the round end of the track ahead by its radius, so that balls of the full width pass.
   void break_through() {
     const double radius = 0.5 * p_.diameter;
     work_.remove(volume::Sweep{at(state_.end - radius), at(state_.end), radius, true});
   }
 
-  /// Returns true if the hand of a probe on a line is in bone off its track: bone that blocks again would
-  /// bury the hand.
+  /// Returns true if the hand of a probe on a line is in bone. The track then must not end: bone would block
+  /// the hand again and bury it.
   bool is_hand_in_bone() const {
     return p_.guide == Guide::line && work_.is_matter(tick_.pose.position_world);
   }
@@ -194,7 +198,7 @@ sim::ToolBall body(const Probe& p, const ProbeState& state, const sim::Instrumen
 
 sim::ToolNeeds needs(const Probe& p, const volume::Volume& anatomy) {
   if (p.guide == Guide::line) return {p.diameter};
-  // Balls along the shaft, a diameter apart or less where that many are possible.
+  // Balls along the shaft, at most a diameter apart, as far as their number allows.
   const double radius = ball_radius(p, anatomy);
   const int gaps = std::clamp(static_cast<int>(std::ceil(p.length / p.diameter)), 1,
                               static_cast<int>(haptics::ToolShape::k_max_balls) - 1);
@@ -204,8 +208,7 @@ sim::ToolNeeds needs(const Probe& p, const volume::Volume& anatomy) {
 }
 
 std::string text_of(const haptics::ToolShape& tool) {
-  return "balls: " + std::to_string(tool.balls().size()) + ", radius: " + std::to_string(tool.radius()) +
-         " mm";
+  return "balls: " + std::to_string(tool.balls().size()) + ", radius: " + rounded_text(tool.radius()) + " mm";
 }
 
 Status check(const Probe& p, const haptics::TouchScene& scene) {
@@ -230,8 +233,8 @@ Status check(const Probe& p, const haptics::TouchScene& scene) {
   if (p.diameter >= scene.smallest_burr) return std::nullopt;
   return Error{.what = "the probe is thinner than the smallest burr of the session",
                .where = "probe diameter",
-               .found = std::to_string(p.diameter) + " mm",
-               .expected = std::to_string(scene.smallest_burr) + " mm or more",
+               .found = rounded_text(p.diameter) + " mm",
+               .expected = rounded_text(scene.smallest_burr) + " mm or more",
                .remedy = "choose a thicker probe, or start the session with a smaller smallest burr"};
 }
 

@@ -68,7 +68,7 @@ std::shared_ptr<const sim::Piece> screw_piece(double diameter, double length) {
 }
 
 haptics::Placement placement_of(const Screw& screw) noexcept {
-  // Half way between z and the axis: a rotation by the angle between them.
+  // The unit vector half way between z and the axis gives the quaternion that turns z to the axis.
   const dvec3 z(0, 0, 1), ahead = screw.ahead(), sum = z + ahead;
   const double size = glm::length(sum);
   if (!(size > 1e-6)) return {screw.entry_world, {0, 1, 0, 0}};  // about x by half a turn

@@ -30,12 +30,13 @@ struct Screw {
   glm::dvec3 ahead() const noexcept;  ///< unit
 };
 
-/// Thread and tip of a screw. docs/pedicle.md cites the numbers.
+/// Thread, tip and head of a screw. docs/pedicle.md lists the numbers and their sources.
 double core_radius(double diameter) noexcept;                  ///< mm
 double pitch_of(double diameter) noexcept;                     ///< mm per turn
 inline constexpr double k_tip = 0.8;                           ///< length of the conical tip, in diameters
 inline constexpr double k_head_length = 8, k_head_radius = 5;  ///< mm
-/// Returns the radius of the smallest solid of revolution around a screw, mm, `along` mm behind the entry.
+/// Returns the radius of the smallest solid of revolution around a screw, mm, at `along` mm from the entry
+/// toward the tip; 0 beyond both ends.
 double envelope_radius(double diameter, double length, double along) noexcept;
 
 /// Returns the closed surface of a screw about the z axis: entry at 0, tip at `length`.

@@ -15,7 +15,8 @@ class ScrewJudge {
   ScrewJudge(const sim::JobInput& input, std::size_t item, const ScoreMarks& marks)
       : input_(input), item_(item), marks_(marks) {}
 
-  /// Judges a screw in the first label along it that yields a judgement, the most frequent label first.
+  /// Tries the labels along a screw, the most frequent first, and returns the first judgement that succeeds;
+  /// else the error of the last label.
   Result<ScrewJudged, LocatedError> judge(const JudgedScrew& screw);
   /// Judges a screw in the vertebra with this label; -1: in the bone around `canal_world`, mm.
   Result<ScrewJudged, LocatedError> judge_in(const JudgedScrew& screw, int label,

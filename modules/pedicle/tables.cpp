@@ -46,7 +46,7 @@ const sim::Schema& PlaceScrew::schema() {
           "seconds",
           {.unit = "s", .low = 0, .high = 30, .help = "duration of its motion", .is_expert = true}),
       field<&PlaceScrew::is_forced>("forced",
-                                    {.help = "even if its tip is in front of the bone", .is_expert = true}),
+                                    {.help = "allows a tip far in front of the bone", .is_expert = true}),
       field<&PlaceScrew::item>("item",
                                {.low = 0, .high = 63, .help = "shape of the bone", .is_expert = true})};
   static constexpr sim::Schema table{"place-screw", 1, fields};
@@ -98,12 +98,12 @@ const sim::Schema& JudgeScrew::schema() {
                                           {.unit = "mm",
                                            .low = 0.1,
                                            .high = 1000,
-                                           .help = "distance of entry and target without points",
+                                           .help = "sum of entry and target distances that has no points",
                                            .is_expert = true}),
       field<&JudgeScrew::depth_zero>("depth_zero", {.unit = "mm",
                                                     .low = 0.1,
                                                     .high = 1000,
-                                                    .help = "difference to the track without points",
+                                                    .help = "difference to the track that has no points",
                                                     .is_expert = true}),
       field<&JudgeScrew::trajectory_share>(
           "trajectory_share",

@@ -12,7 +12,8 @@ using glm::dvec3;
 
 namespace {
 
-/// Returns the label below an entry: the first along the tool; 0: none within reach.
+/// Returns the first label along the tool from an entry, and sets `at` to its position; 0: no label within
+/// reach.
 int label_below(const volume::Volume& scan, const dvec3& entry, const dvec3& ahead, dvec3& at) noexcept {
   constexpr double k_step = 0.5, k_reach = 8;  // mm
   if (scan.labels.is_empty()) return 0;
@@ -27,7 +28,7 @@ int label_below(const volume::Volume& scan, const dvec3& entry, const dvec3& ahe
 
 /// Returns true if bone surrounds a point in the axial plane, as it does in the spinal canal.
 bool is_surrounded(const sim::Work& work, const dvec3& p) noexcept {
-  constexpr int k_directions = 16, k_enough = 13;  // of the ring, a root's foramen and a track may be open
+  constexpr int k_directions = 16, k_enough = 13;  // a foramen and a track may be open
   constexpr double k_step = 1, k_far = 26;         // mm, the width of a lumbar canal
   int count = 0;
   for (int i = 0; i < k_directions; ++i) {
@@ -48,7 +49,7 @@ double side_of_midline(const volume::Volume& scan, const dvec3& entry, const dve
   dvec3 at = entry;
   const int label = label_below(scan, entry, ahead, at);
   if (label <= 0) return ahead.x > 0 ? 1 : -1;
-  // The slice of that point, across the axis of the grid that is nearest to the patient's length.
+  // The slice through `at`, across the axis of the grid that is nearest to the patient's long axis.
   int across = 0;
   double most = -1;
   for (int a = 0; a < 3; ++a) {
@@ -69,7 +70,7 @@ double side_of_midline(const volume::Volume& scan, const dvec3& entry, const dve
 
 dvec3 direction_out_of_bone(const sim::Work& work, const dvec3& tip, const dvec3& ahead) noexcept {
   constexpr double k_radii[] = {1.5, 2.5};  // mm
-  constexpr double k_behind = -0.5;         // cosine: the track is farther behind
+  constexpr double k_behind = -0.5;         // cosine to `ahead`: smaller ones are in the track
   dvec3 free(0), all(0);
   double free_count = 0, count = 0;
   for (int z = -2; z <= 2; ++z)

@@ -15,8 +15,9 @@ enum class Wall : std::uint8_t { none, medial, lateral, above, below, front };
 inline constexpr std::array<std::string_view, 6> k_wall_names{"none",  "medial", "lateral",
                                                               "above", "below",  "front"};
 
-/// Returns 1 if the midline of the vertebra lies toward the patient's left of a track, else -1: by the
-/// middle of its label in the slice of the entry; without a label a track points to the midline.
+/// Returns 1 if the midline of the vertebra is on the patient's left of a track, else -1. The midline is the
+/// mean position of the vertebra's label in the slice of the entry. Without a label, the track is assumed to
+/// point toward the midline.
 double side_of_midline(const volume::Volume& scan, const glm::dvec3& entry_world,
                        const glm::dvec3& ahead_world) noexcept;
 

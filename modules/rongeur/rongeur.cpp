@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "volume/base/axes.h"
+#include "volume/base/text.h"
 
 namespace trephine::rongeur {
 
@@ -77,7 +78,7 @@ double bite_size(const Rongeur& r, const ToolPose& at, const sim::Work& work) {
 void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& input, sim::Work& work) {
   const haptics::Pose& pose = input.tick.pose;
   if (input.tick.raised & haptics::fault_not_finite) return;  // the hand's motion is unknown
-  // An undo does not reset the jaws: after an undo, they must also open before the next bite.
+  // An undo does not reset the jaws: closed jaws must open before the next bite also after an undo.
   const double squeeze = std::clamp(static_cast<double>(pose.axes[0]), 0.0, 1.0);
   state.has_squeeze = state.has_squeeze || squeeze > 0;
   if (state.has_squeeze)
@@ -105,9 +106,10 @@ void step(const Rongeur& r, RongeurState& state, const sim::InstrumentInput& inp
   if (report.removed_units > 0) work.raise_event(Bite{work.remaining().mm3_of(report.removed_units)}, middle);
 }
 
-/// Returns the ball whose distance to forbidden structures is watched. It is as wide as the jaws, and rests
-/// on the lower face of a Kerrison's foot, or is centred between a rongeur's cups. Open cups rest on the
-/// bone: they are around it only while they close.
+/// Returns the ball whose distance to forbidden structures is watched. The ball is as wide as the jaws. With
+/// a Kerrison, its lowest point is on the lower face of the foot. The open cups of a rongeur rest on the
+/// bone: the ball is then next to the throat, on the side of the hand. Once the cups close around the bone,
+/// the ball is centred between them.
 sim::ToolBall body(const Rongeur& r, const RongeurState& state, const sim::InstrumentInput& input) {
   const ToolPose at = bite_pose(r, input);
   const double radius = 0.5 * r.width;
@@ -122,8 +124,8 @@ Status check(const Rongeur& r, const haptics::TouchScene& scene) {
   if (r.width >= scene.smallest_burr) return std::nullopt;
   return Error{.what = "the jaws are narrower than the smallest burr of the session",
                .where = "rongeur width",
-               .found = std::to_string(r.width) + " mm",
-               .expected = std::to_string(scene.smallest_burr) + " mm or more",
+               .found = rounded_text(r.width) + " mm",
+               .expected = rounded_text(scene.smallest_burr) + " mm or more",
                .remedy = "choose wider jaws, or start the session with a smaller smallest burr"};
 }
 

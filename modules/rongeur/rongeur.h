@@ -24,12 +24,12 @@ struct Rongeur {
   }
 };
 
-/// The hand holds the throat of a rongeur, from which the cups reach ahead by their width, or the top of a
-/// Kerrison's foot. The jaws follow the first axis of the device once that was above 0, else they close while
-/// the button is pressed.
+/// State of a rongeur. The hand holds the throat of a rongeur, from which the cups reach ahead by their
+/// width, or the top of a Kerrison's foot. Once the first axis of the device was above 0, the jaws follow
+/// this axis. Until then, the jaws close while the button is pressed.
 struct RongeurState {
   double closed = 0;                         ///< 0 open to 1 closed
-  bool is_done = true, has_squeeze = false;  ///< is_done: bitten or refused, must open first
+  bool is_done = true, has_squeeze = false;  ///< is_done: the jaws must open before the next bite
   static const sim::Schema& schema();
 };
 
@@ -49,7 +49,7 @@ sim::Instrument rongeur(const Rongeur& parameters);
 class RongeurModule final : public sim::Module {
  public:
   std::string_view name() const noexcept override { return "rongeur"; }
-  std::uint32_t version() const noexcept override { return 4; }  // 4: open cups are on the bone
+  std::uint32_t version() const noexcept override { return 4; }  // 4: position of open cups
   std::span<const sim::InstrumentType* const> instruments() const override;
   std::span<const sim::ValueType* const> events() const override;
   std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;

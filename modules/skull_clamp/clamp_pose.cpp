@@ -16,7 +16,7 @@ namespace {
 constexpr double k_radian = 57.295779513082320877;  // degrees
 constexpr double k_least_distance = 20;             // mm, least distance between two pins
 constexpr double k_in_line = 10;                    // mm, least height of the pins' triangle
-constexpr double k_margin = 20;                     // mm, by which an axis may be shorter than the opening
+constexpr double k_margin = 20;                     // mm, by which the axis may be below the least opening
 
 // Unknowns: translation, rotation about the world's axes, opening, swing.
 constexpr std::size_t k_unknowns = 8, k_opening = 6, k_swing = 7;
@@ -49,7 +49,8 @@ LocatedStatus check_pins(const Pins& pins, const ClampLimits& limits) {
   return std::nullopt;
 }
 
-/// Solves a symmetric positive system of the unknowns that are free, by elimination. Held ones are 0.
+/// Solves a symmetric positive definite system for the unknowns that are not held, by elimination. Held
+/// unknowns are 0.
 Vector solve(std::array<Vector, k_unknowns> matrix, Vector right, const std::array<bool, k_unknowns>& held) {
   for (std::size_t i = 0; i < k_unknowns; ++i) {
     if (!held[i]) continue;
@@ -81,7 +82,7 @@ class Fit {
   Fit(const Pins& pins, const ClampLimits& limits) : pins_(pins), limits_(limits) {}
 
   /// Starts with the axis through pin 1 and the middle of the pair, and improves the pose by Gauss-Newton
-  /// steps. A limit holds its unknown while the step leads beyond it.
+  /// steps. An unknown at a limit is held while the step leads beyond this limit.
   ClampPose run() {
     const dvec3 middle = 0.5 * (pins_[1] + pins_[2]);
     pose_.origin_world = pins_[0];

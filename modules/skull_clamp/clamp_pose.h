@@ -23,7 +23,7 @@ struct ClampLimits {
   double swing = 25;                               ///< degrees, to either side
 };
 
-/// Kinds of clamps; all have three pins. docs/skull-clamp.md gives the sources of their sizes.
+/// Models of clamps; all have three pins. docs/skull-clamp.md lists their sizes, which are assumed.
 enum class ClampModel : std::uint8_t { standard, small };
 inline constexpr std::string_view k_clamp_models[] = {"standard", "small"};
 struct ClampSize {
@@ -40,7 +40,7 @@ struct ClampPose {
   glm::dvec3 across_world{0, 1, 0};  ///< unit, orthogonal to the axis: the rocker without swing, to pin 2
   double opening = 160;              ///< mm
   double swing = 0;                  ///< radians, of the rocker: positive turns pin 2 away from pin 1
-  bool is_opening_limited = false;   ///< the opening is at a limit that keeps the tips off the pins
+  bool is_opening_limited = false;   ///< the opening is at a limit, which prevents a closer fit
   bool is_swing_limited = false;
 
   glm::dvec3 middle_world() const noexcept { return origin_world + opening * axis_world; }

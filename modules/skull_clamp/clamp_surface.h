@@ -16,11 +16,12 @@ struct ClampRod {
   glm::dvec3 from{0.0}, to{0.0};
   double radius = 0;
 };
-/// Returns rocker and arms of a clamp. `tips_world`: of its pins. The arms are half an ellipse of `arm_depth`
-/// (mm) around the head, on the side away from `up_world`.
+/// Returns the rods of the rocker and of the arms of a clamp. `tips_world`: tips of its pins, mm. The arms
+/// form half an ellipse around the head, on the side away from the unit vector `up_world`. `arm_depth`:
+/// semi-axis of the ellipse on that side, mm.
 std::vector<ClampRod> clamp_rods(const ClampPose& pose, const Pins& tips_world, const glm::dvec3& up_world,
                                  double arm_depth);
-/// Returns the clamp's surface, world frame: rods and pins.
+/// Returns the surface of a clamp, world frame: its rods and pins. The parameters are those of clamp_rods().
 std::shared_ptr<const haptics::MeshTree> clamp_surface(const ClampPose& pose, const Pins& tips_world,
                                                        const glm::dvec3& up_world,
                                                        double arm_depth = ClampSize().arm_depth);

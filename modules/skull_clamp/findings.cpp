@@ -10,8 +10,9 @@ namespace {
 
 using sim::Finding;
 
-/// Adds a measure of the pin that is worst: with the largest value, or with the least.
+/// Value that is the worst one of all pins.
 enum class Worst { largest, least };
+/// Adds a finding with the value and the tip of the worst pin. Without values the finding is not judged.
 void add_pin(Finding finding, const std::vector<double>& values, Worst worst, const ClampFitted& fitted,
              std::vector<Finding>& findings) {
   std::size_t found = 0;
@@ -91,7 +92,8 @@ void add_pose(const ClampFitted& fitted, std::vector<Finding>& findings) {
       {.name = "clamp: difference within the pair", .value = fitted.pair_difference, .unit = "mm"});
 }
 
-/// Returns the request of the newest fit, as far as it is known: its approach.
+/// Returns a request with the approach of the newest fit. Its other members have their defaults, since the
+/// state does not contain those of the newest fit.
 FitClamp request_of(const sim::OperationState& operation) {
   FitClamp request;
   if (const auto* fitted = operation.result_of<ClampFitted>()) request.site = fitted->site;

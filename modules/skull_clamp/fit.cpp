@@ -19,10 +19,10 @@ using sim::field;
 
 namespace {
 
-constexpr double k_radian = 57.295779513082320877;  // degrees
-constexpr double k_pin_reach = 40;                  // mm of a pin outside its tip
-constexpr double k_search = 60;                     // mm beyond the planned tip in which bone is searched
-constexpr double k_band = 20;  // mm above and below the sweatband in which the skull is centred
+constexpr double k_radian = 57.295779513082320877;  // degrees per radian
+constexpr double k_pin_reach = 40;  // mm outward from a tip in which bone and scalp are searched
+constexpr double k_search = 60;     // mm inward from a tip in which bone is searched
+constexpr double k_band = 20;  // mm above and below the sweatband: bone there determines the skull's centre
 constexpr double k_loose = 1;  // mm from a planned position to its pin's axis; larger distances are reported
 
 std::string number_text(double value) {
@@ -55,8 +55,9 @@ struct Plane {
   dvec3 point_world{0.0}, normal_world{0, 0, 1};
   double height(const dvec3& p) const noexcept { return glm::dot(p - point_world, normal_world); }
 };
-/// Returns the plane of the sweatband: "sweatband" of the plan, or through the landmarks glabella and inion,
-/// level from side to side. Its normal points upward.
+/// Returns the plane of the sweatband: the plane "sweatband" of the plan or, without it, the plane through
+/// the landmarks glabella and inion that is parallel to the x axis. Its normal points upward. Empty if the
+/// plan defines neither.
 std::optional<Plane> sweatband(const volume::SurgicalPlan* plan) {
   if (plan == nullptr) return std::nullopt;
   for (const volume::PlannedPlane& one : plan->planes)
@@ -69,8 +70,9 @@ std::optional<Plane> sweatband(const volume::SurgicalPlan* plan) {
   return Plane{*front, (normal.z < 0 ? -1.0 : 1.0) * glm::normalize(normal)};
 }
 
-/// Returns the centre of the skull: the landmark "skull centre", or the middle of the box of bone near the
-/// sweatband, at its height; without a sweatband the middle of the box of all bone.
+/// Returns the centre of the skull: the landmark "skull centre" if the plan has it. Otherwise, with a
+/// sweatband: the middle of the box around the bone within k_band of the sweatband, at the height of the
+/// sweatband. Without a sweatband: the middle of the box around all bone.
 dvec3 skull_centre(const volume::SurgicalPlan* plan, const std::optional<Plane>& band,
                    const volume::Field& bone) {
   if (const dvec3* centre = find_landmark(plan, "skull centre")) return *centre;
@@ -132,7 +134,8 @@ double distance_to(const Site& site, const dvec3& p) {
   return least;
 }
 
-/// Moves each pin of a pose along its axis to the outer table. Returns an error if one misses the bone.
+/// Finds the outer table on the axis of each pin of a pose, and sets tips, gaps, thicknesses and angles of
+/// `output`. Returns an error if a pin meets no bone.
 LocatedStatus find_tips(const volume::Field& bone, const ClampPose& pose, double rocker_width,
                         ClampFitted& output) {
   const Pins places = pose.tips_world(rocker_width), directions = pose.directions_world();
@@ -278,7 +281,8 @@ Result<ClampFitted, LocatedError> fit(const FitClamp& request, const sim::JobInp
   fitted.planned = plan.pins;
   const ClampLimits limits = request.limits(plan);
   Pins pins{plan.pins[0], plan.pins[1], plan.pins[2]};
-  // First onto the planned positions, which may be on the skin, then onto the bone below them.
+  // The first pass fits the planned positions, which may be on the skin. Each further pass fits the positions
+  // at which the pins of the previous pass meet bone.
   ClampPose pose;
   constexpr int k_passes = 4;
   for (int pass = 0; pass < k_passes; ++pass) {
@@ -310,7 +314,7 @@ NeckAngles neck_angles(const dvec3& up, double turn) noexcept {
   if (level > 0) {
     angles.flexion = rise * -up.y / level;
     angles.bend = rise * up.x / level;
-    // A face that looks straight up has no roll; one that looks to the patient's left a positive one.
+    // The roll is 0 if the face looks straight up, and positive if it looks to the patient's left.
     const double roll = atan2_degrees(-up.x, -up.y);
     angles.rotation = roll - turn;
     while (angles.rotation > 180) angles.rotation -= 360;
@@ -381,23 +385,24 @@ const sim::Schema& FitClamp::schema() {
                                       {.unit = "mm",
                                        .low = 0,
                                        .high = 400,
-                                       .help = "opening to which the clamp closes; 0: of the model",
+                                       .help = "smallest opening of the clamp; 0: that of the model",
                                        .is_expert = true}),
-      field<&FitClamp::most_opening>("most_opening", {.unit = "mm",
-                                                      .low = 0,
-                                                      .high = 400,
-                                                      .help = "opening to which it opens; 0: of the model",
-                                                      .is_expert = true}),
+      field<&FitClamp::most_opening>("most_opening",
+                                     {.unit = "mm",
+                                      .low = 0,
+                                      .high = 400,
+                                      .help = "largest opening of the clamp; 0: that of the model",
+                                      .is_expert = true}),
       field<&FitClamp::rocker_width>("rocker_width",
                                      {.unit = "mm",
                                       .low = 0,
                                       .high = 200,
-                                      .help = "distance between the tips of the pair; 0: of the model",
+                                      .help = "distance between the tips of the pair; 0: that of the model",
                                       .is_expert = true}),
       field<&FitClamp::swing>("swing", {.unit = "degrees",
                                         .low = -1,
                                         .high = 60,
-                                        .help = "largest swing of the rocker; below 0: of the model",
+                                        .help = "largest swing of the rocker; below 0: that of the model",
                                         .is_expert = true}),
       field<&FitClamp::item>("item", {.low = 0, .high = 63, .help = "shape of the bone", .is_expert = true})};
   static constexpr sim::Schema table{"fit-clamp", 1, fields};
@@ -414,8 +419,9 @@ const sim::Schema& ClampFitted::schema() {
       field<&ClampFitted::across>("across"),
       field<&ClampFitted::opening>("opening", {.unit = "mm"}),
       field<&ClampFitted::swing>("swing", {.unit = "degrees"}),
-      field<&ClampFitted::residuals>("residuals", {.unit = "mm", .help = "planned pin to the pin's axis"}),
-      field<&ClampFitted::gaps>("gaps", {.unit = "mm", .help = "pin to the outer table"}),
+      field<&ClampFitted::residuals>(
+          "residuals", {.unit = "mm", .help = "distance of the planned position from the axis of its pin"}),
+      field<&ClampFitted::gaps>("gaps", {.unit = "mm", .help = "distance along the pin to the outer table"}),
       field<&ClampFitted::thicknesses>("bone", {.unit = "mm", .help = "bone along each pin"}),
       field<&ClampFitted::scalps>("scalp", {.unit = "mm", .help = "tissue over the bone along each pin"}),
       field<&ClampFitted::arm_depth>("arm_depth", {.unit = "mm"}),
@@ -423,18 +429,23 @@ const sim::Schema& ClampFitted::schema() {
                                        {.unit = "mm", .help = "depth of arms and rocker in the head"}),
       field<&ClampFitted::touch_length>("touch_length", {.unit = "mm"}),
       field<&ClampFitted::touch_at>("touch_at", {.unit = "mm"}),
-      field<&ClampFitted::angles>("angles", {.unit = "degrees", .help = "pin to the outer table"}),
+      field<&ClampFitted::angles>(
+          "angles", {.unit = "degrees", .help = "angle of the pin to the outer table; 90 is perpendicular"}),
       field<&ClampFitted::has_band>("has_band", {.help = "the plan defines the sweatband"}),
       field<&ClampFitted::band_normal>("band_normal"),
-      field<&ClampFitted::heights>("heights", {.unit = "mm", .help = "above the sweatband"}),
+      field<&ClampFitted::heights>("heights", {.unit = "mm", .help = "height above the sweatband"}),
       field<&ClampFitted::centre>("centre", {.unit = "mm", .help = "centre of the skull"}),
-      field<&ClampFitted::axis_miss>("axis_miss", {.unit = "mm", .help = "centre to the clamp's axis"}),
+      field<&ClampFitted::axis_miss>(
+          "axis_miss", {.unit = "mm", .help = "distance of the centre from the axis of the clamp"}),
       field<&ClampFitted::pair_difference>("pair_difference", {.unit = "mm"}),
       field<&ClampFitted::nearest>("nearest", {.help = "forbidden structure nearest to a pin"}),
-      field<&ClampFitted::clearance>("clearance", {.unit = "mm", .help = "distance to it"}),
+      field<&ClampFitted::clearance>("clearance",
+                                     {.unit = "mm", .help = "distance of the tips from that structure"}),
       field<&ClampFitted::site>("site"),
-      field<&ClampFitted::access>("access", {.unit = "mm", .help = "nearest pin to the approach"}),
-      field<&ClampFitted::site_angle>("site_angle", {.unit = "degrees", .help = "approach to up"}),
+      field<&ClampFitted::access>("access",
+                                  {.unit = "mm", .help = "distance of the nearest pin from the approach"}),
+      field<&ClampFitted::site_angle>(
+          "site_angle", {.unit = "degrees", .help = "angle between the normal of the approach and up"}),
       field<&ClampFitted::rotation>("rotation", {.unit = "degrees", .help = "of the neck, to the left"}),
       field<&ClampFitted::flexion>("flexion", {.unit = "degrees"}),
       field<&ClampFitted::bend>("bend", {.unit = "degrees", .help = "of the neck, to the left"}),

@@ -17,7 +17,8 @@ constexpr double k_skin = -300;   // HU, between air and fat
 constexpr double k_step = 0.5;    // mm
 constexpr double k_deepest = 60;  // mm, largest depth that is measured
 
-/// Returns the distance from a point in the head to its surface, mm, along the nearest of 26 directions.
+/// Returns the distance from a point in the head to the surface of the head, mm: the least along 26
+/// directions, at most k_deepest.
 double depth_in(const HeadSolid& head, const dvec3& p) {
   double least = k_deepest;
   for (int z = -1; z <= 1; ++z)

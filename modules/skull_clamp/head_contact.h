@@ -1,4 +1,5 @@
-// Head around a skull clamp: its outer surface with the scalp, and parts of the clamp that are in it.
+// Head in a skull clamp: the solid of the head with its scalp, and the parts of the clamp that are in the
+// head.
 #pragma once
 
 #include <array>
@@ -13,7 +14,7 @@ namespace trephine::skull_clamp {
 class HeadSolid {
  public:
   explicit HeadSolid(const volume::Field& bone);
-  /// Returns true if the head has a surface of its own, outside the bone.
+  /// Returns true if the scan shows the surface of the head, and not only that of the bone.
   bool has_skin() const noexcept { return kind_ != Kind::bone; }
   bool contains(const glm::dvec3& p_world) const noexcept;
   /// Returns the thickness of tissue from a point of the outer table outward, mm, at most `reach`. Gaps of up
@@ -28,8 +29,8 @@ class HeadSolid {
 
 /// Overlap of arms and rocker with the head.
 struct HeadContact {
-  /// mm, greatest depth of a point of their surface below that of the head, in steps of 0.5, at
-  /// most 60; 0: no contact
+  /// Greatest depth of a surface point of arms or rocker below the surface of the head, mm: in steps of 0.5,
+  /// at most 60. 0: no contact.
   double depth = 0;
   double length = 0;         ///< mm of arms and rocker whose surface is in the head
   glm::dvec3 at_world{0.0};  ///< mm, the deepest point; valid if depth > 0

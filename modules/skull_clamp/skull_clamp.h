@@ -1,5 +1,5 @@
-// SkullClamp: three pins hold the head. Commands plan pins and posture, a job fits the clamp, and measures
-// judge it.
+// SkullClamp: three pins hold the head. Commands plan pins and posture, a job fits the clamp, and findings
+// judge the fit.
 #pragma once
 
 #include "modules/skull_clamp/fit.h"
@@ -35,7 +35,7 @@ struct SetClamp {
 class SkullClamp final : public sim::Module {
  public:
   std::string_view name() const noexcept override { return "skull_clamp"; }
-  std::uint32_t version() const noexcept override { return 2; }  // 2: models, and the clamp against the head
+  std::uint32_t version() const noexcept override { return 2; }  // 2: models; contact with the head
   std::span<const sim::ValueType* const> commands() const override;
   std::span<const sim::JobType* const> jobs() const override;
   std::span<const sim::ValueType* const> events() const override;

@@ -16,7 +16,7 @@ using sim::field;
 namespace {
 
 // Forces are assumed; docs/ventriculostomy.md gives the reasons.
-constexpr double k_lateral = 2, k_along = 1;                // N/mm, springs to the line and to its end
+constexpr double k_lateral = 2, k_along = 1;  // N/mm, springs to the line and to the end of the track
 constexpr double k_dura_puncture = 1.5, k_dura_drag = 0.1;  // N
 constexpr double k_brain_drag = 0.05;                       // N
 constexpr double k_brain_damping = 0.003;                   // N s/mm
@@ -31,12 +31,13 @@ constexpr double k_shaft = 15;   // mm of the shaft that must be free of bone
 constexpr double k_press = 0.5;  // N, pressure on bone that is an attempt to enter
 constexpr double k_slack = 0.3;  // mm, by which the rim of the catheter may overlap bone
 constexpr double k_fine = 0.05;  // mm between positions at which labels are looked up
-// Reach of the search behind the tip: the track law lets the tip 0.05 mm into a layer before it resists.
+// The search for membranes ends this far behind the deepest position of the tip: the tip can be 0.05 mm
+// inside a layer before the law of the track resists, so that such a layer may not have been passed.
 constexpr double k_behind_tip = 0.2;  // mm
 
 bool has_ventricle(const Layers& layers) { return layers.ventricle > 0; }
 
-/// Returns the label of matter that no tool has removed; 0 elsewhere.
+/// Returns the label at a point; 0 if a tool has removed the matter there.
 int remaining_label(const sim::Work& work, const dvec3& p_world) noexcept {
   const volume::Version& remaining = work.remaining();
   const volume::Volume& scan = remaining.base();
@@ -44,7 +45,7 @@ int remaining_label(const sim::Work& work, const dvec3& p_world) noexcept {
   return label_at(scan, p_world);
 }
 
-/// Returns true in bone and other matter that can be cut.
+/// Returns true in remaining matter that can be cut and is not labelled as soft tissue, such as bone.
 bool is_bone(const sim::Work& work, const dvec3& p_world) {
   return work.is_matter(p_world) && !volume::has_soft_label(work.remaining().base(), p_world);
 }
@@ -82,7 +83,8 @@ void try_to_enter(const Catheter& c, CatheterState& state, const haptics::ServoR
     if (!state.is_refused) work.raise_event(CatheterRefused{std::move(reason)}, tip);
     state.is_refused = true;
   };
-  // A catheter enters from outside: an undo may leave its tip inside the brain.
+  // A catheter enters only from outside the layers. After an undo, the tip of a catheter that has not entered
+  // may be inside the brain.
   double nearest = -1;
   if (!state.is_layer(remaining_label(work, tip)))
     for (double along = 0; along <= k_near && nearest < 0; along += k_fine)
@@ -106,7 +108,8 @@ void try_to_enter(const Catheter& c, CatheterState& state, const haptics::ServoR
   work.raise_event(CatheterEntered{ahead}, state.start);
 }
 
-/// Raises an event for each membrane between the position of the last search and the tip.
+/// Searches the track from the end of the last search to k_behind_tip before the deepest position of the tip.
+/// Raises an event at the first position in the dura, and at the first position in a ventricle.
 void find_pops(CatheterState& state, sim::Work& work) {
   const volume::Volume& scan = work.remaining().base();
   for (; state.searched + k_fine <= state.deepest - k_behind_tip; state.searched += k_fine) {
@@ -129,7 +132,7 @@ void find_pops(CatheterState& state, sim::Work& work) {
 void step(const Catheter& c, CatheterState& state, const sim::InstrumentInput& input, sim::Work& work) {
   const haptics::ServoRecord& tick = input.tick;
   if (!state.has_entered) return try_to_enter(c, state, tick, work);
-  // The servo holds the tip on the line some ticks after the entry.
+  // The servo starts to hold the tip on the line some ticks after the entry. Earlier ticks are ignored.
   const dvec3 offset = tick.proxy_world - state.start;
   const double depth = glm::dot(offset, state.ahead);
   constexpr double k_held = 1e-6;  // mm
@@ -157,7 +160,8 @@ sim::HandForces forces(const Catheter& c, const CatheterState& state) {
   add(state.ventricle, k_wall_puncture, 0);
   add(state.other_ventricle, k_wall_puncture, 0);
   sim::HandForces result;
-  // The track holds the tip; bone around the hole, whose edge is blurred, does not.
+  // Only the law of the track holds the tip. The hand passes through all shapes, because the edge of the hole
+  // is blurred in the scan and would hold the catheter too.
   constexpr int k_shapes = 8;  // TouchScene::k_max_shapes; the shapes of the anatomy are the first items
   for (int item = 0; item < k_shapes; ++item) result.passable_items.set(item, true);
   result.effects[0] = haptics::Effect{track, k_max_force};

@@ -1,5 +1,5 @@
-// Catheter: a ventricular catheter on its stylet. It enters the head through a hole only, and its tip then
-// moves on a straight line through dura, brain and ventricle.
+// Catheter: a ventricular catheter on its stylet. It enters the head only through a hole. Its tip then moves
+// on a straight line through dura, brain and ventricle.
 #pragma once
 
 #include <array>
@@ -35,7 +35,7 @@ struct CatheterState : Layers {
   bool is_refused = false;  ///< from a refusal until the catheter is lifted
   glm::dvec3 start{0.0}, ahead{0, 0, -1};
   double depth = 0;     ///< of the tip
-  double deepest = 0;   ///< of the tip in this passage
+  double deepest = 0;   ///< greatest depth of the tip in this passage
   double searched = 0;  ///< depth up to which layers were searched
   bool has_passed_dura = false, has_reached_ventricle = false;
   glm::dvec3 ventricle_wall{0.0};  ///< mm, world: entry into the ventricle; valid if has_reached_ventricle
@@ -48,18 +48,18 @@ struct CatheterEntered {
   glm::dvec3 direction{0, 0, -1};  ///< unit, into the head
   static const sim::Schema& schema();
 };
-/// The tip passed a membrane with a pop. Emitted there.
+/// The tip passed a membrane with a pop. Emitted at the membrane.
 struct CatheterPopped {
   std::string structure;
   double depth = 0;  ///< mm, from the outermost layer
   static const sim::Schema& schema();
 };
-/// The catheter was drawn out. Emitted at its deepest position.
+/// The catheter was drawn out. Emitted at the deepest position of its tip.
 struct CatheterWithdrawn {
-  double depth = 0;  ///< mm, from the outermost layer
+  double depth = 0;  ///< mm, greatest depth from the outermost layer
   static const sim::Schema& schema();
 };
-/// The catheter did not enter the head.
+/// The catheter did not enter the head. Emitted at its tip.
 struct CatheterRefused {
   std::string reason;
   static const sim::Schema& schema();

@@ -32,14 +32,15 @@ struct LeaveResult final : sim::JobResult {
   std::string_view failure() const noexcept override { return catheters.empty() ? k_has_left : ""; }
 };
 
-/// Returns a tube with a round tip, world frame. `length`: mm, from the tip back along `ahead`.
+/// Returns the surface of a cylinder with a hemispherical tip, world frame. `length`: mm, from `tip` against
+/// the direction `ahead`.
 std::shared_ptr<const sim::Piece> catheter_piece(const dvec3& tip, const dvec3& ahead, double length,
                                                  double diameter) {
   constexpr int k_facets = 24, k_rings = 4;
   const double radius = 0.5 * diameter;
   std::vector<volume::TurnedRing> rings{{0, radius}};
   for (int i = 0; i < k_rings; ++i) {
-    const double along = radius * i / k_rings;  // of a hemisphere
+    const double along = radius * i / k_rings;  // mm along the axis, from the base of the hemisphere
     rings.push_back({length - radius + along, std::sqrt(radius * radius - along * along)});
   }
   const volume::TurnedSolid solid = volume::turned_solid(0, rings, length, k_facets);
@@ -53,7 +54,7 @@ std::shared_ptr<const sim::Piece> catheter_piece(const dvec3& tip, const dvec3& 
   return std::make_shared<const sim::Piece>(surface, silicone);
 }
 
-/// Returns the hand with a catheter that can be left; empty if there is no such hand.
+/// Returns the first hand with a catheter that can be left in place; empty if there is no such hand.
 std::optional<std::size_t> hand_with_catheter(const sim::OperationState& operation) {
   for (std::size_t hand = 0; hand < operation.settings.hands.size(); ++hand)
     if (const CatheterState* state = inserted_catheter(operation, hand); state && state->depth > 0)
@@ -74,6 +75,17 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   body.piece = catheter_piece(output->tip, state.ahead, length, held.diameter);
   body.matter = volume::Matter::soft_tissue;
   return output;
+}
+
+/// Returns true if the catheter is still inserted where it was when the job began. A hand moves a little
+/// meanwhile.
+bool is_still_inserted(const void*, const sim::OperationState& input, const sim::OperationState& current) {
+  constexpr double k_motion = 1;  // mm
+  const auto before = hand_with_catheter(input), now = hand_with_catheter(current);
+  if (!before) return true;  // the result is a failure
+  if (now != before) return false;
+  const CatheterState &a = *inserted_catheter(input, *before), &b = *inserted_catheter(current, *now);
+  return a.start == b.start && glm::distance(a.tip(), b.tip()) <= k_motion;
 }
 
 void adopt(const void*, const sim::JobResult& result, sim::ModuleWork& work) {
@@ -117,7 +129,7 @@ Status check_leaving(const sim::OperationState& operation) {
 }
 
 const sim::JobType& leave_job() noexcept {
-  static const sim::JobType job{&sim::value_type<LeaveCatheter>(), run, nullptr, adopt};
+  static const sim::JobType job{&sim::value_type<LeaveCatheter>(), run, is_still_inserted, adopt};
   return job;
 }
 

@@ -1,4 +1,4 @@
-// Catheters left in place: the job that makes the catheter of a hand a fixed body at its current position.
+// Catheters left in place. A job turns the catheter of a hand into a fixed body at the catheter's position.
 #pragma once
 
 #include "modules/ventriculostomy/catheter.h"
@@ -24,14 +24,15 @@ struct CatheterNotLeft {
   static const sim::Schema& schema();
 };
 
-/// Catheters in place, oldest first. Undoable, as their bodies.
+/// Catheters in place, oldest first. Undo changes this list together with the bodies of the catheters.
 struct CathetersInPlace {
   std::vector<sim::Id> bodies;           ///< 0 until the body is added
   std::vector<glm::dvec3> starts, tips;  ///< mm, world: at the outermost layer, and at the tip
   std::vector<double> diameters;         ///< mm
   static const sim::Schema& schema();
 
-  /// Returns the index of the catheter that was inserted at a start; empty if it was not left in place.
+  /// Returns the index of the newest catheter in place that was inserted at `start`; empty if there is no
+  /// such catheter.
   std::optional<std::size_t> find_start(const glm::dvec3& start) const noexcept;
   /// Removes the catheter with this body, which must be in the lists.
   void remove(sim::Id body);
@@ -40,7 +41,8 @@ struct CathetersInPlace {
 const sim::JobType& leave_job() noexcept;
 /// Returns an error if no catheter can be left in place.
 Status check_leaving(const sim::OperationState& operation);
-/// Returns the state of a hand's catheter if it is in the head and was not left there, else null.
+/// Returns the state of a hand's catheter if the catheter is in the head and was not left in place; else
+/// null.
 const CatheterState* inserted_catheter(const sim::OperationState& operation, std::size_t hand);
 
 }  // namespace trephine::ventriculostomy

@@ -11,7 +11,8 @@ using sim::Finding;
 
 constexpr const char* k_no_plan = "The plan has no trajectory of the group ventriculostomy; add one.";
 
-/// Findings with names and limits, in their order, without values.
+/// Findings of a catheter with their names and limits. Their values are set later; all() returns them in the
+/// order of the score.
 struct CatheterFindings {
   Finding target{.name = "catheter: tip to target", .unit = "mm", .full_at = 4, .zero_at = 16, .weight = 4};
   Finding entry{.name = "catheter: entry to plan", .unit = "mm", .full_at = 4, .zero_at = 16, .weight = 2};
@@ -36,7 +37,8 @@ const volume::PlannedTrajectory* find_trajectory(const volume::SurgicalPlan* pla
   return found == plan->trajectories.end() ? nullptr : &*found;
 }
 
-/// Grades the tip by Kakarla and others (2008): 1 in the planned ventricle, 2 in the other one, 3 elsewhere.
+/// Grades the tip as Kakarla et al. (2008): 1 in the planned ventricle, 2 in the other ventricle, 3
+/// elsewhere.
 void grade_tip(const CatheterJudged& judged, const volume::Volume& scan, const volume::SurgicalPlan* plan,
                Finding& grade) {
   const Layers layers = layers_of(scan);

@@ -32,8 +32,9 @@ const PlannedTrajectory* find_trajectory(const sim::OperationState& operation, c
     if (one.name == name) return &one;
   return nullptr;
 }
-/// Returns the trajectory for ventriculostomies whose entry is nearest to that of the path: a tip beyond the
-/// midline may be nearer to the target of the other side. Null if there is no such trajectory.
+/// Returns the trajectory of the group ventriculostomy whose entry is nearest to `entry`; null if the plan
+/// has no trajectory of this group. Targets are not compared, since a tip beyond the midline may be nearer to
+/// the target of the other side.
 const PlannedTrajectory* nearest_trajectory(const sim::OperationState& operation, const dvec3& entry) {
   const PlannedTrajectory* best = nullptr;
   if (!operation.plan) return best;
@@ -63,15 +64,16 @@ struct JudgeResult final : sim::JobResult {
   }
 };
 
-/// Returns the diameter of the catheter in a hand, mm; without one the usual diameter.
+/// Returns the diameter of the first catheter that a hand holds, mm; the default diameter if no hand holds a
+/// catheter.
 double held_diameter(const sim::OperationState& operation) {
   for (const sim::Instrument& hand : operation.settings.hands)
     if (const auto* held = hand.parameters.as<Catheter>()) return held->diameter;
   return Catheter().diameter;
 }
 
-/// Sums the length of the path in each label, with the first position in it; sets the length in ventricles
-/// and the depth from the dura.
+/// Adds a crossing for each label on the path, with the length of the path in the label and the first
+/// position there. Sets the length in ventricles and the depth from the dura.
 void follow_labels(const volume::Volume& scan, const Layers& layers, const dvec3& from, const dvec3& ahead,
                    double length, CatheterJudgement& output) {
   const auto count = static_cast<int>(length / k_step);
@@ -106,8 +108,8 @@ double length_in(const sim::Forbidden& forbidden, const CatheterJudged& judged, 
   return inside;
 }
 
-/// Measures the distance of the catheter's wall to each forbidden structure, apart from the layers that a
-/// catheter has to pass, and marks those that its axis crosses.
+/// Measures the distance of the catheter's wall to each forbidden structure, except the layers that a
+/// catheter has to pass. Marks the crossings of the path with forbidden labels.
 void find_clearance(const sim::JobInput& input, const Layers& layers, double radius,
                     CatheterJudgement& output) {
   CatheterJudged& judged = output.judged;
@@ -173,7 +175,7 @@ CatheterJudgement judge(const JudgeCatheter& request, const sim::JobInput& input
   judged.tip = path.tip, judged.entry = path.start;
   const dvec3 ahead = glm::normalize(path.tip - path.start);
   const double length = glm::length(path.tip - path.start);
-  // The bone on the path, as it was before the hole.
+  // Find the bone on the path in the uncut scan, that is, before the hole was drilled.
   const auto skull = volume::skull_crossing(bone, path.start - k_outside * ahead, ahead, k_outside + length);
   if (skull) {
     judged.has_table = true, judged.entry = skull->outer_world;
@@ -215,12 +217,12 @@ std::optional<CatheterPath> newest_path(const sim::OperationState& operation) {
 Status check_judging(const JudgeCatheter& request, const sim::OperationState& operation) {
   if (!request.at.empty() &&
       (request.at.size() != 2 || !(glm::distance(request.at[0], request.at[1]) > k_step)))
-    return Error{
-        .what = "the path does not consist of two different points",
-        .where = "judge-catheter at",
-        .found = request.at.size() == 2 ? "two equal points" : std::to_string(request.at.size()) + " points",
-        .expected = "a point before the bone, and the tip",
-        .remedy = "pass two points that differ"};
+    return Error{.what = "the path does not consist of two different points",
+                 .where = "judge-catheter at",
+                 .found = request.at.size() == 2 ? "two points at most 0.05 mm apart"
+                                                 : std::to_string(request.at.size()) + " points",
+                 .expected = "a point before the bone, and the tip",
+                 .remedy = "pass two points that differ"};
   if (request.at.empty() && !newest_path(operation))
     return Error{.what = "there is no catheter to judge",
                  .where = "judge-catheter",
@@ -246,14 +248,14 @@ const sim::Schema& JudgeCatheter::schema() {
   static constexpr sim::Field fields[] = {
       field<&JudgeCatheter::trajectory>(
           "trajectory",
-          {.help = "trajectory of the plan; without it the ventriculostomy with the nearest entry",
+          {.help = "trajectory of the plan; without a name the ventriculostomy with the nearest entry",
            .names = sim::FieldInfo::Names::trajectory,
            .empty_choice = "Nearest ventriculostomy"}),
       field<&JudgeCatheter::at>("at", {.unit = "mm",
                                        .low = -1e5,
                                        .high = 1e5,
-                                       .help = "a point before the bone, and the tip; without it the newest "
-                                               "catheter",
+                                       .help = "a point before the bone, and the tip; without points the "
+                                               "newest catheter",
                                        .most_values = 2,
                                        .is_expert = true}),
       field<&JudgeCatheter::item>("item",
@@ -265,7 +267,8 @@ const sim::Schema& JudgeCatheter::schema() {
 const sim::Schema& CatheterJudged::schema() {
   static constexpr sim::Field fields[] = {
       field<&CatheterJudged::is_any>("is_any"),
-      field<&CatheterJudged::has_plan>("has_plan", {.help = "it was compared with a trajectory"}),
+      field<&CatheterJudged::has_plan>("has_plan",
+                                       {.help = "the path was compared with a trajectory of the plan"}),
       field<&CatheterJudged::trajectory>("trajectory"),
       field<&CatheterJudged::entry_error>("entry_error", {.unit = "mm"}),
       field<&CatheterJudged::target_error>("target_error", {.unit = "mm"}),
@@ -280,7 +283,8 @@ const sim::Schema& CatheterJudged::schema() {
                                         {.help = "label of the ventricle that contains the tip"}),
       field<&CatheterJudged::in_ventricle>("in_ventricle", {.unit = "mm", .help = "length in ventricles"}),
       field<&CatheterJudged::nearest>("nearest", {.help = "forbidden structure nearest to the path"}),
-      field<&CatheterJudged::clearance>("clearance", {.unit = "mm", .help = "distance to it"}),
+      field<&CatheterJudged::clearance>(
+          "clearance", {.unit = "mm", .help = "distance of the catheter's wall from that structure"}),
       field<&CatheterJudged::entry>("entry", {.unit = "mm"}),
       field<&CatheterJudged::tip>("tip", {.unit = "mm"})};
   static constexpr sim::Schema table{"catheter-judged", 1, fields};
@@ -290,8 +294,9 @@ const sim::Schema& CatheterJudged::schema() {
 const sim::Schema& CatheterCrossed::schema() {
   static constexpr sim::Field fields[] = {
       field<&CatheterCrossed::structure>("structure"),
-      field<&CatheterCrossed::length>("length", {.unit = "mm", .help = "length of the path in it"}),
-      field<&CatheterCrossed::is_forbidden>("forbidden", {.help = "it must not be crossed"})};
+      field<&CatheterCrossed::length>("length",
+                                      {.unit = "mm", .help = "length of the path in the structure"}),
+      field<&CatheterCrossed::is_forbidden>("forbidden", {.help = "the structure is forbidden"})};
   static constexpr sim::Schema table{"catheter-crossed", 1, fields};
   return table;
 }
@@ -301,7 +306,8 @@ const sim::Schema& CatheterClearance::schema() {
       field<&CatheterClearance::structure>("structure"),
       field<&CatheterClearance::distance>(
           "distance", {.unit = "mm", .help = "distance from the catheter's wall; negative: depth"}),
-      field<&CatheterClearance::length>("length", {.unit = "mm", .help = "length of the catheter in it"})};
+      field<&CatheterClearance::length>("length",
+                                        {.unit = "mm", .help = "length of the catheter in the structure"})};
   static constexpr sim::Schema table{"catheter-cleared", 1, fields};
   return table;
 }

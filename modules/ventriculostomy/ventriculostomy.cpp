@@ -32,9 +32,9 @@ void begin_passage(CatheterPassages& passages, const dvec3& start, const dvec3& 
   passages.hands.push_back(hand);
 }
 
-/// Returns depth marks on a catheter, every centimetre from its tip, with numbers every five.
+/// Returns depth marks on a catheter, one per centimetre from its tip, with a number at every fifth mark.
 sim::Overlay marks_of(const Catheter& catheter, const CatheterState& state) {
-  constexpr double k_between = 10, k_visible = 40;  // mm: between marks; shown above the outermost layer
+  constexpr double k_between = 10, k_visible = 40;  // mm: mark spacing; marked length outside the head
   constexpr int k_numbered = 5;
   sim::Overlay overlay;
   overlay.kind = sim::Overlay::Kind::measure;

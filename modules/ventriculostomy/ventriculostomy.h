@@ -1,4 +1,4 @@
-// Ventriculostomy: a catheter through a hole into a ventricle, and its judgement.
+// Ventriculostomy: insertion of a catheter through a hole into a ventricle, and judgement of its path.
 #pragma once
 
 #include "modules/ventriculostomy/catheter_in_place.h"

@@ -33,7 +33,8 @@ Piece::Piece(const volume::PartSurface& surface, const haptics::Material& surfac
 haptics::Placement BodyMotion::at(double time, const haptics::Placement& placement) const noexcept {
   const double share = seconds > 0 ? std::clamp(time / seconds, 0.0, 1.0) : 1.0;
   if (share >= 1) return placement;
-  // Without turns the shorter arc; the turns end at the placement.
+  // Without turns, the rotation follows the shorter arc to the placement. Turns are additional rotations
+  // about `axis`, which also end at the placement.
   const double angle = -2 * 3.14159265358979323846 * turns * (1 - share);
   const glm::dquat to =
       glm::dot(from.rotation, placement.rotation) < 0 ? -placement.rotation : placement.rotation;
@@ -51,7 +52,8 @@ std::string to_bytes(const Piece& piece) {
     put(out, value);
   put(out, static_cast<std::uint32_t>(piece.tree->vertices().size()));
   put(out, static_cast<std::uint32_t>(piece.tree->triangles().size()));
-  for (const glm::dvec3& v : piece.tree->vertices()) put(out, glm::vec3(v));  // built from floats
+  for (const glm::dvec3& v : piece.tree->vertices())
+    put(out, glm::vec3(v));  // lossless: the vertices were floats
   for (const std::uint32_t corner : piece.tree->triangles()) put(out, corner);
   return out;
 }
@@ -89,7 +91,8 @@ Status check_shape_of_pieces(const haptics::TouchScene& anatomy, std::int64_t it
                  .expected = shapes.empty() ? "a scene with a shape of a scan"
                                             : "0 to " + std::to_string(shapes.size() - 1),
                  .remedy = "choose the index of a shape of the anatomy"};
-  // A smoothed shape has smooth walls, but its piece would have steps: a resting tool would fall in.
+  // A smoothed shape has smooth walls, but the surface of its piece would have voxel steps: a tool that rests
+  // on the wall would sink into a step.
   if (const haptics::TouchItem& shape = shapes[static_cast<std::size_t>(item)]; shape.soft)
     return Error{.what = "pieces of a smoothed shape cannot be detached",
                  .where = field,

@@ -94,7 +94,7 @@ Status Catalogue::check() const {
   for (const Module* module : modules_)
     for (const ValueType* type : types_of(*module))
       if (type->schema->name == *twice) owners.append(owners.empty() ? "" : " and ").append(module->name());
-  return Error{.what = "a name is used twice in the modules",
+  return Error{.what = "two commands, events, instruments or jobs have the same name",
                .found = std::string(*twice) + ", in " + owners,
                .expected = "unique names of commands, events, instruments and jobs",
                .remedy = "rename it in one module, or load only one of them"};

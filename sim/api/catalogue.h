@@ -22,7 +22,8 @@ class Catalogue {
   std::vector<const ValueType*> all() const;
   /// True for types that an engine or a module emits; such types are never sent to an engine.
   bool is_event(const ValueType& type) const noexcept;
-  /// True if a user or a script may send it; false for events and commands that drivers issue.
+  /// True if a user or a script may send a command of this type; false for events, and for commands that only
+  /// drivers issue.
   bool is_command(const ValueType& type) const noexcept;
   /// Builds a command from its name and its fields in words. The engine checks whether it is allowed.
   Result<Command> command(std::string_view name, std::string_view words, int hand = 0) const;

@@ -4,6 +4,7 @@
 
 #include "haptics/scene/shape_set.h"
 #include "haptics/scene/touch_scene.h"
+#include "volume/base/text.h"
 
 namespace trephine::sim {
 
@@ -66,7 +67,7 @@ Status check_rotation(const std::vector<double>& q, const char* field) {
   for (const double component : q) length_squared += component * component;
   if (q.size() == 4 && std::abs(length_squared - 1) < 1e-6) return std::nullopt;
   const std::string found = std::to_string(q.size()) + " numbers" +
-                            (q.size() == 4 ? " with norm " + std::to_string(std::sqrt(length_squared)) : "");
+                            (q.size() == 4 ? " with norm " + rounded_text(std::sqrt(length_squared)) : "");
   return Error{.what = "the rotation is not a unit quaternion",
                .where = field,
                .found = found,

@@ -7,8 +7,9 @@
 
 namespace trephine::sim {
 
-/// The request is a struct with a table of its fields: one of those below, the parameters of an instrument
-/// (gives it to the hand), the parameters of a job (starts it), or a command of a module.
+/// The request is a struct with a table of its fields. It is a command of this file, a command of a module,
+/// the parameters of an instrument (the hand receives the instrument), or the parameters of a job (the job
+/// starts).
 struct Command {
   Command() = default;
   template <HasSchema T>
@@ -47,7 +48,7 @@ struct GoToStep {
   std::string step;
   static const Schema& schema();
 };
-/// Continues a session: strokes end, bodies are released, every proxy and force starts afresh.
+/// Continues a session: strokes end, bodies are released, and every proxy and force starts again.
 struct Resume {
   static const Schema& schema();
 };
@@ -56,20 +57,20 @@ enum class DerivedKind : std::uint8_t {
   offset_fields,  ///< of a round tool, after cuts
   depth_images,   ///< of an item that is drawn
   depth_picture,  ///< of an item whose pictures are submitted by the caller
-  loose_parts     ///< a search; its result is adopted by FreePieces
+  loose_parts     ///< search for disconnected parts; FreePieces detaches them
 };
 inline constexpr std::size_t k_derived_kinds = 4;
 /// Adopts derived data. Issued by drivers many times a second, not by a user; never refused by modules.
 struct Adopt {
   DerivedKind kind = DerivedKind::offset_fields;
-  std::int64_t item = 0;    ///< of the hand's scene; 0 for offset fields
+  std::int64_t item = 0;    ///< index of an item of the hand's scene; 0 for offset fields
   std::int64_t serial = 0;  ///< offset fields: of the version; depth images and pictures: of the set
   /// Data in addition to the state, as bytes of their fields: DepthImages, DepthPixels, or empty.
   std::string input = {};
   std::int64_t hash = 0;  ///< of the derived data; 0: not compared
   static const Schema& schema();
 };
-/// Removes the hand's instrument: the hand only touches.
+/// Removes the hand's instrument. Afterwards the hand only touches.
 struct RemoveInstrument {
   static const Schema& schema();
 };
@@ -105,11 +106,13 @@ struct ToolGeometry {
   double spacing = 0;  ///< mm, of the points on the body
   static const Schema& schema();
   static ToolGeometry of(const haptics::ToolShape& tool);
-  /// Error if the balls or the profile form no valid tool. The surface of a body has no points yet.
+  /// Returns the tool. Error if the balls or the profile form no valid tool. The surface of a body of
+  /// revolution has no points: the job computes them.
   Result<haptics::SharedTool> tool() const;
 };
-/// A job: gives the hand an instrument, and the contact geometry that it needs. Until this is ready, the hand
-/// keeps its current instrument. An instrument without such a need uses the hand's initial geometry.
+/// A job: gives the hand an instrument, and the contact geometry that the instrument needs. Until the
+/// geometry is ready, the hand keeps its current instrument. If the instrument needs no geometry, the hand
+/// gets its initial geometry.
 struct TakeInstrument {
   std::string instrument;  ///< its name
   std::string parameters;  ///< in words: "diameter=4 removal_rate=30"
@@ -118,7 +121,7 @@ struct TakeInstrument {
 /// A job: detaches the parts of a cut shape that are no longer connected to the rest. Parts of at least
 /// `smallest` become bodies; smaller ones are debris.
 struct FreePieces {
-  std::int64_t item = 0;  ///< index of a shape of the base
+  std::int64_t item = 0;  ///< index of a shape of the anatomy
   double smallest = 10;   ///< mm3, least volume of a body
   static const Schema& schema();
 };
@@ -131,10 +134,10 @@ struct HoldBody {
 struct ReleaseBody {
   static const Schema& schema();
 };
-/// Sets the pose of a released body. The defaults are the pose at which it was detached.
+/// Sets the pose of a released body. The defaults are the identity: the pose of a part at its detachment.
 struct PlaceBody {
   Id body;
-  glm::dvec3 position{0.0};                  ///< mm, world: origin of the frame in which it was detached
+  glm::dvec3 position{0.0};                  ///< mm, world: origin of the frame of the body's piece
   std::vector<double> rotation{1, 0, 0, 0};  ///< a unit quaternion, w first
   static const Schema& schema();
 };

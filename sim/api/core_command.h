@@ -1,4 +1,4 @@
-// CoreCommand: a command of every engine, whatever its modules. sim/engine defines them.
+// CoreCommand: a command that every engine has, whatever its modules. sim/engine defines the core commands.
 #pragma once
 
 #include <span>
@@ -14,7 +14,8 @@ struct Outcome;
 enum class StepRule : std::uint8_t {
   every_step,  ///< allowed in every step
   listed,      ///< allowed if the step or the procedure lists its name or "*"
-  named        ///< allowed if the step or the procedure lists its name: it bypasses instruments
+  named  ///< allowed only if the step or the procedure lists its name; "*" is not enough, since the command
+         ///< bypasses instruments
 };
 
 /// Row of the table of commands: a command with its check and its effect.
@@ -24,8 +25,8 @@ struct CoreCommand {
   Status (*check)(const Engine& engine, const Command& command) = nullptr;
   /// Applies a checked command. Null: it changes nothing.
   void (*apply)(Engine& engine, const Command& command, Outcome& outcome) = nullptr;
-  /// Applies a setting of PersistentState::latest_commands again, without a new scene. Null: not such a
-  /// setting.
+  /// Applies a setting of PersistentState::latest_commands again, without a new scene. Null: the
+  /// command is not such a setting.
   Status (*restore)(Engine& engine, const Command& command) = nullptr;
   /// Releases data that were submitted for a refused command. Null: no data belong to it.
   void (*discard)(Engine& engine, const Command& command) = nullptr;

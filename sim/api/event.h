@@ -25,7 +25,8 @@ struct FaultEvent {
 
 /// Reason of a discarded job that may be started again.
 inline constexpr const char* k_anatomy_changed = "the anatomy changed meanwhile; start it again";
-/// The result of a job was discarded: the state changed too much meanwhile, or its subject is missing.
+/// The result of a job was discarded, because the state changed too much while the job ran, or because the
+/// result could not be applied.
 struct JobDiscarded {
   Id job;
   std::string reason;
@@ -38,7 +39,7 @@ struct StepEntered {
   static const Schema& schema();
 };
 /// The procedure did not allow a command or a step. A step is not allowed while a hand holds an instrument
-/// that it does not allow, or if commands on entry form a cycle.
+/// that the step does not allow, or if commands on entry form a cycle.
 struct StepRefused {
   std::string step;     ///< current step
   std::string request;  ///< name of the command, instrument or next step
@@ -70,10 +71,11 @@ struct Measure {
   std::string name;  ///< "removed"
   double value = 0;
   std::string unit;       ///< "mm3"; empty: dimensionless
-  bool is_stale = false;  ///< the anatomy changed after it was measured
+  bool is_stale = false;  ///< the anatomy or another input changed after the measurement
 };
 
-/// All events since the start, and the numbers of undos and redos. Only grows. Copies share the older events.
+/// All events since the start, and the numbers of undos and redos. Events are only added. Copies share the
+/// older events.
 class Chronicle {
  public:
   void add(Event event);
@@ -82,7 +84,7 @@ class Chronicle {
     return i / k_chunk < full_.size() ? (*full_[i / k_chunk])[i % k_chunk] : newest_[i % k_chunk];
   }
   std::uint64_t undos = 0, redos = 0;
-  /// Hash of all events and numbers.
+  /// Hash of all events and of the numbers of undos and redos.
   std::uint64_t hash() const noexcept;
 
  private:
@@ -92,7 +94,7 @@ class Chronicle {
   MixHash hash_;
 };
 
-/// Adds a text's length and bytes, a word at a time.
+/// Adds the length and the bytes of a text, 8 bytes at a time.
 void add_bytes(MixHash& hash, std::string_view bytes) noexcept;
 /// Adds a value's name and bytes; two empty texts for an empty value.
 void add_value(MixHash& hash, const Value& value);

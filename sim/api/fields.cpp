@@ -211,7 +211,7 @@ std::string list_text(const std::vector<T>& list, char separator) {
   return text;
 }
 
-/// Returns a text as from_words() reads it: quoted if it is empty or contains a space, a quote or a
+/// Returns a text as from_words() reads it: quoted if it is empty or contains white space, a quote or a
 /// backslash. In quotes, quotes and backslashes are preceded by a backslash, and line ends are written \n.
 std::string quoted_if_needed(const std::string& text) {
   if (!text.empty() && text.find_first_of(" \t\n\"\\") == text.npos) return text;
@@ -299,7 +299,7 @@ void encode_fields(const Schema& schema, const void* value, std::string& out) {
 
 Status decode_fields(const Schema& schema, void* value, std::string_view bytes) {
   for (const Field& field : schema.fields) {
-    if (bytes.empty()) break;  // written before the field was added
+    if (bytes.empty()) break;  // the record was written before the field was added
     if (!std::visit([&](auto* v) { return get_value(bytes, *v); }, field.pointer_in(value)))
       return Error{.what = "a record is damaged",
                    .where = std::string(schema.name) + ' ' + std::string(field.name),

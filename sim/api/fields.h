@@ -1,5 +1,5 @@
-// Field and Schema: the members of a plain struct, listed once, from which its bytes, checks and words
-// follow. Commands, parameters of instruments and events are such structs.
+// Field and Schema: a table that lists the members of a plain struct once. Bytes, checks and words of the
+// struct follow from this table. Commands, parameters of instruments and events are such structs.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,8 @@ struct Id {
   friend bool operator==(const Id&, const Id&) = default;
 };
 
-/// Pointer to a struct's member; its alternative is the field's type. A choice is an enum of one byte.
+/// Pointer to a member of a struct. The alternative of the variant gives the type of the field. A choice,
+/// which is an enum of one byte, uses std::uint8_t*.
 using FieldPointer =
     std::variant<bool*, std::int64_t*, double*, glm::dvec3*, Id*, std::uint8_t*, std::string*,
                  std::vector<double>*, std::vector<glm::dvec3>*, std::vector<Id>*>;
@@ -34,13 +35,15 @@ struct FieldInfo {
   std::span<const std::string_view> choices = {};  ///< names of an enum's values, from 0 on
   std::string_view help = {};                      ///< fragment of a sentence, for users
   std::string_view label = {};                     ///< name shown to users; empty: the field's name
-  std::size_t most_values = 0;                     ///< of a list, in a window; not checked; 0: any number
-  bool is_expert = false;                          ///< shown in a window only on request
-  /// Kind of name that a text field holds: a window then offers the existing ones. Outlines and trajectories
-  /// are those of the plan; an approach is one or the other.
+  std::size_t most_values = 0;  ///< of a list: most values that a window lets the user enter; 0:
+                                ///< any number. check_fields() does not check it
+  bool is_expert = false;       ///< shown in a window only on request
+  /// Kind of name that a text field contains. A window offers the existing names of this kind. Outlines and
+  /// trajectories are those of the plan; an approach is an outline or a trajectory.
   enum class Names : std::uint8_t { any, label, bone_label, outline, trajectory, approach, branch };
   Names names = Names::any;
-  std::string_view empty_choice = {};  ///< of an empty name or the id 0, for users; empty: a name is required
+  /// Text that a window shows for an empty name or the id 0; empty: a name is required.
+  std::string_view empty_choice = {};
 };
 
 struct Field {
@@ -84,8 +87,8 @@ constexpr Field field(std::string_view name, FieldInfo info = {}) {
           }};
 }
 
-/// Table of a struct. `version` is raised when the meaning of a field changes; fields may be added at the
-/// end.
+/// Table of a struct. `version` increases when the meaning of a field changes. Fields may be added at the end
+/// without a new version.
 struct Schema {
   std::string_view name;
   std::uint32_t version = 1;
@@ -95,20 +98,21 @@ struct Schema {
 /// Returns the fields of a struct, followed by those that an extended struct adds.
 std::vector<Field> joined(std::span<const Field> first, std::span<const Field> more);
 
-/// Longest list or text that is read from a file.
+/// Largest number of elements of a list, and of bytes of a text.
 inline constexpr std::size_t k_longest_list = 1 << 16;
 
-/// Error if a value is out of its field's range or not a number; it names struct, field, value and range.
+/// Returns an error if a value is out of its field's range or not a number, or if a list or text is too long.
+/// The error names struct, field, value and range.
 Status check_fields(const Schema& schema, const void* value);
 
-/// Appends canonical bytes: the same for equal values, on every machine.
+/// Appends canonical bytes: equal values give equal bytes on every machine.
 void encode_fields(const Schema& schema, const void* value, std::string& out);
-/// Sets `value`, which contains its defaults: fields that an older program did not write keep them, and bytes
-/// of a newer program after the known fields are ignored. Error on broken bytes, or a value that
-/// check_fields() refuses; `value` is then partly set.
+/// Sets the fields of `value`, which must contain its defaults: fields that an older program did not write
+/// keep their defaults. Bytes after the known fields, which a newer program wrote, are ignored. Error if the
+/// bytes are broken, or check_fields() refuses the value; `value` is then partly set.
 Status decode_fields(const Schema& schema, void* value, std::string_view bytes);
 
-/// Returns "radius=2 at=1,2,3 mode=fast", for users and scripts.
+/// Returns all fields as text for users and scripts, such as "radius=2 at=1,2,3 mode=fast".
 std::string to_words(const Schema& schema, const void* value);
 /// Returns the value of one field as text, without its name: "2".
 std::string to_words(const Field& field, const void* value);

@@ -68,17 +68,18 @@ Result<std::shared_ptr<const Forbidden>> Forbidden::build(const std::string& nam
       new Forbidden(name, haptics::MeshTree(std::move(vertices), model.triangles())));
 }
 
-/// Returns true if p is inside a closed model, at most `reach` mm from its surface: by the normals of all
-/// triangles nearest to p, weighted by their angles there (Baerentzen and Aanaes 2005).
+/// Returns true if p is inside a closed model. Requires that p is at most `reach` mm from its surface. Uses
+/// the normals of all triangles nearest to p, weighted by their angles at the nearest point (Baerentzen and
+/// Aanaes 2005).
 bool Forbidden::is_inside(const dvec3& p, double reach) const noexcept {
-  constexpr double k_same = 1e-9;  // share of the distance
+  constexpr double k_same = 1e-9;  // mm, and share of the distance
   double nearest = reach;
   surface_.for_near(p, reach,
                     [&](const haptics::MeshTree::Near& near) { nearest = std::min(nearest, near.distance); });
   dvec3 normal(0), offset(0);
   surface_.for_near(p, nearest * (1 + k_same) + k_same, [&](const haptics::MeshTree::Near& near) {
     const auto corners = surface_.corners(near.triangle);
-    // Angle of the triangle at the nearest point: that of the corner at a corner, pi on an edge, 2 pi inside.
+    // Angle of the triangle at the nearest point: the corner's angle at a corner, pi on an edge, 2 pi inside.
     double angle = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       const dvec3 a = corners[k] - near.nearest, b = corners[(k + 1) % 3] - near.nearest;
@@ -112,7 +113,7 @@ void ForbiddenWatch::follow(const dvec3& from, const ToolBall& ball, const Nearn
     return;
   }
   depth = -nearness.clearance;
-  if (!nearness.has_surface) {  // far inside
+  if (!nearness.has_surface) {  // the surface is out of reach: the ball is far inside
     is_beyond_middle = has_entry;
     if (has_entry) depth = std::max(depth, glm::length(ball.centre - entry_world) + ball.radius);
     return;
@@ -123,8 +124,8 @@ void ForbiddenWatch::follow(const dvec3& from, const ToolBall& ball, const Nearn
     has_entry = true;
     return;
   }
-  // The nearest point of the surface moves with the ball until the middle of the structure is passed: then it
-  // jumps to another side, and the entry is kept.
+  // The nearest point of the surface moves with the ball until the ball passes the middle of the structure.
+  // Then the nearest point jumps to another side, and `entry_world` is kept.
   const double jump = glm::length(nearness.surface_world - entry_world);
   const bool is_other_side = glm::dot(entry_world - ball.centre, nearness.surface_world - ball.centre) < 0 ||
                              jump > 2 * glm::length(ball.centre - from) + slack;
@@ -135,7 +136,8 @@ void ForbiddenWatch::follow(const dvec3& from, const ToolBall& ball, const Nearn
     entry_world = nearness.surface_world;
 }
 
-/// Returns the distance to the surface, mm, at most `reach`, and sets its nearest point.
+/// Returns the distance to the surface, mm, at most `reach`. Sets the nearest point of the surface if the
+/// distance is less than `reach`.
 double Forbidden::distance(const dvec3& p, double reach, dvec3& nearest_world) const noexcept {
   double nearest = reach;
   surface_.for_nearest(p, reach, 0, [&](const haptics::MeshTree::Near& near) {
@@ -152,7 +154,8 @@ bool Forbidden::contains(const dvec3& p) const noexcept {
 Nearness Forbidden::locate(const ToolBall& ball, double expected) const noexcept {
   Nearness result;
   if (volume_) result.is_centre_inside = field_.value(volume_->frame.volume_from_world(ball.centre)) >= 0;
-  // Search around the centre with growing reach, extended by the ball's radius.
+  // The search around the ball's centre starts with the expected distance. Its reach is doubled until it
+  // contains a part of the surface, at most to k_reach plus the ball's radius.
   const double farthest = k_reach + ball.radius;
   double reach = std::clamp(std::abs(expected + ball.radius) + step_mm_, 2 * step_mm_, farthest);
   double surface_mm = distance(ball.centre, reach, result.surface_world);
@@ -162,7 +165,7 @@ Nearness Forbidden::locate(const ToolBall& ball, double expected) const noexcept
   }
   result.has_surface = surface_mm < reach;
   if (!volume_) {
-    // Beyond `reach` of the surface a point may be deep inside.
+    // A point that is farther than `reach` from the surface may be deep inside.
     const dvec3 low = surface_.low(), high = surface_.high();
     const bool is_in_box = ball.centre == glm::clamp(ball.centre, low, high);
     if (result.has_surface || is_in_box)
@@ -173,16 +176,17 @@ Nearness Forbidden::locate(const ToolBall& ball, double expected) const noexcept
   return result;
 }
 
-/// Calls each(position) for positions step_mm_ apart between `from` and `to`, without the ends.
+/// Calls each(position) for positions between `from` and `to` without the ends. They are at most step_mm_
+/// apart, except on a path of more than 4096 steps.
 template <class Each>
 void Forbidden::for_positions(const dvec3& from, const dvec3& to, const Each& each) const noexcept {
-  constexpr double k_max_parts = 4096;  // faster than any hand: a metre in a tick
+  constexpr double k_max_parts = 4096;  // a metre at 0.25 mm; no hand moves so far in a tick
   const int parts = static_cast<int>(std::min(std::ceil(glm::length(to - from) / step_mm_), k_max_parts));
   for (int i = 1; i < parts; ++i) each(from + (static_cast<double>(i) / parts) * (to - from));
 }
 
 double Forbidden::clearance(const dvec3& from, const ToolBall& ball, double expected) const noexcept {
-  // A path shorter than its distance to the structure cannot reach it.
+  // A path that is shorter than the clearance at its end cannot reach the structure.
   double least = clearance(ball, expected);
   if (least > glm::length(ball.centre - from)) return least;
   for_positions(from, ball.centre, [&](const dvec3& at) {

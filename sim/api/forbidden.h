@@ -22,7 +22,7 @@ struct ToolBall {
 
 /// Position of a ball relative to a structure.
 struct Nearness {
-  double clearance = 0;  ///< mm to the surface; negative: depth of the ball, to the nearest side
+  double clearance = 0;  ///< mm from the ball to the surface; negative: depth below the nearest side
   bool is_centre_inside = false;
   bool has_surface = false;       ///< some of the surface is within reach
   glm::dvec3 surface_world{0.0};  ///< mm; if has_surface: the surface point nearest to the ball's centre
@@ -35,7 +35,8 @@ struct ForbiddenWatch;
 /// boundary; the samples decide on which side a point is.
 class Forbidden {
  public:
-  /// Keeps `volume`. Error if the structure is empty.
+  /// Builds the structure of a shape of `volume`, which it keeps. Error if the structure is empty, or if the
+  /// shape is a label and the volume has no labels.
   static Result<std::shared_ptr<const Forbidden>> build(std::shared_ptr<const volume::Volume> volume,
                                                         const volume::Shape& shape, int threads = 0);
   /// Builds the solid inside a model at rest. Error if the surface is not closed, or faces inward.
@@ -102,22 +103,22 @@ struct ForbiddenLeft {
   static const Schema& schema();
 };
 
-/// A tool that did not work, or a blunt part of it, pushed a membrane, such as the dura, off the bone.
-/// Emitted with its greatest depth when it leaves, or with the cut of a flap.
+/// A tool that did not work, or a blunt part of a tool, pushed a membrane, such as the dura, off the bone.
+/// Emitted with the tool's greatest depth when the tool leaves the membrane, or when a flap is cut.
 struct StructureStripped {
   std::string structure;
   double deepest = 0;  ///< mm
   static const Schema& schema();
 };
-/// A tool that worked, with its button pressed, touched the membrane. Emitted with its greatest depth when it
-/// leaves.
+/// A tool that worked, that is, with its button pressed, touched the membrane and did not tear it. Emitted
+/// with the tool's greatest depth when the tool leaves the membrane.
 struct StructureTouched {
   std::string structure;
   double deepest = 0;  ///< mm
   static const Schema& schema();
 };
-/// The tool tore the membrane: deeper than k_tear_depth while it works, or than k_blunt_tear_depth otherwise.
-/// Emitted at once.
+/// The tool tore the membrane: it was deeper than k_tear_depth while it worked, or deeper than
+/// k_blunt_tear_depth while it did not work or its body was blunt. Emitted at once.
 struct StructureTorn {
   std::string structure;
   double deepest = 0;  ///< mm
@@ -129,12 +130,12 @@ inline constexpr double k_tear_depth = 0.5, k_blunt_tear_depth = 3;
 
 /// Watch of one hand and one structure since the start; undo does not change it.
 struct ForbiddenWatch {
-  /// A visit lasts from a clearance below 0 to one of k_leaving_clearance: a tool that trembles at a surface
-  /// makes one visit.
+  /// A visit begins at a clearance below 0 and ends at a clearance of k_leaving_clearance. A tool that
+  /// trembles at a surface therefore makes only one visit.
   static constexpr double k_leaving_clearance = 0.2;  ///< mm
   bool is_inside = false;                             ///< during a visit
-  /// Clearance in the newest tick, mm. Only a lower bound while it exceeds both `nearest` and
-  /// k_always_measured; Engine::clearance() returns the measured value.
+  /// Clearance in the newest tick, mm. A value that exceeds both `nearest` and k_always_measured may be only
+  /// a lower bound; Engine::clearance() measures the clearance itself.
   double clearance = Forbidden::k_reach;
   double nearest = Forbidden::k_reach;  ///< mm, least so far; negative: depth along the path of entry
   double measured = 0;                  ///< mm, last measured clearance
@@ -144,12 +145,13 @@ struct ForbiddenWatch {
   bool has_entry = false, is_beyond_middle = false;
   glm::dvec3 entry_world{0.0};               ///< mm, surface point through which the ball entered
   double depth = 0;                          ///< mm, current; 0 outside
-  double deepest_now = 0;                    ///< mm, of the current visit
-  glm::dvec3 deepest_world{0.0};             ///< mm, centre of the ball there
+  double deepest_now = 0;                    ///< mm, greatest depth in the current visit
+  glm::dvec3 deepest_world{0.0};             ///< mm, centre of the ball at that depth
   bool has_worked = false, is_torn = false;  ///< during the visit
   std::int64_t entries = 0, ticks_inside = 0, entered_tick = 0;
-  /// Sets `clearance` to its lower bound, if the ball is then still beyond `nearest` and k_always_measured.
-  /// Returns false if the clearance must be measured.
+  /// Computes a lower bound of the clearance from the last measurement. If the bound exceeds both `nearest`
+  /// and k_always_measured, sets `clearance` to it and returns true. Otherwise the clearance must be
+  /// measured.
   bool is_far(const ToolBall& ball) noexcept;
   /// Follows the path of entry while the ball moves from `from_world` to its centre. `nearness`: at the
   /// centre. `slack`: jumps of the nearest point of a rough surface, mm.

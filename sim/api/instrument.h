@@ -1,5 +1,6 @@
-// Instrument: a tool in a hand. It runs at every tick, with or without the button, and produces edits and
-// events, never forces, since it runs some ticks late.
+// Instrument: a tool in a hand. Its step function runs at every tick, with or without the button, and
+// produces edits and events. It runs some ticks after the servo and so computes no force itself: it chooses
+// the laws (HandForces) by which the servo computes forces.
 #pragma once
 
 #include <array>
@@ -19,7 +20,8 @@ struct InstrumentInput {
   /// True in the hand's first tick, and in its first one after a stroke of any hand, an undoable change, an
   /// undo, or new parameters: the instrument's state then belongs to another stroke.
   bool is_fresh;
-  double contact_radius = 0;  ///< mm, of the ball with which the hand touches; 0: a point or a whole tool
+  double contact_radius = 0;  ///< mm, of the largest ball with which the hand touches; 0: a point, or the
+                              ///< points of a shell
 };
 
 /// Needs of an instrument, for which a session is prepared.
@@ -28,8 +30,8 @@ struct ToolNeeds {
   haptics::SharedTool tool = nullptr;  ///< with which the hand touches; null: the hand's initial tool
 };
 
-/// Forces that an instrument adds to those of surfaces, and items that it passes through. Depends on
-/// parameters and state alone, so that a replay and an undo need nothing else.
+/// Forces that an instrument adds to those of surfaces, and items that it passes through. They depend only on
+/// the parameters and the state of the instrument, so that a replay and an undo need no other data.
 struct HandForces {
   static constexpr std::size_t k_max = 2;
   std::array<std::optional<haptics::Effect>, k_max> effects;
@@ -40,19 +42,21 @@ struct HandForces {
 /// Type of an instrument: its step function, the types of its parameters and state, and optional functions.
 /// Built by instrument_type().
 struct InstrumentType {
-  const ValueType* parameters;  ///< their name is the instrument's; a command of this value sets them
+  const ValueType* parameters;  ///< named as the instrument; a command of this type sets them
   const ValueType* state;
   void (*step)(const void* parameters, void* state, const InstrumentInput& input, Work& work);
   /// Checks the parameters against the hand's scene, in addition to each field's range. May be null.
   Status (*check)(const void* parameters, const haptics::TouchScene& scene) = nullptr;
-  /// Returns its body after that tick; called if there are forbidden structures. Null: it has no body.
+  /// Returns the body of the tool after a tick; called if there are forbidden structures. Null: the tool has
+  /// no body.
   ToolBall (*body)(const void* parameters, const void* state, const InstrumentInput& input) = nullptr;
-  /// Returns its needs in a session over that anatomy. Null: no needs.
+  /// Returns the needs of the instrument in a session on `anatomy`. Null: no needs.
   ToolNeeds (*needs)(const void* parameters, const volume::Volume& anatomy) = nullptr;
-  /// Returns its forces after a tick; the servo applies them some ticks later. Null: never a force.
+  /// Returns the forces of the instrument after a tick; the servo applies them some ticks later. Null: no
+  /// forces.
   HandForces (*forces)(const void* parameters, const void* state) = nullptr;
-  /// Returns true while it works without the button; its cuts then belong to one stroke. Null: only the
-  /// button counts.
+  /// Returns true while the instrument works without the button; its cuts then belong to one stroke. Null:
+  /// the instrument works only while the button is pressed.
   bool (*is_working)(const void* parameters, const void* state) = nullptr;
 
   std::string_view name() const noexcept { return parameters->schema->name; }

@@ -44,7 +44,8 @@ class ModuleState {
   const T& result() const noexcept {
     return *result_->value->as<T>();
   }
-  /// Newest result, for writing. It then describes the current anatomy, or that in which its job began.
+  /// Newest result, for writing. The new result describes the current anatomy or, if a job computed it, the
+  /// anatomy with which the job began.
   template <HasSchema T>
   T& change_result() {
     result_->edits = edits_;
@@ -101,13 +102,13 @@ class ModuleWork : public Work, public ModuleState {
 class JobResult {
  public:
   virtual ~JobResult() = default;
-  virtual std::uint64_t hash() const = 0;  ///< computed in advance, since the edit thread calls this
+  virtual std::uint64_t hash() const = 0;  ///< must be fast, since the edit thread calls it
   /// Parts that the job detaches from the anatomy, adopted as bodies with the result. Null: no parts.
   virtual const Detachment* detachment() const noexcept { return nullptr; }
   /// Implants that the job adds, adopted with the result.
   virtual std::span<const NewBody> bodies() const noexcept { return {}; }
-  /// Reason why the job failed: the operation has not changed. Empty if it succeeded. adopt() is called in
-  /// both cases, and emits the event.
+  /// Reason why the job failed and has no effect on anatomy and bodies; empty if it succeeded. adopt() is
+  /// called in both cases, and emits the event that reports the failure or the success.
   virtual std::string_view failure() const noexcept { return {}; }
 };
 
@@ -125,7 +126,8 @@ struct JobInput {
 struct JobType {
   const ValueType* parameters;  ///< a command of this value starts it
   std::shared_ptr<const JobResult> (*run)(const void* parameters, const JobInput& input);
-  /// True if the result may be adopted although the state has changed. Null: always.
+  /// Returns true if the result may be adopted although the state has changed. Null: it may always be
+  /// adopted.
   bool (*is_result_valid)(const void* parameters, const OperationState& input, const OperationState& current);
   void (*adopt)(const void* parameters, const JobResult& result, ModuleWork& work);
   /// Checks the parameters against the hand's anatomy. Null: all are valid.

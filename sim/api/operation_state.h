@@ -50,7 +50,8 @@ struct PersistentState {
 struct OperationState {
   std::uint64_t next_tick = 0;  ///< one past the newest tick of any hand
   double dt = 0;                ///< s, period of the servo; constant
-  /// Number of changes of the anatomy so far: cuts, detachments, undo and redo.
+  /// Number of changes of the anatomy so far: cuts, detachments, restorations, undo, redo, and the
+  /// beginning or the choice of a branch.
   std::uint64_t edits = 0;
   /// Plan of the operation, constant; null: nothing is planned. Part of a session's header, not of hash().
   std::shared_ptr<const volume::SurgicalPlan> plan;
@@ -78,7 +79,7 @@ struct OperationState {
     const ModuleResult* found = find_result<T>();
     return found ? found->value->template as<T>() : nullptr;
   }
-  /// Returns true if the anatomy changed after the newest result of this type was found.
+  /// Returns true if the anatomy has changed since the state that the newest result of this type describes.
   template <HasSchema T>
   bool is_result_stale() const noexcept {
     const ModuleResult* found = find_result<T>();
@@ -86,7 +87,7 @@ struct OperationState {
   }
 
   /// Returns the hash of the canonical bytes: equal for equal states. Requires a frozen version, or that no
-  /// edit runs meanwhile.
+  /// edit runs at the same time.
   std::uint64_t hash() const;
 
  private:

@@ -16,7 +16,8 @@ namespace trephine::sim {
 
 /// Surfaces, lines and labels in one frame, mm.
 struct Overlay {
-  /// An object has a surface of some matter. Scenery is touched as it is drawn.
+  /// An object has a surface of some matter. Scenery is a model that is touched through submitted
+  /// depth pictures.
   /// Labels of `plan` are names, which a window can hide; those of `measure` are results, which remain.
   enum class Kind : std::uint8_t { object, plan, measure, warning, scenery };
   struct Label {

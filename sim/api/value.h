@@ -30,7 +30,7 @@ concept HasSchema = requires {
   { T::schema() } -> std::same_as<const Schema&>;
 };
 
-/// Owns such a struct. Copies are deep.
+/// Owns a struct that has a schema. Copies are deep.
 class Value {
  public:
   Value() noexcept = default;  ///< empty
@@ -65,7 +65,7 @@ class Value {
   std::string_view name() const noexcept { return schema().name; }
   const void* data() const noexcept { return object_; }
   void* data() noexcept { return object_; }
-  /// Returns null if the value is empty or another struct.
+  /// Returns null if the value is empty or contains another struct.
   template <HasSchema T>
   const T* as() const noexcept {
     return is_of(value_type<T>()) ? static_cast<const T*>(object_) : nullptr;

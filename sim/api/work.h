@@ -12,12 +12,12 @@ class Work {
   Work(volume::RemovalEditor& editor, std::vector<Event>& events, std::uint64_t tick, std::uint8_t hand)
       : editor_(&editor), events_(&events), tick_(tick), hand_(hand) {}
 
-  /// Removes the matter that a ball sweeps. Touchable and visible from the next tick on.
+  /// Removes the matter that a ball sweeps. Hands and displays receive the change after the tick or command.
   volume::RemovalReport remove(const volume::Sweep& sweep);
   /// Removes the matter that a body of revolution sweeps while it also turns.
   volume::RemovalReport remove(const volume::ToolSweep& sweep);
 
-  /// Remaining matter, including all removals so far.
+  /// Remaining matter after all removals so far, including those of this tick or command.
   const volume::Version& remaining() const noexcept { return editor_->working(); }
   bool is_matter(const glm::dvec3& p_world) const noexcept { return editor_->is_matter(p_world); }
   /// Returns true if a point is solid in the scan, and was removed.

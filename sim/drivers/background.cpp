@@ -60,7 +60,7 @@ void Background::run() {
     queue->is_running = true;
     guard.unlock();
     Result result = work();
-    work = {};  // perhaps the last owner of a version: freed while no caller waits
+    work = {};  // may own the last reference to a version, which is freed here without the lock
     guard.lock();
     queue->is_running = false;
     if (result) done_.emplace_back(static_cast<Priority>(queue - queues_.data()), std::move(result));

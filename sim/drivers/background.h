@@ -21,9 +21,9 @@ enum class Priority : std::uint8_t {
   search   ///< results that nothing waits for, such as loose parts
 };
 
-/// Queues of work, one per priority. Work of one priority runs in order, one at a time; a free thread takes
-/// the most urgent. There are as many threads as priorities in use, so that work never waits for work of
-/// another priority. The caller fetches results and applies them on its own thread.
+/// Queues of work, one per priority. Work of one priority runs in order, one at a time. A free thread starts
+/// the most urgent work that can run. There are as many threads as priorities in use, so that work never
+/// waits for work of another priority. The caller fetches results and applies them on its own thread.
 class Background {
  public:
   using Result = std::function<void()>;
@@ -41,7 +41,7 @@ class Background {
   /// True if no work of this priority is queued or running, and none of its results waits for
   /// fetch_results().
   bool is_idle(Priority priority) const;
-  /// Waits for running work; discards queued work, and results that were not taken.
+  /// Waits for running work. Discards queued work, and results that were not fetched.
   void stop();
 
  private:

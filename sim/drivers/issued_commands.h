@@ -8,8 +8,8 @@
 
 namespace trephine::sim {
 
-/// Applies commands in order, and then those that they cause. `apply(command)` returns these. The engine ends
-/// cycles of steps, see Engine::k_max_steps_per_tick.
+/// Applies commands in order, and then the commands that they cause. `apply(command)` returns the commands
+/// that a command causes. The engine ends cycles of steps, see Engine::k_max_steps_per_tick.
 template <class Apply>
 void issue(std::vector<Command> commands, Apply&& apply) {
   for (std::size_t i = 0; i < commands.size(); ++i) {

@@ -153,7 +153,7 @@ void LiveSession::derive(DerivedJob job) {
   background_.submit(priority, [this, job = std::move(job)]() mutable -> Background::Result {
     const auto begun_at = Clock::now();
     DerivedData data = job.make(1);
-    job.make = {};  // perhaps the last owner of a version: freed while no caller waits
+    job.make = {};  // may own the last reference to a version, which is freed on this thread
     const double seconds = seconds_since(begun_at);
     {
       const std::lock_guard guard(lock_);
@@ -180,7 +180,7 @@ void LiveSession::begin(const PendingJob& job) {
     return [this, id = job.id, result = job.run()] {
       const std::vector<PendingJob>& all = engine_.jobs();
       if (std::none_of(all.begin(), all.end(), [&](const PendingJob& one) { return one.id == id; }))
-        return;  // cancelled meanwhile
+        return;  // the job was cancelled while it ran
       engine_.submit_result(id, result);
       carry_out(AdoptJob{id, static_cast<std::int64_t>(result->hash())});
     };
@@ -285,7 +285,7 @@ void LiveSession::consume(const haptics::ServoRecord& record) {
   if (outcome.is_changed) channel_.publish(engine_.servo_scene());
   if (recorder_) recorder_->add(record, engine_, outcome);
   if (trace_.size() < trace_limit_) trace_.push_back(record);
-  show(outcome, false);
+  update_overlays(outcome, false);
   {
     const std::lock_guard guard(lock_);
     edit_report_.longest_tick_seconds = std::max(edit_report_.longest_tick_seconds, seconds);
@@ -298,7 +298,7 @@ void LiveSession::consume(const haptics::ServoRecord& record) {
   const PieceWatch::Finding found = pieces_->after_tick(engine_);
   if (found == PieceWatch::Finding::disconnected) free_pieces();
   if (found != PieceWatch::Finding::pending) return;
-  // The whole volume is searched in the background. Later cuts can only change the answer to yes.
+  // The whole volume is searched in the background. Later cuts can only disconnect further parts.
   {
     const std::lock_guard guard(lock_);
     state_.is_searching_pieces = true;
@@ -315,7 +315,7 @@ void LiveSession::end_search(bool has_found) {
 
 /// Detaches free pieces by an internal command, whose refusal is not reported.
 void LiveSession::free_pieces() {
-  std::optional<Error> unread;  // refusal of a user's command
+  std::optional<Error> unread;  // refusal of a user's command that no display has fetched
   {
     const std::lock_guard guard(lock_);
     unread = state_.refused;
@@ -346,7 +346,7 @@ Outcome LiveSession::carry_out_alone(const Command& command, bool may_begin) {
   if (pieces_) pieces_->after_command(engine_, command, outcome);
   if (may_begin && !engine_.jobs().empty() && engine_.jobs().back().id == outcome.job)
     begin(engine_.jobs().back());
-  show(outcome, true);
+  update_overlays(outcome, true);
   const std::lock_guard guard(lock_);
   if (seconds > edit_report_.longest_command_seconds) {
     edit_report_.longest_command_seconds = seconds;
@@ -362,14 +362,16 @@ void LiveSession::apply(Command command) {
   commands_.push_back(std::move(command));
 }
 
-/// Edit thread: makes overlays if a display has fetched the state, and they may have changed.
-void LiveSession::show(const Outcome& outcome, bool is_command) {
+/// Edit thread: makes new overlays if a display has fetched the state since the last ones, and overlays may
+/// have changed.
+void LiveSession::update_overlays(const Outcome& outcome, bool is_command) {
   has_new_overlays_ = has_new_overlays_ || is_command || outcome.is_changed || outcome.event_count > 0 ||
                       (is_state_requested_ && engine_.has_moving_surfaces());
   if (!has_new_overlays_ || !is_state_requested_.exchange(false)) return;
   has_new_overlays_ = false;
   auto overlays = std::make_shared<const Overlays>(engine_.overlays());
-  // The size of the history takes a pass over all of it, and is measured once per stroke.
+  // Measuring the size of the history traverses the whole history. It is measured only after a stroke or a
+  // change of branch.
   std::optional<std::size_t> bytes;
   if (!engine_.is_in_stroke() && (engine_.stroke_count() != strokes_at_memory_count_ ||
                                   engine_.branch().name != branch_at_memory_count_)) {

@@ -34,15 +34,16 @@ struct LiveState {
   std::vector<std::string> branches;    ///< other branches
   std::size_t history_bytes = 0;        ///< of all branches, at the end of the last stroke
   std::vector<ForbiddenWatch> watches;  ///< of the first hand, one per forbidden structure
-  std::optional<Error> refused;         ///< new: of the newest refused command
-  std::optional<Error> failed;          ///< new: of the newest job that had no effect; `where`: its name
-  std::vector<Event> events;            ///< new: the newest k_max_events
+  std::optional<Error> refused;         ///< new: reason of the newest refusal of a command
+  std::optional<Error> failed;          ///< new: why the newest failed job had no effect; `where`: its name
+  std::vector<Event> events;            ///< new: at most the newest k_max_events
   static constexpr std::size_t k_max_events = 256;
   bool can_undo = false, can_redo = false;
   std::int32_t step = -1;                  ///< index of the current step of the procedure; -1: no procedure
-  std::uint64_t step_tick = 0;             ///< when it began
+  std::uint64_t step_tick = 0;             ///< tick at which the current step began
   std::vector<std::uint32_t> step_visits;  ///< per step, number of times that it began
-  /// Overlays in addition to the anatomy, at least as recent as the previous fetch; null before that.
+  /// Overlays in addition to the anatomy, at least as recent as the previous fetch; null until the first
+  /// overlays are made, which happens after the first fetch.
   std::shared_ptr<const Overlays> overlays;
   std::vector<Id> bodies;  ///< bodies that the first overlays show, in their order
   /// Depth images of the first hand, as recent as the overlays.
@@ -62,7 +63,8 @@ struct LiveState {
 /// threads call fetch_state() at their own rate.
 class LiveSession {
  public:
-  /// One hand. Borrows all arguments for its lifetime; `method` must be prepared for the scene.
+  /// One hand. Borrows device, scene, method and recorder for its lifetime; `method` must be prepared for the
+  /// scene.
   LiveSession(haptics::Device& device, const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
               Instrument instrument, const haptics::ServoOptions& options, SessionWriter* recorder = nullptr);
   /// Runs the hands of `engine` in one servo loop. `first_tick`: of a continued session.
@@ -82,8 +84,8 @@ class LiveSession {
   void redo() { apply(Redo{}); }
   /// Requests, for each command, the reason why it would be refused in the current state; any thread.
   std::future<std::vector<Status>> reasons_to_refuse(std::vector<Command> commands);
-  /// Moves the tool to a free point (volume frame) without a path: the proxy does not pass through matter
-  /// between. The device must be there too.
+  /// Moves the tool to a free point (volume frame) without a path: matter between the old and the new
+  /// position does not stop the proxy. The device must also be at this point.
   void teleport_tool(const glm::dvec3& free_point_volume, std::size_t hand = 0);
   /// Submits a depth picture of a streamed item (DepthSource::is_streamed()) for a hand; any thread. Some
   /// milliseconds later, the hand touches the item as the picture shows it, in the clip volume of `edge` mm
@@ -109,7 +111,8 @@ class LiveSession {
     double longest_seconds = 0;
   };
   DerivedReport derived_report(DerivedKind kind);
-  /// Longest durations of a tick and of a command (at most 2 ms are allowed), and the name of that command.
+  /// Longest durations of a tick and of a command (at most 2 ms are allowed), and the name of the longest
+  /// command.
   struct EditReport {
     double longest_tick_seconds = 0, longest_command_seconds = 0;
     std::string longest_command;
@@ -123,8 +126,8 @@ class LiveSession {
     std::shared_ptr<const volume::Version> version;  ///< frozen
     bool is_current = false;                         ///< the current state
   };
-  /// Requests states of the history: the untouched anatomy, those after the newest `max_count` strokes of the
-  /// current branch, the current one, and the current states of other branches. Any thread.
+  /// Requests states of the history: the untouched anatomy, the states after the newest `max_count` strokes
+  /// of the current branch, the current state, and the current states of other branches. Any thread.
   std::future<std::vector<HistoryState>> history_states(std::size_t max_count = 20);
 
  private:
@@ -136,7 +139,7 @@ class LiveSession {
   Outcome carry_out_alone(const Command& command, bool may_begin);
   void issue_next(const Outcome& outcome, bool may_begin);
   void update_state(const Outcome& outcome);  // with lock_ held
-  void show(const Outcome& outcome, bool is_command);
+  void update_overlays(const Outcome& outcome, bool is_command);
   void handle_results();
   std::optional<DerivedJob> take_picture();
   void derive(DerivedJob job);

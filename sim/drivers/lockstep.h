@@ -1,5 +1,5 @@
-// Lockstep: headless operation without threads, which alternates servo steps and edits. The same input gives
-// the same bits.
+// Lockstep: headless operation on the caller's thread, which alternates servo steps and edits. The same input
+// gives the same bits.
 #pragma once
 
 #include "sim/engine/piece_watch.h"
@@ -9,8 +9,8 @@ namespace trephine::sim {
 
 class Lockstep {
  public:
-  /// One hand, with or without an instrument. Borrows scene and method, which must be prepared for the scene.
-  /// `recorder`: records everything; may be null.
+  /// One hand, with or without an instrument. Borrows scene and method; the method must be prepared for the
+  /// scene. `recorder`: records everything; may be null.
   Lockstep(const haptics::TouchScene& scene, const haptics::ProxyMethod& method, Instrument instrument,
            const haptics::ForceOptions& force, double rate_hz, SessionWriter* recorder = nullptr);
   /// Continues from `engine`, with any number of hands, at `first_tick`.
@@ -23,14 +23,14 @@ class Lockstep {
   std::span<const haptics::ServoRecord> step(std::span<const haptics::Pose> poses);
   /// Resets faults, contact and force of all hands in the next tick.
   void reset() noexcept { is_reset_ = true; }
-  /// Undoes a stroke. A tool that restored bone encloses escapes along its own past path.
+  /// Undoes a stroke. If restored bone encloses a tool, the tool escapes along its own past path.
   Outcome undo() { return apply(Undo{}); }
   Outcome redo() { return apply(Redo{}); }
   /// Applies a command, and then the commands of a step that it begins.
   Outcome apply(const Command& command);
   /// Applies a command, and finishes the job that it starts.
   Outcome apply_whole(const Command& command);
-  /// Detaches disconnected pieces of at least `smallest` mm3 at the ends of strokes, from here on.
+  /// Detaches disconnected pieces of at least `smallest` mm3 at the ends of strokes, from this call on.
   void watch_pieces(double smallest) { pieces_.emplace(smallest); }
   const std::optional<PieceWatch>& pieces() const noexcept { return pieces_; }
 
@@ -42,7 +42,7 @@ class Lockstep {
     return cores_[hand].last_step();
   }
   const haptics::ServoCore& core(std::size_t hand = 0) const noexcept { return cores_[hand]; }
-  /// Outcome of the last tick, of all hands together.
+  /// Outcome of the last tick, of all hands together, with the commands that the tick caused.
   const Outcome& last_outcome() const noexcept { return last_outcome_; }
   const haptics::ServoRecord& last_record(std::size_t hand = 0) const noexcept { return records_[hand]; }
 

@@ -21,13 +21,13 @@ std::string newtons(const glm::dvec3& f) {
   return text;
 }
 
-/// Freezes an engine, which a copy requires, and returns a copy.
+/// Freezes an engine and returns a copy. Only a frozen engine may be copied.
 Engine frozen(Engine& engine) {
   engine.freeze();
   return engine;
 }
 
-/// Returns the modules of the session, in its order.
+/// Returns the modules of the session, in the order of its header.
 Result<Catalogue> modules_of(const SessionReader& session) {
   std::vector<const Module*> modules;
   for (const NamedVersion& named : session.header().modules) {
@@ -94,7 +94,7 @@ Replay::Replay(SessionReader& session, Engine engine)
   keep();
 }
 
-/// Keeps the current state, to return to.
+/// Keeps a copy of the current state, to which seek() can return.
 void Replay::keep() {
   state_->engine.freeze();
   state_->position = session_->position();
@@ -122,7 +122,7 @@ Status Replay::open_at(std::size_t checkpoint) {
   opened.events = stored.image.now.chronicle.size();
   opened.next_tick = stored.image.now.next_tick;
   opened.opened_at = stored.image.serial;
-  opened.versions_to_check = {{stored.image.serial, opened.engine.current()}};  // hash not read yet
+  opened.versions_to_check = {{stored.image.serial, opened.engine.current()}};  // its hash follows in the log
   opened.position = {stored.block, 0};
   opened.fields = stored.fields;
   if (Status error = restore(std::move(opened))) return error;
@@ -238,15 +238,16 @@ void Replay::compare_checkpoint() {
   const Checkpoint& stored = read.value();
   const EngineImage image = state_->engine.image();
   if (bytes_without_state(stored.image) != bytes_without_state(image))
-    record_mismatch(tick, "checkpoint", "its history, trails and settings", "others");
-  // After many cuts the hash takes longer than the replay that it checks: only some are compared.
+    record_mismatch(tick, "checkpoint", "history, trails and settings of the checkpoint",
+                    "other history, trails or settings");
+  // After many cuts the hash takes longer than the replay that it checks: then only some hashes are compared.
   constexpr int k_many_bricks = 1 << 13;
   constexpr std::size_t k_compared = 16;  // every 16th checkpoint
   if (image.now.undoable.version->brick_count() > k_many_bricks && next_checkpoint_ % k_compared != 0) {
     const volume::RemovalLedger &recorded = stored.image.now.undoable.version->ledger(),
                                 &here = image.now.undoable.version->ledger();
     if (recorded.total() != here.total() || recorded.detached_units != here.detached_units)
-      record_mismatch(tick, "checkpoint", "its removed volume", "another");
+      record_mismatch(tick, "checkpoint", "removed volume of the checkpoint", "another removed volume");
   } else if (const std::uint64_t recorded = stored.image.now.hash(), replayed = image.now.hash();
              recorded != replayed) {
     record_mismatch(tick, "checkpoint", hexadecimal(recorded), hexadecimal(replayed));
@@ -258,7 +259,8 @@ void Replay::compare_checkpoint() {
   compared_ticks_ = 0;
 }
 
-/// Compares the ticks after the checkpoint, and then the servo's memory.
+/// Compares the newest tick with the corresponding tick of the checkpoint. After the last tick of the
+/// checkpoint, also compares the memory of the servo.
 void Replay::compare_tick() {
   const auto bytes_of = [](const haptics::ServoRecord& record) {
     std::string bytes;
@@ -268,13 +270,13 @@ void Replay::compare_tick() {
   const Checkpoint& stored = *compared_checkpoint_;
   if (compared_ticks_ < stored.records.size() &&
       bytes_of(stored.records[compared_ticks_]) != bytes_of(record_))
-    record_mismatch(record_.tick, "checkpoint", "its tick", "another");
+    record_mismatch(record_.tick, "checkpoint", "tick after the checkpoint", "another result of this tick");
   if (++compared_ticks_ < stored.records.size()) return;
   for (std::size_t h = 0; h < stored.cores.size(); ++h) {
     const haptics::ServoHand& hand = state_->servo.current_scene()->hands[h];
     haptics::ServoCore loaded = state_->servo.cores()[h];
     if (haptics::ServoMemory::save(loaded, hand) != stored.cores[h])
-      record_mismatch(record_.tick, "checkpoint", "its servo memory", "another");
+      record_mismatch(record_.tick, "checkpoint", "servo memory of the checkpoint", "another servo memory");
     else if (!haptics::ServoMemory::load(stored.cores[h], hand, loaded))
       record_mismatch(record_.tick, "checkpoint", "a servo that cannot be loaded", "");
   }
@@ -391,7 +393,7 @@ void Replay::check(const VersionItem& item) {
 }
 
 void Replay::check(const HashItem& item) {
-  if (item.serial < state_->opened_at) return;  // of a version before that of the opened checkpoint
+  if (item.serial < state_->opened_at) return;  // the version is older than the opened checkpoint
   ++counts_.hashes;
   const auto found = state_->versions_to_check.find(item.serial);
   const std::string recorded = hexadecimal(item.hash);
@@ -417,13 +419,13 @@ void Replay::check_end() {
   };
   compare("ticks", end->ticks, state_->next_tick);
   compare("version", end->serial, engine.serial());
-  // Ticks before the moment at which the session was opened were not counted.
+  // A replay that began at a checkpoint has not counted the ticks that were dropped before it.
   if (state_->opened_at == 0) compare("dropped ticks", end->dropped, state_->dropped);
   if (const std::uint64_t hash = engine.current()->content_hash(); hash != end->hash)
     record_mismatch(state_->next_tick, "voxels", hexadecimal(end->hash), hexadecimal(hash));
   if (engine.removed_mm3() != end->removed_mm3)
-    record_mismatch(state_->next_tick, "removed volume", std::to_string(end->removed_mm3) + " mm3",
-                    std::to_string(engine.removed_mm3()) + " mm3");
+    record_mismatch(state_->next_tick, "removed volume", rounded_text(end->removed_mm3) + " mm3",
+                    rounded_text(engine.removed_mm3()) + " mm3");
   if (const std::uint64_t state = engine.now().hash(); state != end->state)
     record_mismatch(state_->next_tick, "state", hexadecimal(end->state), hexadecimal(state));
   const std::vector<Measure> measures = engine.measures();
@@ -461,7 +463,8 @@ Status Replay::seek(std::uint64_t tick) {
     }
   if (!is_opened && !is_current_usable)
     if (Status error = restore(kept_states_[start])) return error;
-  // Goes beyond the last tick at the end, since hands share it and commands may follow it.
+  // At the end of the session, continues beyond the first record of the last tick: the other hands have
+  // records of this tick too, and commands may follow.
   const bool is_to_end = tick >= session_->tick_count();
   while (state_->next_tick < tick || state_->is_in_tick || is_to_end) {
     const Result<bool> stepped = step();

@@ -28,22 +28,25 @@ struct Mismatch {
 /// scene that the recorded tick used.
 class Replay {
  public:
-  /// `data`: volumes that the session does not contain, the anatomy first; models are in the session. Error
-  /// if they do not match, or the program lacks an instrument, a method or a module of the session.
+  /// `data`: volumes of the scene, the anatomy first. Volumes, models and streams that `data` lacks are read
+  /// from the session. Error if the data do not match the session, or if the program lacks an instrument, a
+  /// method or a module of the session.
   static Result<std::unique_ptr<Replay>> open(SessionReader& session, SceneData data = {});
 
-  /// Opens with a scene built from the session's header, such as that of the recording program.
+  /// Opens a session with a scene that was already built from its header, such as the scene of the recording
+  /// program.
   static Result<std::unique_ptr<Replay>> open(SessionReader& session, OperationStart start);
 
   /// Returns the reason why this program cannot reproduce the session's bits; empty if it can.
   Status reason_not_verifiable() const;
   /// Runs the next tick of any hand, and the commands before it. False at the end of the session.
   Result<bool> step();
-  /// Goes to the last tick before `tick`, forward or back, from kept states and checkpoints. At the tick
-  /// count or beyond: goes to the end of the session, with the commands after the last tick.
+  /// Goes to the state after the last tick before `tick`, forward or back, from kept states and checkpoints.
+  /// If `tick` is at least the session's number of ticks, goes to the end of the session, with the commands
+  /// after the last tick.
   Status seek(std::uint64_t tick);
-  /// Returns the parts of the force of a tick of a hand. Afterward the replay is after the tick. Error if the
-  /// session has no such tick.
+  /// Returns the parts of the force of a hand in a tick. Afterwards the replay is at the end of that hand's
+  /// part of the tick. Error if the session has no such tick.
   Result<haptics::ForceParts> force_parts(std::uint64_t tick, int hand);
   /// Makes step() compare each checkpoint of the session with the replayed state.
   void verify_checkpoints() noexcept { is_verifying_ = true; }
@@ -73,8 +76,8 @@ class Replay {
   volume::VoxelBox take_changed() noexcept;
   struct Counts {
     std::uint64_t ticks = 0, dropped = 0, commands = 0, versions = 0, hashes = 0, events = 0, resumes = 0,
-                  checkpoints = 0,  ///< compared ones
-        opened = 0,                 ///< checkpoints from which the session was opened
+                  checkpoints = 0,  ///< compared checkpoints
+        opened = 0,                 ///< checkpoints that seek() opened
         unopened = 0;               ///< checkpoints that could not be opened
   };
   const Counts& counts() const noexcept { return counts_; }
@@ -87,10 +90,10 @@ class Replay {
     std::map<std::uint64_t, std::shared_ptr<const volume::Version>> versions_to_check;  ///< by their serials
     std::size_t events = 0;                     ///< number of checked events of the chronicle
     std::uint64_t next_tick = 0, replayed = 0;  ///< number of played ticks
-    std::uint64_t opened_at = 0;                ///< serial at which the session was opened
+    std::uint64_t opened_at = 0;                ///< serial of the opened checkpoint; 0: from the start
     std::uint64_t dropped = 0;                  ///< ticks dropped since the newest resume
     bool is_in_tick = false;                    ///< the last hand's part of the tick is missing
-    /// Offset fields of tools that were built from earlier states, and will be adopted.
+    /// Offset fields that were built from states before the opened checkpoint, for adoptions after it.
     std::vector<Checkpoint::Fields> fields;
     SessionReader::Position position;
     std::vector<haptics::ServoRecord> records = {};  ///< newest of each hand
@@ -118,7 +121,7 @@ class Replay {
   std::vector<State> kept_states_;
   CheckpointStore checkpoints_;
   bool are_checkpoints_usable_ = true, is_verifying_ = false;
-  std::size_t next_checkpoint_ = 0;                ///< index of the next one to compare
+  std::size_t next_checkpoint_ = 0;                ///< index of the next checkpoint to compare
   std::optional<Checkpoint> compared_checkpoint_;  ///< checkpoint whose ticks are being compared
   std::size_t compared_ticks_ = 0;
   haptics::ServoRecord record_;

@@ -1,4 +1,4 @@
-// Core commands: the five groups, and a function that makes their rows.
+// Core commands: the five groups of the table of commands, and a function that makes a row of the table.
 #pragma once
 
 #include <type_traits>

@@ -162,9 +162,10 @@ constexpr double k_usual_speed = 1000;  // mm/s, of a hand
 constexpr double k_max_pixels = 800;    // along the edge of a clip volume
 constexpr double k_border = 6;          // pixels, between the known part and the edge
 
-/// Returns the edge of the clip volume for a hand's speed in mm/s, mm.
+/// Returns the edge of the clip volume, mm. `speed`: of the hand, mm/s; `rate`: sets per second; `tick`:
+/// period of the hand's poses, s.
 double edge_at(double speed, double rate, double tick) noexcept {
-  constexpr double k_making = 0.005;  // s
+  constexpr double k_making = 0.005;  // s, least duration that is assumed for making a set
   const double until_next = 1 / rate, making = std::max({0.5 * until_next, k_making, 2 * tick});
   return haptics::depth::clip_volume({speed, 1 / (until_next + making), 1 / tick});
 }
@@ -233,9 +234,10 @@ std::optional<DerivedJob> DepthSets::job(const haptics::ServoHand& hand, std::ui
     };
     // The bounds contain all of the object's own motion.
     if (!(low.x <= high.x) || (is_far(local_hip) && is_far(local_proxy))) continue;
-    // The next set is requested when a third of the distance to the border is left.
+    // The next set is requested when the known part no longer contains all points around the hand, and around
+    // its proxy, up to a third of the edge plus the tool's radius.
     const double reach = edge / 3 + hand.scene->tool->radius();
-    // No set is requested before it is due, even if the last one shows little.
+    // No set is requested before it is due, even if the last set covers little of the surroundings.
     const bool is_due = !set || time >= set->view.time + set->view.interval;
     const bool is_old = !set || set->has_successor || !set->is_known_around(hip, reach) ||
                         !set->is_known_around(proxy, reach);
@@ -260,7 +262,7 @@ void DepthSets::adopt(std::int64_t item, std::shared_ptr<DepthSet> result) {
   std::shared_ptr<const DepthSet>& current = newest_[*index_of(item)];
   const std::uint64_t serial = result->serial;
   result->follow(current.get());
-  result->serial = serial;  // a set that is sent again keeps its serial
+  result->serial = serial;  // follow() may set another serial: a set that is adopted again keeps its own
   current = std::move(result);
 }
 

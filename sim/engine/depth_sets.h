@@ -12,8 +12,8 @@
 
 namespace trephine::sim {
 
-/// Input of depth images: members of haptics::depth::DepthView. The item determines the others, which are
-/// pixel and interval.
+/// Input of depth images: members of haptics::depth::DepthView. The item determines its other members,
+/// `pixel` and `interval`.
 struct DepthImages {
   glm::dvec3 middle{0.0}, touch{0.0};  ///< mm, item's frame
   double edge = 0, time = 0;           ///< mm; s
@@ -36,11 +36,12 @@ struct DepthPixels {
   haptics::depth::DepthPicture picture() const;
 };
 
-/// Returns the job that makes a set of an item from the bytes of its input. Error: the item is not touched by
-/// such data, or the input is invalid.
+/// Returns the job that makes a set of an item. `input`: bytes of DepthImages or DepthPixels. Error if the
+/// item is not touched by data of this kind, or if the input is invalid.
 Result<DerivedJob> depth_job(const DerivedKey& key, std::uint64_t serial, std::string_view input,
                              const std::shared_ptr<const haptics::TouchScene>& scene);
-/// Returns the job for a picture, which it does not check. It takes some milliseconds.
+/// Returns the job that makes a set from a picture; does not check the picture. The job takes some
+/// milliseconds.
 DerivedJob picture_job(const DerivedKey& key, std::uint64_t serial, const DepthPixels& input);
 
 /// An adopted set, for display.
@@ -55,24 +56,25 @@ struct DisplayedDepths {
 class DepthSets {
  public:
   using Sets = std::vector<std::shared_ptr<const haptics::depth::DepthSet>>;
-  /// Returns the interval from a set drawn at `time` (s) to the next, s: that of the item's depth rate, or
-  /// less if the object's motion changes before, since the motion between two sets is uniform; at least a
-  /// fifth of it.
+  /// Returns the interval from a set drawn at `time` (s) to the next set, s. It is the period of the item's
+  /// depth rate. It is shorter, but at least a fifth of this period, if the object's motion changes within
+  /// the period, because the motion between two sets is assumed to be uniform.
   static double interval_of(const haptics::TouchItem& item, double time) noexcept;
-  /// Returns the edge of a clip volume, mm: covers the path of the hand, in any direction, until the next set
-  /// is drawn. The hand is assumed to move at 1 m/s, or at 1.5 times its recent speed if that is more.
+  /// Returns the edge of a clip volume, mm. The volume covers the path of the hand, in any direction, until
+  /// the next set is ready. The hand is assumed to move at 1 m/s, or at 1.5 times its recent speed if that is
+  /// more.
   double edge_of(const haptics::TouchItem& item) const noexcept;
 
-  /// Checks that images of such pixels can cover the surroundings of a hand that moves at 1 m/s. Error if the
-  /// pixels are too fine. `rate`: Hz; `tool_radius`: mm.
+  /// Checks that images with pixels of `pixel_mm` can cover the surroundings of a hand that moves at 1 m/s.
+  /// Returns an error if the pixels are too small. `rate`: Hz; `tool_radius`: mm.
   static Status check_pixel(double pixel_mm, double rate, double tool_radius);
 
   /// `tick`: period of the hand's poses, s.
   DepthSets(const haptics::TouchScene& scene, double tick);
 
-  /// Adopted sets: one per item that is touched by depth images.
+  /// Newest adopted sets: one per item that is touched by depth images; null before its first set.
   const Sets& newest() const noexcept { return newest_; }
-  /// Records the positions of the hand and of its proxy; world.
+  /// Records the positions of the hand and of its proxy; mm, world.
   void record_positions(const glm::dvec3& hip, const glm::dvec3& proxy) noexcept;
   /// Returns the job of the first set that is due at `time` (s), of an object within reach; empty if no set
   /// is due. `number`: of the hand; `scene`: its scene without detached bodies.

@@ -1,5 +1,5 @@
-// DerivedJob: data to derive from a state of an operation in the background, such as offset fields, which the
-// command Adopt adopts later.
+// DerivedJob: derivation of data from a state of an operation in the background. The command Adopt later
+// adopts the data, such as offset fields.
 #pragma once
 
 #include <functional>

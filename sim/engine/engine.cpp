@@ -136,8 +136,8 @@ Status Engine::reason_to_refuse(const Command& command) const {
   return check_step(command, core);
 }
 
-/// Checks everything that can be wrong with a command, except the procedure, before any change. `core`: its
-/// row, or null.
+/// Checks a command before any change, apart from the rules of the procedure. `core`: the row of the command,
+/// or null.
 Status Engine::check(const Command& command, const CoreCommand* core) const {
   if (command.request.is_empty()) return Error{.what = "the command is empty", .expected = "a command"};
   const ValueType& type = command.request.type();
@@ -198,8 +198,8 @@ void Engine::carry_out(const Command& command, const CoreCommand* core, Outcome&
   }
 }
 
-/// Returns the instrument with such parameters: the hand's own, or one of the modules'. Null for other
-/// commands.
+/// Returns the instrument whose parameters are the request: that of the hand, or an instrument of the
+/// modules. Null for other commands.
 const InstrumentType* Engine::instrument_of(const Command& command) const noexcept {
   const ValueType& type = command.request.type();
   if (const InstrumentType* held = now_.settings.hands[command.hand].type; held && held->parameters == &type)
@@ -259,8 +259,8 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
   const haptics::ServoRecord& tick = input.tick;
   const Instrument& instrument = now_.settings.hands[tick.hand];
   std::optional<ToolBall>& last_body = work_[tick.hand].body;
-  // The tool's position is unknown, or not due to the hand: for example, a larger tool that replaced one at a
-  // surface begins within bone and escapes.
+  // Nothing is measured if the tool's position is unknown, or if the hand did not cause it. For example, a
+  // larger tool that replaces a smaller tool at a surface begins inside bone and escapes.
   if ((tick.raised & haptics::fault_not_finite) || tick.is_escaping) {
     last_body.reset();
     return;
@@ -268,8 +268,8 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
   std::optional<ToolBall> body;
   if (instrument.type && instrument.type->body)
     body = instrument.type->body(instrument.parameters.data(), instrument.state.data(), input);
-  if (tick.is_reset || tick.is_restarted) last_body.reset();  // its position has jumped
-  // A body of another size is another part of the tool, without a path from the last one.
+  if (tick.is_reset || tick.is_restarted) last_body.reset();  // the position of the tool has jumped
+  // A body of another size is another part of the tool: there is no path to it from the previous body.
   const bool has_path = body && last_body && last_body->radius == body->radius;
   for (std::size_t s = 0; s < forbidden_.size(); ++s) {
     ForbiddenWatch& watch = now_.watches[tick.hand * forbidden_.size() + s];
@@ -355,7 +355,7 @@ void Engine::publish(Change change) {
   servo_scene_ = std::move(next);
 }
 
-/// Updates the touch states of the hands; returns a scene without hands.
+/// Updates the touch states of the hands. Returns a new scene to which publish() adds the hands.
 std::shared_ptr<haptics::ServoScene> Engine::make_scene(std::uint64_t serial) {
   auto next = std::make_shared<haptics::ServoScene>();
   next->serial = serial;
@@ -373,7 +373,7 @@ TouchFields* Engine::fields_of(std::size_t hand) noexcept {
   return nullptr;
 }
 
-/// Keeps one entry per scene with a round tool that a hand uses.
+/// Keeps one TouchFields per scene with a round tool that a hand uses.
 void Engine::use_fields() {
   std::erase_if(fields_, [this](const TouchFields& fields) {
     return std::none_of(tools_.begin(), tools_.end(),
@@ -405,7 +405,7 @@ void Engine::handle_events(Outcome& outcome, const StepCause& cause) {
 
 /// Passes events to the modules, and adds them to the chronicle.
 void Engine::pass_events(Outcome& outcome) {
-  // Modules may add events.
+  // Modules may add events, which this loop handles too.
   for (std::size_t i = 0; i < pending_events_.size(); ++i) {
     Event event = std::move(pending_events_[i]);
     for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {

@@ -31,7 +31,7 @@ struct Outcome {
   /// Commands that the driver must apply next, in order: those that a step of the procedure issues when it
   /// begins. A replay reads them from the session instead.
   std::vector<Command> next_commands = {};
-  /// The command was refused by the procedure, which emitted an event: it belongs in the session's log.
+  /// The procedure refused the command and emitted an event. The session's log contains such a command.
   bool is_refusal_recorded = false;
 };
 
@@ -65,7 +65,7 @@ class Engine {
   /// Returns the reason why apply() would refuse a command in the current state; empty if it would not.
   Status reason_to_refuse(const Command& command) const;
   /// Returns the commands that the first step of the procedure issues, for the driver to apply. Empty after
-  /// the first call, tick or command other than Resume, and in an operation that is restored.
+  /// the first call, after a tick, after a command other than Resume, and in a restored operation.
   std::vector<Command> take_initial_commands();
 
   // ---- data for servos ----
@@ -76,18 +76,19 @@ class Engine {
   const haptics::TouchScene& scene(std::size_t hand = 0) const noexcept { return *servo_hand(hand).scene; }
   /// Scene and method by which the hand touches the anatomy, without bodies.
   const HandTool& tool(std::size_t hand = 0) const noexcept { return tools_[hand]; }
-  /// The newest past position (volume frame) of a hand's proxy that is free now; null if all are solid.
+  /// Returns the newest past position (volume frame) of a hand's proxy that is free in the current scene;
+  /// null if all past positions are solid.
   const glm::dvec3* last_free(std::size_t hand = 0) const noexcept {
     return trails_[hand].last_free(servo_hand(hand));
   }
   std::optional<haptics::EscapePath> escape_path(std::size_t hand = 0) const;
 
   // ---- the state ----
-  /// Current state. Its anatomy may not be frozen: for this thread only.
+  /// Current state, for this thread only, since its anatomy is not always frozen.
   const OperationState& now() const noexcept { return now_; }
   /// Returns a frozen copy of the state, for any thread.
   std::shared_ptr<const OperationState> snapshot();
-  /// Makes all published data immutable from here on, even during a stroke. Changes no bits.
+  /// Makes all published data immutable from this call on, even during a stroke. Changes no bits.
   void freeze();
   /// Time of the next tick, s.
   double seconds() const noexcept { return now_.seconds(); }
@@ -138,19 +139,20 @@ class Engine {
   /// Largest number of strokes and commands that can be undone; older ones are final, so that an hour's work
   /// fits in memory.
   static constexpr std::size_t k_max_strokes = 256;
-  /// Number of applied strokes and commands.
-  /// Within apply() it includes the one that is about to end.
+  /// Number of applied strokes and commands. Within apply() it includes the stroke or command that is about
+  /// to end.
   std::size_t stroke_count() const noexcept {
     return branch_.final_strokes + branch_.position + (is_stroke_changed_ && !is_in_stroke() ? 1 : 0);
   }
   bool can_undo() const noexcept { return branch_.position > 0 || is_stroke_changed_; }
   bool can_redo() const noexcept { return branch_.position + 1 < branch_.history.size(); }
-  // Current branch of the history, and the other ones.
+  // Current branch of the history, and the other branches.
   static constexpr const char* k_first_branch = "main";
   static constexpr std::size_t k_max_branches = 16;
   const Branch& branch() const noexcept { return branch_; }
   const std::vector<Branch>& other_branches() const noexcept { return other_branches_; }
-  /// Bytes of tables, bricks and masks of all branches; shared ones count once. Traverses all of them.
+  /// Returns the bytes of tables, bricks and masks of all branches. Shared data count once. Traverses all
+  /// branches.
   std::size_t history_bytes() const;
 
   // ---- longer work ----
@@ -161,7 +163,8 @@ class Engine {
   Result<Instrument> named_instrument(const TakeInstrument& request) const;
   /// Runs a pending job on this thread; returns the command that adopts it.
   AdoptJob run_job(Id job);
-  /// Submits the result of a job before AdoptJob, which otherwise runs the job itself.
+  /// Submits the result of a job before AdoptJob is applied. Without a submitted result AdoptJob runs the
+  /// job.
   void submit_result(Id job, std::shared_ptr<const JobResult> result);
   /// True while the offset fields of round tools do not include all cuts. Until its fields are adopted such a
   /// tool hovers over the cuts.
@@ -283,7 +286,7 @@ class Engine {
   Catalogue catalogue_;
   volume::RemovalEditor editor_;
   std::shared_ptr<const volume::Version> untouched_;
-  /// Last published version: that of current(), frozen since or not.
+  /// Last published version. It has the same contents as current(), which is a frozen version after freeze().
   std::shared_ptr<const volume::Version> published_version_;
   OperationState now_;
   std::vector<haptics::SharedTool> initial_tools_;  ///< of the hands
@@ -305,7 +308,7 @@ class Engine {
   bool are_initial_commands_due_ = false;
   volume::VoxelBox stroke_box_ = k_no_voxels;
   volume::VoxelBox ever_cut_ = k_no_voxels;  ///< since the start, undone or not
-  std::uint64_t addition_count_ = 0;         ///< scenes in which matter was added
+  std::uint64_t addition_count_ = 0;         ///< number of scenes in which matter was added
 
   std::vector<PendingJob> jobs_;
   std::uint32_t last_job_ = 0, last_body_ = 0;

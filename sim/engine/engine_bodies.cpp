@@ -89,7 +89,8 @@ std::vector<int> Engine::free_movers() const {
 /// Checks that every hand can touch bodies in addition to the anatomy.
 Status Engine::check_room_for_bodies() const {
   for (const HandTool& tool : tools_) {
-    // The general methods, which touch anatomy and models together, touch its smooth solid.
+    // Only the general methods touch anatomy and models together, and they touch the smooth solid of the
+    // anatomy.
     if (tool.method->info().solid != haptics::MethodInfo::Solid::smooth)
       return Error{.what = "the contact method of a hand does not support detached bodies",
                    .found = tool.method->name(),
@@ -105,7 +106,7 @@ Status Engine::check_room_for_bodies() const {
   return std::nullopt;
 }
 
-/// Checks that there is room for another body. `command`: its name.
+/// Checks that there is room for another body. `command`: name of the command, for the error.
 Status Engine::check_room_for_pieces(std::string_view command) const {
   if (Status error = check_room_for_bodies()) return error;
   if (!free_movers().empty()) return std::nullopt;
@@ -148,7 +149,7 @@ struct BodyCommands {
     Body& body = *find_body(engine.now_.undoable.bodies, request.body);
     body.holder = hand;
     body.grip = engine.work_[hand].placement->inverse() * body.placement;
-    publish(engine, Engine::Bodies::same, outcome);  // the release is the undoable change
+    publish(engine, Engine::Bodies::same, outcome);  // no edit: only the release is an undoable change
   }
 
   static Status check_release(const Engine& engine, const ReleaseBody&, std::uint8_t hand) {
@@ -306,7 +307,7 @@ void Engine::release_all_bodies(Outcome& outcome) {
   end_stroke();
 }
 
-/// Returns an empty text if the detachment can be adopted.
+/// Returns the reason why a detachment cannot be adopted; empty if it can be adopted.
 std::string Engine::reason_not_to_adopt(const Detachment& detachment) const {
   if (detachment.piece_count == 0 && detachment.debris == 0) return "no part is disconnected";
   if (const std::size_t room = free_movers().size(); detachment.piece_count > room)
@@ -339,7 +340,7 @@ void Engine::adopt(const Detachment& detachment, std::uint8_t hand, Outcome& out
   outcome.box = detachment.box;
 }
 
-/// Returns an empty text if the implants can be added.
+/// Returns the reason why implants cannot be added; empty if they can be added.
 std::string Engine::reason_not_to_add(std::span<const NewBody> bodies) const {
   const auto moving = static_cast<std::size_t>(
       std::count_if(bodies.begin(), bodies.end(), [](const NewBody& body) { return !body.is_fixed; }));
@@ -422,7 +423,7 @@ void Engine::use_bodies(std::size_t h, Bodies update) {
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Body& body = bodies[b];
     if (body.mover >= 0) hand.set_placement(body.mover, body.placement);
-    // A hand does not touch its own body, and no hand touches one in motion.
+    // A hand does not touch the body that it holds, and no hand touches a body in motion.
     hand.set_touchable(first + static_cast<int>(b),
                        body.holder != static_cast<int>(h) && !is_in_motion(body));
     if (body.holder >= 0) hand.set_held(body.mover, static_cast<std::uint8_t>(body.holder), body.grip);

@@ -1,5 +1,4 @@
-// Engine: derived data, which is offset fields, depth images and pictures, and the commands that adopt
-// results.
+// Engine: derived data (offset fields, depth images and depth pictures), and the commands that adopt results.
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -21,7 +20,7 @@ std::uint64_t Engine::oldest_stale_serial() const noexcept {
 
 std::optional<DerivedJob> Engine::derived_job(DerivedKind kind) const {
   if (kind == DerivedKind::offset_fields) {
-    // The fields that have been stale for the longest time.
+    // Selects the fields that have been stale for the longest time.
     const TouchFields* first = nullptr;
     for (const TouchFields& fields : fields_)
       if (fields.is_stale() && (first == nullptr || fields.oldest_serial() < first->oldest_serial()))
@@ -40,9 +39,9 @@ std::optional<DerivedJob> Engine::derived_job(DerivedKind kind) const {
 
 DerivedJob Engine::picture_job(const haptics::depth::DepthPicture& picture, std::int64_t item,
                                const glm::dvec3& touch, double edge, std::uint8_t hand) const {
-  const auto place = depths_[hand].index_of(item);
+  const auto index = depths_[hand].index_of(item);
   DerivedJob job = sim::picture_job({DerivedKind::depth_picture, item, hand},
-                                    place ? depths_[hand].next_serial(*place) : 1,
+                                    index ? depths_[hand].next_serial(*index) : 1,
                                     DepthPixels::of(picture, touch, edge, seconds()));
   job.scene = tools_[hand].scene;
   return job;
@@ -82,7 +81,8 @@ struct DerivedCommands {
     engine.publish(Engine::Change::removal);
     outcome.is_changed = true;
     if (data->hash != 0) outcome.job_hash = data->hash;  // fields of a checkpoint have no hash
-    // The entry of the state between strokes gets the new fields, for a later return to it.
+    // If the current state is that of the current history entry, replaces the entry by one with the new
+    // fields, for a later return to it.
     std::shared_ptr<const HistoryEntry>& entry = engine.branch_.history[engine.branch_.position];
     if (!engine.is_stroke_changed_) entry = engine.make_entry(entry->box);
   }
@@ -90,8 +90,8 @@ struct DerivedCommands {
   static DerivedKey key_of(const Adopt& request, std::uint8_t hand) {
     return {request.kind, request.item, hand};
   }
-  /// Returns the submitted data of a command, or derives them on all cores. Empty: the state from which they
-  /// are derived did not lead to the current one, for example after an undo.
+  /// Returns the submitted data of a command. Without submitted data, derives them on all cores. Empty if no
+  /// cut with the serial of the request waits for offset fields, for example after an undo.
   static std::optional<DerivedData> data_of(Engine& engine, const Adopt& request, std::uint8_t hand) {
     for (Engine::Submitted& one : std::exchange(engine.submitted_, {}))
       if (one.hand == hand && one.scene == engine.tools_[hand].scene && one.request.kind == request.kind &&
@@ -113,7 +113,7 @@ struct DerivedCommands {
     set->serial = static_cast<std::uint64_t>(request.serial);
     engine.depths_[hand].adopt(request.item, std::move(set));
     Engine::Setting setting{request.item};
-    if (data.is_empty)  // the item is no longer touched
+    if (data.is_empty)  // drawing failed: the item has an empty set and cannot be touched
       setting.error = Error{.what = "the parameters of the depth images are invalid",
                             .where = "adopt",
                             .found = std::to_string(request.item)};

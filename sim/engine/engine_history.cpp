@@ -27,7 +27,7 @@ struct HistoryCommands {
   /// Returns the entry to which undo goes; null if nothing can be undone.
   static const HistoryEntry* undo_target(const Engine& engine) {
     if (!engine.can_undo()) return nullptr;
-    // A stroke that changed something will end first.
+    // If the current stroke changed something, undo() first ends it and adds an entry for it.
     return engine.branch_.history[engine.branch_.position - (engine.is_stroke_changed_ ? 0 : 1)].get();
   }
   static Status check_undo(const Engine& engine, const Undo&, std::uint8_t) {
@@ -88,7 +88,7 @@ struct HistoryCommands {
     engine.other_branches_.push_back(engine.branch_);
     engine.branch_.name = request.name;
     engine.branch_.history.resize(engine.branch_.position + 1);
-    ++engine.now_.edits;  // results of earlier jobs belong to the previous branch
+    ++engine.now_.edits;  // makes jobs in progress outdated: they began on the previous branch
   }
 
   static Status check_switch_branch(const Engine& engine, const SwitchBranch& request, std::uint8_t) {
@@ -107,7 +107,7 @@ struct HistoryCommands {
     engine.end_stroke();
     Branch& current = engine.branch_;
     Branch& target = *find_branch(engine.other_branches_, request.name);
-    // All changes on both branches since their last common entry.
+    // Box of all changes on both branches since their last common entry.
     volume::VoxelBox box = k_no_voxels;
     const auto add = [&box](const Branch& branch, const Branch& reference) {
       for (std::size_t i = 0; i <= branch.position; ++i) {
@@ -145,7 +145,8 @@ std::span<const CoreCommand> history_commands() noexcept {
   return all;
 }
 
-/// Returns the entry of the history to which a command goes; null for other commands.
+/// Returns the history entry that an undo, a redo or a switch of branches would restore. Null if the command
+/// restores no entry.
 const HistoryEntry* Engine::target_of(const Command& command) const {
   if (command.request.as<Undo>()) return HistoryCommands::undo_target(*this);
   if (command.request.as<Redo>()) return HistoryCommands::redo_target(*this);
@@ -181,16 +182,16 @@ void Engine::go_to(std::size_t position, Outcome& outcome) {
   go_to(*branch_.history[position], branch_.history[std::max(position, from)]->box, outcome);
 }
 
-/// Restores an entry of the history. `box`: voxels that look different after that.
+/// Restores an entry of the history. `box`: voxels that may look different in the restored state.
 void Engine::go_to(const HistoryEntry& entry, const volume::VoxelBox& box, Outcome& outcome) {
-  const EntryState state = entry.state().value();  // read by HistoryCommands::check_entry()
+  const EntryState state = entry.state().value();  // valid: HistoryCommands::check_entry() has checked it
   outcome.is_changed = outcome.is_edit = true;
   outcome.box = box;
   editor_.reset(state.undoable.version);
   const std::vector<Body> previous_bodies = std::exchange(now_.undoable, state.undoable).bodies;
   if (has_procedure()) now_.undoable.procedure.first_event = now_.chronicle.size();
   const bool has_bodies = !previous_bodies.empty() || !now_.undoable.bodies.empty();
-  // A held body stays in its hand, if it exists in that state: grasps are not undoable.
+  // A held body that exists in the restored state stays in its hand: grasps are not undoable.
   for (Body& body : now_.undoable.bodies) {
     body.holder = -1, body.grip = {};
     for (const Body& previous : previous_bodies)
@@ -202,7 +203,8 @@ void Engine::go_to(const HistoryEntry& entry, const volume::VoxelBox& box, Outco
   for (TouchFields& fields : fields_) {
     const auto kept = std::find_if(state.fields.begin(), state.fields.end(),
                                    [&](const auto& one) { return one.first == fields.scene(); });
-    // A tool that is newer than the entry has uncut fields, until a job updates them.
+    // The entry has no fields of a tool that is newer than the entry. Such a tool uses the fields of the
+    // untouched anatomy until a job updates them.
     fields.go_back(kept == state.fields.end() ? TouchFields::Kept{{}, ever_cut_} : kept->second, current(),
                    serial() + 1);
   }

@@ -49,7 +49,8 @@ Status Engine::restore(const EngineImage& image) {
     trails_[h] = hand.trail;
     depths_[h] = DepthSets(*hand.tool.scene, now_.dt);
   }
-  // Ended effects are applied first: they make room for those of instruments and for new ones.
+  // Commands that end an effect are applied first. This frees entries of the LawSet for the effects of
+  // instruments and for new effects.
   for (const bool is_ending : {true, false}) {
     if (!is_ending)
       for (std::size_t h = 0; h < hands_.size(); ++h) {

@@ -22,9 +22,9 @@ struct EntryState {
 };
 struct HistoryEntry {
   std::uint64_t number = 0;            ///< unique, from 1 on
-  volume::VoxelBox box = k_no_voxels;  ///< voxels changed by the step to this entry
+  volume::VoxelBox box = k_no_voxels;  ///< voxels changed since the previous entry
   EntryState stored;
-  /// Reads the state on demand, for an operation opened in its middle. Null: `stored` has it.
+  /// Reads the state on demand, if the operation was opened at a checkpoint. Null: the state is in `stored`.
   std::function<Result<EntryState>()> load = {};
   Result<EntryState> state() const { return load ? load() : stored; }
 };
@@ -40,7 +40,8 @@ struct Branch {
 
 /// Data of a hand in addition to its scene.
 struct HandWork {
-  bool is_pressed = false, is_fresh = true;
+  bool is_pressed = false;  ///< its button is down, or its instrument is working
+  bool is_fresh = true;     ///< InstrumentInput::is_fresh of the next tick
   std::uint32_t noted_faults = 0;
   std::optional<ToolBall> body = std::nullopt;                 ///< of its instrument, at the last tick
   std::optional<haptics::Placement> placement = std::nullopt;  ///< last known pose of the hand
@@ -59,7 +60,7 @@ struct PendingJob {
   volume::VoxelBox cut = k_no_voxels;  ///< box of all cuts before the job began
 };
 
-/// Scene of a hand, without the detached bodies, which are added to it.
+/// Scene and method of a hand, before the engine adds the detached bodies to the scene.
 struct HandTool {
   std::shared_ptr<const haptics::TouchScene> scene;
   std::shared_ptr<const haptics::ProxyMethod> method;
@@ -68,9 +69,8 @@ struct HandTool {
 };
 
 struct EngineImage {
-  /// Frozen; its version was published by `serial`.
-  OperationState now;
-  std::uint64_t serial = 0;
+  OperationState now;        ///< frozen
+  std::uint64_t serial = 0;  ///< of the newest published scene, which has the version of `now`
 
   struct Hand {
     HandTool tool;
@@ -82,7 +82,7 @@ struct EngineImage {
   std::vector<TouchFields> fields;
 
   Branch branch;
-  std::vector<Branch> other_branches;  ///< other branches, in the order in which they were first left
+  std::vector<Branch> other_branches;  ///< SwitchBranch exchanges one of these with `branch`
   std::uint64_t last_entry = 0, addition_count = 0;
   bool is_stroke_changed = false;
   volume::VoxelBox stroke_box = k_no_voxels;

@@ -1,4 +1,4 @@
-// Engine: the procedure of the plan: what a step allows, and transitions between steps.
+// Engine: the procedure of the plan (permissions of a step, and transitions between steps).
 #include <algorithm>
 #include <array>
 
@@ -124,8 +124,8 @@ Status Engine::check_held(const ProcedureStep& next) const {
   return std::nullopt;
 }
 
-/// Returns an error unless a transition on request leads to the step, its conditions are met, and the step
-/// allows the instruments of the hands.
+/// Returns an error unless a transition on request leads to the requested step, the conditions of that
+/// transition are met, and the requested step allows the instruments of the hands.
 Status Engine::check_request(const GoToStep& request) const {
   if (Status error = check_has_request(step(), request.step)) return error;
   Measurements values = measure_step(*this);
@@ -148,7 +148,7 @@ Status Engine::check_request(const GoToStep& request) const {
   return unmet;
 }
 
-/// Emits the event of a refusal, which the session records with its command.
+/// Emits an event for a refused command. The session records both the command and the event.
 void Engine::record_refusal(const Command& command, Outcome& outcome) {
   pending_events_.push_back({now_.next_tick, command.hand, glm::dvec3(0),
                              StepRefused{step().name, request_name(command), reason_of(*outcome.refused)}});
@@ -164,9 +164,10 @@ std::size_t Engine::steps_begun_in(std::uint64_t tick) const noexcept {
   return count;
 }
 
-/// Takes the first transition of the current step whose cause and conditions hold, unless a hand holds an
-/// instrument that the next step does not allow: that transition is passed over, and refused if it has a
-/// cause and no other one is taken. `first_event`: index of the first event that may be a cause.
+/// Takes the first transition of the current step whose cause has occurred, whose conditions are met, and
+/// whose next step allows the instruments of all hands. If no transition is taken, emits a refusal for the
+/// first transition that has a cause and fails only because of an instrument. `first_event`: index of the
+/// first event that may be a cause.
 void Engine::take_transition(const StepCause& cause, std::size_t first_event, Outcome& outcome) {
   const auto is_caused = [&](const StepTransition& transition) {
     if (transition.on.empty() || transition.on == cause.command) return true;
@@ -189,8 +190,8 @@ void Engine::take_transition(const StepCause& cause, std::size_t first_event, Ou
   if (refusal) pending_events_.push_back({cause.tick, cause.hand, glm::dvec3(0), std::move(*refusal)});
 }
 
-/// Enters a step, unless many steps began in the same tick: their commands on entry form a cycle, which ends
-/// with a refusal.
+/// Enters a step. If k_max_steps_per_tick steps began in the same tick, emits a refusal instead: the commands
+/// on entry of these steps form a cycle.
 void Engine::enter_step(int next, const StepCause& cause, Outcome& outcome) {
   const std::string& name = procedure().steps[static_cast<std::size_t>(next)].name;
   if (steps_begun_in(cause.tick) >= k_max_steps_per_tick) {

@@ -1,4 +1,4 @@
-// Engine: settings of hands, which are switches, poses of models, effects and tools.
+// Engine: settings of hands (touchable items, poses of models, effects and tools).
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -26,7 +26,8 @@ bool has_mover(const haptics::TouchScene& scene, std::int64_t mover) noexcept {
   });
 }
 
-/// Returns the laws with `law` in place of the law with this id, or without the latter if `law` is empty.
+/// Returns the current laws, with `law` in place of the law with this id. If `law` is empty, removes the law
+/// with this id.
 Result<std::shared_ptr<const haptics::LawSet>> replace_law(const haptics::LawSet* current, std::uint32_t id,
                                                            std::optional<haptics::ServoLaw> law) {
   std::vector<haptics::ServoLaw> list;
@@ -34,7 +35,7 @@ Result<std::shared_ptr<const haptics::LawSet>> replace_law(const haptics::LawSet
     for (const haptics::ServoLaw& one : current->laws())
       if (one.id != id) list.push_back(one);
   if (law) list.push_back(std::move(*law));
-  // Sorted: forces are summed in this order, whatever the order of commands.
+  // Sorts by id: forces are summed in this order, which must not depend on the order of commands.
   std::sort(list.begin(), list.end(),
             [](const haptics::ServoLaw& a, const haptics::ServoLaw& b) { return a.id < b.id; });
   auto laws = std::make_shared<haptics::LawSet>();
@@ -57,8 +58,8 @@ Result<std::shared_ptr<const haptics::LawSet>> laws_with_effect(const haptics::S
   return replace_law(hand.laws.get(), request.effect.value, std::move(law));
 }
 
-/// Least id of the effects of an instrument; no named effect has such an id.
-constexpr std::uint32_t k_instruments_effect = 0xffffffff - (HandForces::k_max - 1);
+/// Least id of the effects of an instrument. The command set-effect refuses this id and larger ones.
+constexpr std::uint32_t k_first_instrument_effect = 0xffffffff - (HandForces::k_max - 1);
 
 HandForces forces_of(const Instrument& instrument) {
   return instrument.type && instrument.type->forces
@@ -66,12 +67,12 @@ HandForces forces_of(const Instrument& instrument) {
              : HandForces();
 }
 
-/// Returns the hand's laws with those of an instrument.
+/// Returns the hand's laws, with the forces of an instrument as laws.
 Result<std::shared_ptr<const haptics::LawSet>> laws_with_forces(const haptics::ServoHand& hand,
                                                                 const HandForces& forces) {
   std::shared_ptr<const haptics::LawSet> laws = hand.laws;
   for (std::size_t i = 0; i < HandForces::k_max; ++i) {
-    const std::uint32_t id = k_instruments_effect + static_cast<std::uint32_t>(i);
+    const std::uint32_t id = k_first_instrument_effect + static_cast<std::uint32_t>(i);
     std::optional<haptics::ServoLaw> law;
     if (const auto& effect = forces.effects[i]) {
       auto output = haptics::law_of(*effect, id);
@@ -86,7 +87,7 @@ Result<std::shared_ptr<const haptics::LawSet>> laws_with_forces(const haptics::S
   return laws;
 }
 
-/// Checks that a hand with this instrument can touch with such a tool.
+/// Checks that a hand with this instrument can touch the scene with a tool of this geometry.
 Status check_geometry(const haptics::TouchScene& scene, const Instrument& instrument,
                       const ToolGeometry& geometry) {
   auto tool = geometry.tool();
@@ -125,8 +126,8 @@ Result<Instrument> Engine::named_instrument(const TakeInstrument& request) const
   return instrument;
 }
 
-/// Returns the contact geometry of the hand with this instrument: that which the instrument needs, otherwise
-/// the initial one.
+/// Returns the contact geometry of the hand with this instrument: the geometry that the instrument needs, or
+/// else the hand's initial geometry.
 ToolGeometry Engine::geometry_of(const Instrument& instrument, std::size_t hand) const {
   const ToolNeeds needs = instrument.type && instrument.type->needs
                               ? instrument.type->needs(instrument.parameters.data(), *scene().base)
@@ -143,11 +144,12 @@ void Engine::give(Instrument instrument, std::size_t hand, Outcome& outcome) {
   work_[hand].body.reset();
 }
 
-/// Applies the forces of the hand's instrument if they changed. Returns true in that case.
+/// Applies the forces of the hand's instrument if they changed and are valid; returns true in that case. Sets
+/// `change` to addition if an item blocks again.
 bool Engine::use_forces_of_instrument(std::size_t hand, Change& change) {
   HandForces forces = forces_of(now_.settings.hands[hand]);
   if (forces == forces_[hand]) return false;
-  // Invalid forces are an error of the instrument; the old ones stay.
+  // Invalid forces are an error of the instrument; the previous forces stay.
   auto laws = laws_with_forces(hands_[hand], forces);
   if (!laws) return false;
   // An item that blocks again may enclose the tool.
@@ -159,9 +161,9 @@ bool Engine::use_forces_of_instrument(std::size_t hand, Change& change) {
   return true;
 }
 
-/// Replaces the hand's tool, and its instrument if the job has one. This is an addition: matter may reach
-/// where the old tool was free. Returns false, and keeps the old tool, if the new one does not fit the
-/// instrument.
+/// Replaces the hand's tool. If the job is a TakeInstrument, also replaces the instrument. The change counts
+/// as an addition of matter, since the new tool may reach into matter where the old tool was free. If the new
+/// tool or instrument cannot be used, keeps the old ones, emits JobDiscarded and returns false.
 bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result, Outcome& outcome) {
   const auto& geometry = static_cast<const PreparedTool&>(result);
   const auto* take = job.parameters->as<TakeInstrument>();
@@ -169,10 +171,10 @@ bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result, Outc
   const ToolGeometry needed = take ? geometry_of(instrument, job.hand) : *job.parameters->as<ToolGeometry>();
   const haptics::TouchScene& current_scene = *tools_[job.hand].scene;
   Status failed = geometry.failed;
-  // The hand may have another instrument, or other balls, by now.
+  // The hand may have received another instrument or tool since the job began.
   if (!failed) failed = check_geometry(current_scene, instrument, needed);
   if (!failed && take) failed = check_effect_of(instrument, static_cast<std::size_t>(job.hand));
-  // Another step may have begun meanwhile.
+  // Another step may have begun since the job began.
   if (!failed && take && has_procedure()) failed = check_instrument(procedure(), step(), instrument);
   if (failed) {
     pending_events_.push_back(
@@ -185,7 +187,8 @@ bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result, Outc
   use_bodies(job.hand, Bodies::changed);
   use_fields();
   if (TouchFields* fields = fields_of(job.hand)) {
-    // Its fields are valid if no cut was undone since.
+    // The job's fields can be used if no matter was added since the job began. They lack cuts made since
+    // then.
     const bool is_cut_since = job.input->edits != now_.edits;
     TouchFields::Kept kept{{}, ever_cut_};
     if (addition_count_ == job.addition_count)
@@ -236,7 +239,7 @@ struct HandCommands {
       return Error{.what = "unknown moving model",
                    .where = "place-model",
                    .found = std::to_string(request.mover),
-                   .expected = "the mover of a model"};
+                   .expected = "a mover that a model of the scene has"};
     return check_rotation(request.rotation, "place-model rotation");
   }
   static Engine::Setting set_model(Engine& engine, const PlaceModel& request, std::uint8_t) {
@@ -248,11 +251,11 @@ struct HandCommands {
   }
 
   static Status check_effect(const Engine& engine, const SetEffect& request, std::uint8_t hand) {
-    if (request.effect.value >= k_instruments_effect)
+    if (request.effect.value >= k_first_instrument_effect)
       return Error{.what = "this effect belongs to the instrument",
                    .where = "set-effect",
                    .found = "effect " + std::to_string(request.effect.value),
-                   .expected = "an effect below " + std::to_string(k_instruments_effect)};
+                   .expected = "an effect below " + std::to_string(k_first_instrument_effect)};
     const auto laws = laws_with_effect(engine.hands_[hand], request);
     return laws ? Status() : laws.error();
   }

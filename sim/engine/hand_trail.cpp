@@ -7,7 +7,8 @@
 
 namespace trephine::sim {
 
-/// Adds the position if it is at least half a voxel from the last one. A full trail loses its older half.
+/// Adds the proxy's position if it is at least half a voxel from the last position. Ignores ticks with a
+/// latched fault or a proxy that escapes or is buried. A full trail loses its older half.
 void HandTrail::add(const haptics::ServoHand& hand, const haptics::ServoRecord& tick) {
   if (tick.is_escaping || tick.is_buried || (tick.faults & haptics::k_latched_faults) != 0) return;
   const glm::dvec3 position = hand.scene->base->frame.volume_from_world(tick.proxy_world);

@@ -8,14 +8,15 @@
 
 namespace trephine::sim {
 
-/// Positions in the base's volume frame, thinned out, oldest first. Copies share the older ones.
+/// Positions in the base's volume frame, oldest first; each is at least half a voxel from the next. Copies
+/// share the older positions.
 class HandTrail {
  public:
   void add(const haptics::ServoHand& hand, const haptics::ServoRecord& tick);
   /// Returns the newest position that is free in the hand's current scene; null if all are solid.
   const glm::dvec3* last_free(const haptics::ServoHand& hand) const noexcept;
-  /// Returns the path from the newest position back to the newest free one, without loops; empty if all are
-  /// solid.
+  /// Returns the path from the newest position back to the newest free position, without loops; empty if all
+  /// positions are solid.
   std::optional<haptics::EscapePath> escape_path(const haptics::ServoHand& hand) const;
 
   /// Number of positions added so far; those from first() on are still stored.

@@ -15,7 +15,7 @@ std::string rest_of(const std::string& name, std::string_view prefix) { return n
 
 Error unknown(const std::string& name, const std::vector<std::string>& known) {
   std::string expected, nearest;
-  std::size_t least = 4;  // letters
+  std::size_t least = 4;  // suggests a name that differs by fewer letters
   for (const std::string& one : known) {
     expected.append(expected.empty() ? "" : ", ").append(one);
     if (const std::size_t distance = edit_distance(one, name); distance < least)

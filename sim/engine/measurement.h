@@ -7,12 +7,12 @@ namespace trephine::sim {
 
 /// Part of an operation that is measured.
 struct MeasurementScope {
-  std::optional<std::size_t> hand = std::nullopt;  ///< empty: all hands; the least of distances
+  std::optional<std::size_t> hand = std::nullopt;  ///< empty: all hands; for distances, the nearest hand
   std::uint64_t first_event = 0;                   ///< earlier events of the chronicle do not count
   bool accepts_stale = true;                       ///< false: stale measures are unknown
 };
 
-/// Measures one state of an engine, which it borrows. Measures of modules are computed once, on demand.
+/// Measures one state of an engine. Borrows the engine. Measures of modules are computed once, on demand.
 class Measurements {
  public:
   Measurements(const Engine& engine, const MeasurementScope& scope) : engine_(&engine), scope_(scope) {}
@@ -26,12 +26,13 @@ class Measurements {
   std::optional<std::vector<Measure>> measures_;
 };
 
-/// Returns the names in addition to Engine::measures(): "removed_mm3", "events NAME".
+/// Returns the names of the measurements that are not in Engine::measures(), such as "removed_mm3" and
+/// "events NAME".
 std::vector<std::string> measurement_names();
-/// Returns an error, which lists the known names, if no operation with this engine can have the measurement.
-/// Measures that a module adds only after a command are not known here.
+/// Returns an error, which lists the known names, if the engine does not know the measurement. A measure that
+/// a module adds only after a command is unknown before that command.
 Status check_measurement(const std::string& name, const Engine& engine, const Catalogue& catalogue);
-/// Checks the name of an event in "events NAME"; other measurements are valid.
+/// Checks the name of an event in "events NAME"; accepts all other measurements.
 Status check_event_count(const std::string& name, const Catalogue& catalogue);
 
 }  // namespace trephine::sim

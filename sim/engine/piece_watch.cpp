@@ -29,7 +29,7 @@ PieceWatch::Finding PieceWatch::after_tick(const Engine& engine) {
     const auto& jobs = engine.jobs();
     if (std::any_of(jobs.begin(), jobs.end(), [this](const PendingJob& job) { return job.id == job_; }))
       return Finding::nothing;
-    // Discarded because of a cut meanwhile: the part is still to be detached.
+    // If the result was discarded because of a cut during the job, the part must still be detached.
     const bool is_due = was_outdated(engine);
     job_ = {};
     if (is_due) {

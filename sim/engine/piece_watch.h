@@ -1,4 +1,4 @@
-// PieceWatch: detects after each stroke whether it disconnected a part, which then becomes a body.
+// PieceWatch: detects after each stroke whether the stroke disconnected a part. Such a part becomes a body.
 #pragma once
 
 #include <optional>
@@ -8,36 +8,37 @@
 
 namespace trephine::sim {
 
-/// For the engine's thread. Its finding becomes an ordinary command (free-pieces) of the operation: a replay
-/// needs no watch.
+/// For the engine's thread. A disconnected part is detached by an ordinary command of the operation
+/// (free-pieces), so a replay needs no PieceWatch.
 class PieceWatch {
  public:
-  /// `smallest`, mm3: smaller parts stay in place until a larger part is detached.
+  /// `smallest`: mm3. A smaller disconnected part stays in place until a larger part is detached.
   explicit PieceWatch(double smallest) : smallest_(smallest) {}
 
   /// Result of a stroke.
   enum class Finding : std::uint8_t {
     nothing,
-    disconnected,  ///< command() is due
-    pending        ///< search() of the current state decides: it takes too long for a tick
+    disconnected,  ///< a part is disconnected: apply command()
+    pending        ///< undecided: run search(), which takes too long for a tick
   };
   /// Call after each tick. Examines at most some hundred bricks (volume::detect_detachment).
   Finding after_tick(const Engine& engine);
-  /// Call after every command: its changes are not a stroke's. The `outcome` of command() gives the job that
-  /// it started.
+  /// Call after every command, so that its changes are not attributed to a stroke. After command(), `outcome`
+  /// contains the job that began, or the reason of a refusal.
   void after_command(const Engine& engine, const Command& command, const Outcome& outcome);
-  /// Returns the command to apply next.
+  /// Returns the command that detaches disconnected parts. Apply it before any other command.
   Command command() {
     is_command_due_ = true;
     return {FreePieces{0, smallest_}, 0};
   }
-  /// Returns the search for disconnected parts in the current state, which takes tenths of a second. Its
-  /// result is empty if all parts are connected; else command() is due.
+  /// Returns a job that searches the current state for disconnected parts, in tenths of a second. If its
+  /// result is empty (DerivedData::is_empty), no part of at least `smallest` is disconnected; otherwise apply
+  /// command().
   DerivedJob search(Engine& engine) const;
 
   struct Counts {
-    std::uint64_t strokes = 0, disconnected = 0, pending = 0;  ///< examined, and findings
-    std::int64_t max_bricks = 0;                               ///< examined after one stroke
+    std::uint64_t strokes = 0, disconnected = 0, pending = 0;  ///< examined strokes, and their findings
+    std::int64_t max_bricks = 0;                               ///< most bricks examined after one stroke
   };
   const Counts& counts() const noexcept { return counts_; }
 
@@ -45,10 +46,10 @@ class PieceWatch {
   bool was_outdated(const Engine& engine) const;
 
   double smallest_;
-  std::shared_ptr<const volume::Version> before_;  ///< at the end of the last stroke
+  std::shared_ptr<const volume::Version> before_;  ///< after the last stroke or command
   Id job_;                                         ///< running free-pieces job; 0: no job
-  bool is_command_due_ = false;                    ///< the next command is that of command()
-  /// Number of bodies with which the command was refused: waits until there are fewer. 0: never possible.
+  bool is_command_due_ = false;                    ///< command() was called, and its command not applied yet
+  /// Number of bodies when the command was refused: it is due again when fewer exist. 0: never due again.
   std::optional<std::size_t> refused_at_;
   Counts counts_;
 };

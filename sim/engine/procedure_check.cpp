@@ -21,7 +21,8 @@ Error at(const std::string& where, Error error) {
 
 std::string place_of(const ProcedureStep& step) { return "step " + step.name; }
 
-/// Returns false for undo, branches, resume and requests of a step, which cause no transitions.
+/// Returns false for the commands that cause no transitions: undo, redo, those of branches, resume and
+/// go-to-step.
 bool causes_transitions(const ValueType& type) {
   const CoreCommand* core = find_core_command(type);
   return core == nullptr || core->causes_transitions;
@@ -65,7 +66,7 @@ Status check_cause(const std::string& cause, const Catalogue& catalogue) {
     return std::nullopt;
   return Error{.what = type ? "a transition cannot have this cause" : "unknown cause of a transition",
                .found = cause,
-               .expected = "the name of a command or an event, or request",
+               .expected = "the name of a command or an event, or the word request",
                .remedy = type ? "name another command or event" : "list the names with trephine modules"};
 }
 
@@ -91,7 +92,7 @@ Status check_on_entry(const SurgicalProcedure& procedure, const ProcedureStep& s
   return instrument ? check_instrument(procedure, step, instrument.value()) : instrument.error();
 }
 
-/// Checks a measurement as far as it does not depend on an operation.
+/// Checks the name of a measurement, without the parts that depend on an operation.
 Status check_condition(const SurgicalProcedure& procedure, const StepCondition& condition,
                        const Catalogue& catalogue) {
   if (Status error = check_event_count(condition.measurement, catalogue)) return error;

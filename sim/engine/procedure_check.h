@@ -5,11 +5,12 @@
 
 namespace trephine::sim {
 
-/// Returns a command of ProcedureStep::on_entry, for the first hand: "cut-flap saw_width=1.6".
+/// Parses an entry of ProcedureStep::on_entry, such as "cut-flap saw_width=1.6". The command is for the first
+/// hand.
 Result<Command> entry_command(const std::string& words, const Catalogue& catalogue);
 
-/// Returns the first error of a procedure: its form (volume::check), an unknown instrument, command, event or
-/// step, or a command on entry that its own step does not allow.
+/// Returns the first error of a procedure: an error of volume::check, an unknown instrument, command, event
+/// or step, or a command on entry that its own step does not allow.
 Status check_procedure(const volume::SurgicalProcedure& procedure, const Catalogue& catalogue);
 /// Returns an error if the first step does not allow an instrument with which a hand (from 0 on) begins.
 Status check_first_instrument(const volume::SurgicalProcedure& procedure, const Instrument& instrument,

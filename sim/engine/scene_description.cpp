@@ -64,7 +64,7 @@ Status check_data(const SceneDescription& spec, const SceneData& data) {
   return std::nullopt;
 }
 
-/// Scene that hands with one tool and one method share.
+/// Scene that all hands with the same tool and the same method share.
 struct PreparedTouch {
   std::string method;
   std::shared_ptr<const TouchScene> scene;
@@ -81,7 +81,7 @@ Result<PreparedTouch> prepare_for_hand(const HandSpec& hand, const TouchScene& i
     return Error{.what = "this program does not have the session's proxy method",
                  .found = hand.method,
                  .expected = haptics::method_names(),
-                 .remedy = "open it with the version that recorded it"};
+                 .remedy = "open the session with the version that recorded it"};
   if (Status error = method.value()->prepare(*scene)) return *error;
   return PreparedTouch{hand.method, std::move(scene), std::move(method).value()};
 }
@@ -130,7 +130,8 @@ Status apply_tool_needs(SceneDescription& spec, const volume::Volume& anatomy, c
       hand.method = haptics::general_method(*needs.tool).name;
     if (needs.tool->is_six_dof() || !hand.tool->is_six_dof()) {
       hand.tool = needs.tool;
-    } else if (hand.tool->kind() == haptics::ToolShape::Kind::balls) {  // kept, in the instrument's size
+    } else if (hand.tool->kind() == haptics::ToolShape::Kind::balls) {
+      // Keeps the hand's balls, with the radius that the instrument needs.
       auto tool = haptics::make_tool(needs.tool->radius(), hand.tool->centres());
       if (!tool) return tool.error();
       hand.tool = std::move(tool).value();
@@ -143,7 +144,7 @@ Status apply_tool_needs(SceneDescription& spec, const volume::Volume& anatomy, c
                  .where = "smallest burr",
                  .found = found,
                  .expected = "above 0, at most the burr's " + text_of(finest) + " mm"};
-  // The error names the diameter that is too small.
+  // The error refers to the diameter that is too small: that of the request, or that of a hand's burr.
   if (spec.smallest_burr > 0)
     if (auto lattice = volume::CutLattice::for_burr(anatomy, spec.smallest_burr); !lattice) {
       Error error = lattice.error();
@@ -156,7 +157,7 @@ Status apply_tool_needs(SceneDescription& spec, const volume::Volume& anatomy, c
 bool touches_smooth(const SceneDescription& spec) noexcept {
   return std::any_of(spec.hands.begin(), spec.hands.end(), [](const HandSpec& hand) {
     const haptics::MethodInfo* method = haptics::find_method(hand.method);
-    // Sets of balls touch the fields as scanned.
+    // Methods for sets of balls touch the fields of the scan without smoothing.
     return method && method->solid == haptics::MethodInfo::Solid::smooth && !method->takes_sets_of_balls;
   });
 }
@@ -362,7 +363,7 @@ SceneDescription describe_built_scene(const SceneDescription& request, const Ope
   servo.force = request.force;
   SceneDescription result = describe_scene(start.hands, servo);
   result.plan = request.plan;
-  std::size_t touchable = 0;  // in the order of the request
+  std::size_t touchable = 0;  // number of touchable structures so far, in the order of the request
   for (const StructureSpec& s : request.structures)
     if (s.is_touchable) {
       StructureSpec& built = result.structures[touchable++];
@@ -382,7 +383,7 @@ SceneData data_of(const TouchScene& scene) {
   };
   for (const TouchItem& item : scene.items)
     if (const auto* depth_model = dynamic_cast<const haptics::depth::DepthModel*>(item.depth.get())) {
-      // The keys of a model are consecutive, even if several models share them.
+      // The keys of an animation must be consecutive. They are thus added again if several items share them.
       data.models.insert(data.models.end(), depth_model->trees().begin(), depth_model->trees().end());
     } else if (item.is_mesh()) {
       add(item.tree);

@@ -29,7 +29,7 @@ struct StreamSpec {
   std::uint64_t pictures = 0, hash = 0;
 };
 
-/// A shape of a volume, or a model. Touchable structures of the anatomy come first; structures of
+/// A shape of a volume, or a model. Touchable structures of the anatomy are first in the list; structures of
 /// one volume are adjacent.
 struct StructureSpec {
   bool is_touchable = true;
@@ -45,16 +45,17 @@ struct StructureSpec {
   haptics::Placement placement = {};                 ///< pose of a model
   volume::Matter matter = volume::Matter::titanium;  ///< of a model or a shape of a further volume
   int mover = -1;                                    ///< number of a moving model; -1: at rest
-  /// Number of models, from `model` on, that are the keys of an animation touched by depth images; 0: a model
-  /// touched by its triangles.
+  /// Number of models, from `model` on, that are the keys of an animation touched by depth images; 0: no
+  /// animation.
   int depth_keys = 0;
   double depth_beat = 1.0 / 30;  ///< s between keys
   bool is_repeating = false;     ///< the first key follows the last
   double depth_pixel = 0.2;      ///< mm
   double depth_rate = 100;       ///< Hz
-  /// Index of a depth stream, placed like its camera, with its first surface in `model`; -1: no stream.
+  /// Index of a depth stream; -1: no stream. `placement` is the pose of its camera, and `model` its first
+  /// surface.
   int stream = -1;
-  /// Touched by submitted pictures; `model` is the drawn surface.
+  /// Touched by depth pictures that the caller submits; `model` is the surface that views draw.
   bool is_streamed = false;
 };
 
@@ -80,8 +81,8 @@ struct SceneDescription {
   double rate_hz = 1000;
   haptics::ForceOptions force;
   double smallest_burr = 0;  ///< mm, diameter for which cuts are sampled; 0: as coarse as the voxels
-  /// Requests smoothing of all shapes with two values, instead of those with StructureSpec::is_soft. Not
-  /// stored in sessions, whose structures have the resulting is_soft.
+  /// Requests smoothing of all shapes with two values near their surface, instead of the shapes with
+  /// StructureSpec::is_soft. Not stored in sessions: their structures have the resulting is_soft.
   bool smooths_all_shapes = false;
 };
 
@@ -102,7 +103,8 @@ struct OperationStart {
   std::shared_ptr<const volume::SurgicalPlan> plan = nullptr;  ///< null: nothing is planned
 };
 /// Builds all that a servo needs: bits, smooth fields, offset fields and prepared methods. Error if the data
-/// does not match the spec, or a hand's method cannot touch such a scene.
+/// does not match the spec, the plan's procedure or an instrument is invalid, or a hand's method cannot touch
+/// such a scene.
 Result<OperationStart> build_scene(const SceneDescription& spec, const SceneData& data,
                                    const Catalogue& catalogue);
 /// Returns the hand's instrument with its parameters; without a type if the hand only touches. Error if the
@@ -122,23 +124,23 @@ std::shared_ptr<const haptics::LawSet> laws_of(const std::vector<std::string>& e
 /// Builds the forbidden structures of a spec.
 Result<std::vector<std::shared_ptr<const Forbidden>>> build_forbidden(const SceneDescription& spec,
                                                                       const SceneData& data);
-/// Describes a running scene whose hands have one tool and one method. `hands`: instruments and effects;
-/// method and tool are filled in.
+/// Describes a running scene whose hands all have the same tool and method. `hands`: instruments and effects
+/// of the hands; this function sets their method and tool.
 SceneDescription describe_scene(const haptics::TouchScene& scene, const haptics::ProxyMethod& method,
                                 const haptics::ServoOptions& options, std::vector<HandSpec> hands);
 /// Describes a scene whose hands may have different tools and methods.
 SceneDescription describe_scene(std::span<const HandStart> hands, const haptics::ServoOptions& options);
-/// Describes the scene that was built from a spec, with its forbidden structures.
+/// Describes the scene `start` that was built from `request`, with its plan and forbidden structures.
 SceneDescription describe_built_scene(const SceneDescription& request, const OperationStart& start);
 /// Returns the volumes, models and streams of a scene.
 SceneData data_of(const haptics::TouchScene& scene);
 
-/// Converts to lines of key=value, as in a session's header, and back. Volumes, models and streams that the
-/// text does not name are those of the data. The error names the line.
+/// Converts to lines of key=value, as in a session's header, and back. If the text has no lines for volumes,
+/// models or streams, those of the data are used. An error of one line names its number.
 std::string to_text(const SceneDescription& spec);
 Result<SceneDescription> scene_from_text(std::string_view text, const SceneData& data);
 
-/// Hash of a tree's contents.
+/// Hash of a tree's vertices and triangles.
 std::uint64_t content_hash(const haptics::MeshTree& tree) noexcept;
 
 }  // namespace trephine::sim

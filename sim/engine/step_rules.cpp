@@ -104,7 +104,7 @@ Status check_has_request(const ProcedureStep& step, const std::string& name) {
       known.push_back(transition.to);
     }
   return not_allowed(step, "no transition leads to this step on request", name,
-                     joined_names(known, "none: the next step begins by itself"));
+                     joined_names(known, "no step: this step has no transition on request"));
 }
 
 std::string request_name(const Command& command) {

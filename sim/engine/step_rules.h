@@ -22,19 +22,20 @@ NamedWords split_name(std::string_view text) noexcept;
 /// allowed.
 Status check_instrument(const volume::SurgicalProcedure& procedure, const volume::ProcedureStep& step,
                         const Instrument& instrument);
-/// Returns an error unless the step or its procedure allows commands of this type. Not for parameters of an
-/// instrument.
+/// Returns an error unless the step or its procedure allows commands of this type. Not for commands that set
+/// the parameters of an instrument: check these with check_instrument().
 Status check_command(const volume::SurgicalProcedure& procedure, const volume::ProcedureStep& step,
                      const ValueType& type);
-/// Returns an error unless a transition on request leads from the step to one of this name.
+/// Returns an error unless a transition on request leads from `step` to the step `name`.
 Status check_has_request(const volume::ProcedureStep& step, const std::string& name);
 
-/// Returns the name by which StepRefused refers to a command: of an instrument, the next step or the command.
+/// Returns the name by which StepRefused refers to a command: that of the requested step or of the instrument
+/// to take; for other commands, that of the command.
 std::string request_name(const Command& command);
 
-/// Returns "removed_mm3 at least 100 and at most 200".
+/// Returns the condition in words, such as "removed_mm3 at least 100 and at most 200".
 std::string words_of(const volume::StepCondition& condition);
-/// Returns "burr, perforator"; `none` if the list is empty.
+/// Returns the names with commas, such as "burr, perforator"; `none` if the list is empty.
 std::string joined_names(const std::vector<std::string>& names, const char* none);
 
 }  // namespace trephine::sim

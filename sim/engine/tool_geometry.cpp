@@ -5,6 +5,7 @@
 #include "haptics/methods/methods.h"
 #include "haptics/tool/point_shell.h"
 #include "sim/engine/field_samples.h"
+#include "volume/base/text.h"
 
 namespace trephine::sim {
 
@@ -14,8 +15,8 @@ Status check_tool_radius(const volume::Volume& base, double radius) {
   if (radius == 0 || (radius >= least && radius <= 6)) return std::nullopt;
   return Error{.what = "the tool's radius is out of range",
                .where = "tool radius",
-               .found = std::to_string(radius) + " mm",
-               .expected = "0, or " + std::to_string(least) + " to 6 mm",
+               .found = rounded_text(radius) + " mm",
+               .expected = "0, or " + rounded_text(least) + " to 6 mm",
                .remedy = radius > 6 ? "use a smaller ball, or a point" : "use a point, or a larger ball"};
 }
 
@@ -31,7 +32,7 @@ std::shared_ptr<const PreparedTool> make_geometry(const HandTool& tool, const To
   }
   const double radius = shape.value()->radius();
   if ((result->failed = haptics::set_tool(*scene, std::move(shape).value()))) return result;
-  // Uses the hand's initial method, unless that does not support the new tool.
+  // Uses the hand's initial method if it supports the new tool.
   const haptics::MethodInfo* initial = haptics::find_method(tool.initial_method);
   const bool is_same = !initial || (initial->freedom == scene->tool->freedom() &&
                                     initial->takes_shells == (scene->tool->shell() != nullptr));
@@ -48,7 +49,7 @@ std::shared_ptr<const PreparedTool> make_geometry(const HandTool& tool, const To
     for (const haptics::TouchItem& shape : haptics::base_shapes(*result->scene))
       result->offsets.push_back(
           shape.offset->updated(shape.field, *shape.bits, version, cut, 0, nullptr, shape.soft.get()));
-  constexpr int k_samples = 1 << 16;  // of each field; they take about 1 ms
+  constexpr int k_samples = 1 << 16;  // per field; they take about 1 ms
   MixHash hash;
   hash.add(radius);
   for (const glm::dvec3& at : request.balls)

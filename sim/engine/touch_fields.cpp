@@ -8,7 +8,7 @@ namespace trephine::sim {
 
 void TouchFields::record_cut(std::shared_ptr<const volume::Version> version, std::uint64_t serial,
                              const volume::VoxelBox& box) {
-  // Bounds the number of kept versions if fields are never submitted.
+  // Bounds the number of kept versions if results are never adopted.
   constexpr std::size_t k_max = 4096;
   if (cuts_.size() == k_max) {
     stale_box_ = union_of(stale_box_, cuts_.front().box);

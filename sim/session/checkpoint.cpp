@@ -9,8 +9,8 @@
 namespace trephine::sim {
 
 namespace {
-// Costs of items in a replay, in units of a tick without contact. A tick of a hand that slides deep in
-// contact takes 15 us.
+// Costs of the items of a replay. The unit is the cost of a tick without contact. A tick with contact costs
+// more: 15 us if the hand slides at a large depth.
 constexpr int k_cost_of_touch = 2, k_cost_of_cut = 10, k_cost_of_fields = 1000, k_cost_of_brick = 300,
               k_cost_of_history = 300, k_cost_of_job = 8000;
 /// Cost of building the fields `after` from `before`.

@@ -263,8 +263,8 @@ void CheckpointEncoder::put_image(std::string& out, const Checkpoint& checkpoint
     put_text(out, branch.name);
     put_count(out, branch.history.size());
     std::uint64_t last = 0;
-    // Numbers are mostly consecutive; an entry whose fields were adopted later has a larger number than the
-    // next entries.
+    // Writes differences, since most numbers are consecutive. A difference may be negative: an entry whose
+    // fields were adopted later is replaced, and has a larger number than the next entries.
     for (const auto& entry : branch.history)
       put_number(out, static_cast<std::int64_t>(entry->number - std::exchange(last, entry->number)));
     put_count(out, branch.position);
@@ -300,7 +300,7 @@ void CheckpointEncoder::put_history(std::string& out, const Checkpoint& checkpoi
     for (const auto& entry : branch.history) {
       if (entry->number <= tail_.last_entry || !written_entries.insert(entry->number).second) continue;
       const Result<EntryState> entry_state = entry->state();
-      if (!entry_state) continue;  // its session is missing: readers cannot return to it either
+      if (!entry_state) continue;  // unreadable, as its session was closed: a reader cannot restore it
       std::string bytes;
       put_entry_state(bytes, checkpoint, entry_state.value());
       put_count(out, entry->number);
@@ -314,11 +314,11 @@ void CheckpointEncoder::put_history(std::string& out, const Checkpoint& checkpoi
 std::string CheckpointEncoder::encode(const Checkpoint& checkpoint) {
   links_.clear();
   link_count_ = 0;
-  // Drops the chains of tools that no hand has any more: such a tool is never used again.
+  // Drops the chains of scenes that no hand has any more: a new tool always gets a new scene.
   std::erase_if(chains_, [&](const auto& chain) {
     return hand_of(checkpoint, chain.first.first) == checkpoint.image.hands.size();
   });
-  // The parts are encoded first, since this makes the links that precede them.
+  // Encodes the parts before the links are written: encoding adds the links, which precede the parts.
   std::string events, trails, history, rest;
   put_history(history, checkpoint);
   const Chronicle& chronicle = checkpoint.image.now.chronicle;
@@ -332,15 +332,15 @@ std::string CheckpointEncoder::encode(const Checkpoint& checkpoint) {
     put_value(events, event.value);
   }
   tail_.events = chronicle.size();
-  tail_.places.resize(checkpoint.image.hands.size());
+  tail_.trail_counts.resize(checkpoint.image.hands.size());
   for (std::size_t h = 0; h < checkpoint.image.hands.size(); ++h) {
     const HandTrail& trail = checkpoint.image.hands[h].trail;
-    const std::size_t from = std::max<std::size_t>(tail_.places[h], trail.first());
+    const std::size_t from = std::max<std::size_t>(tail_.trail_counts[h], trail.first());
     put_count(trails, trail.first());
     put_count(trails, from);
     put_count(trails, trail.count() - from);
     for (std::size_t i = from; i < trail.count(); ++i) put(trails, trail.position(i));
-    tail_.places[h] = trail.count();
+    tail_.trail_counts[h] = trail.count();
   }
   for (const std::string& core : checkpoint.cores) put_text(rest, core);
   put_count(rest, checkpoint.records.size());

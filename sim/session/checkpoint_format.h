@@ -11,21 +11,22 @@
 
 namespace trephine::sim {
 
-/// Versions and fields are stored as changes since the previous one: links of a chain. Chain 0 belongs to the
-/// anatomy, each other one to an offset field of a round tool or to a piece.
+/// Link of a chain. A link stores a version or an offset field as changes since the previous link of its
+/// chain. Chain 0 belongs to the anatomy, and each other chain to one offset field of a round tool or to one
+/// piece. A piece is stored whole, as the only link of its chain.
 struct ChainLink {
   std::uint64_t chain = 0, number = 0;
-  bool is_first = false;  ///< stored relative to the untouched state: needs no link before it
+  bool is_first = false;  ///< relative to the untouched state, or a piece: needs no link before it
 };
 
-/// State that an encoder keeps of the checkpoints that were stored.
+/// State of an encoder after the stored checkpoints.
 struct CheckpointTail {
-  std::uint64_t next_link = 0;                     ///< of the anatomy's chain
+  std::uint64_t next_link = 0;                     ///< number of the next link of the anatomy's chain
   std::shared_ptr<const volume::Version> version;  ///< of the newest link; null: the next link is a first one
   std::uint64_t next_chain = 1;
-  std::uint64_t last_entry = 0;       ///< number of the newest stored entry of the history
-  std::uint64_t events = 0;           ///< number of stored events of the chronicle
-  std::vector<std::uint64_t> places;  ///< per hand: number of stored positions of its trail
+  std::uint64_t last_entry = 0;             ///< number of the newest stored entry of the history
+  std::uint64_t events = 0;                 ///< number of stored events of the chronicle
+  std::vector<std::uint64_t> trail_counts;  ///< per hand: number of stored positions of its trail
 };
 
 /// Encodes checkpoints in the order of the session. For one thread at a time.
@@ -60,12 +61,12 @@ class CheckpointEncoder {
       first_bytes_ = 0;          ///< of that link
   std::map<std::pair<std::shared_ptr<const haptics::TouchScene>, std::size_t>, Chain> chains_;
   std::map<std::uint32_t, std::uint64_t> pieces_;  ///< chains of stored pieces, by body
-  std::string links_;                              ///< of this checkpoint
+  std::string links_;                              ///< encoded links of the current checkpoint
   std::uint64_t link_count_ = 0;
 };
 
-/// Returns the bytes of an image without bricks and without its state, which has a hash of its own. Equal
-/// images have equal bytes.
+/// Returns the bytes of an image, for comparison: without bricks, and without the state, whose hash is
+/// compared separately. Equal images have equal bytes.
 std::string bytes_without_state(const EngineImage& image);
 
 /// Positions of the parts of a checkpoint within its bytes.

@@ -1,5 +1,5 @@
 // CheckpointStore: decodes checkpoints, in the order in which checkpoint_format.cpp encodes their fields.
-// One file: the order of the fields is visible at a glance.
+// Kept in one file, so that the order of the fields can be compared with that of the encoder.
 #include "sim/session/checkpoint_store.h"
 
 #include <algorithm>
@@ -47,8 +47,9 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   std::map<std::uint64_t, StoredEntry> entries;  ///< of the first `entry_checkpoints` checkpoints
   std::size_t entry_checkpoints = 0;
 
-  /// Returns the bytes of the links of a chain up to link `number`, oldest first. They start after the link
-  /// `known`, and `starts_after_known` is set, or else at the newest link that needs no link before it.
+  /// Returns the bytes of the links of a chain up to link `number`, oldest first. The first returned link is
+  /// the later of two: the link after `known`, or the newest link that needs no link before it.
+  /// `starts_after_known`: set to whether it depends on the link `known`.
   std::vector<std::string> links_to(std::uint64_t chain, std::uint64_t number, std::uint64_t known,
                                     bool& starts_after_known) {
     std::vector<std::string> result;
@@ -97,7 +98,8 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     return last.field;
   }
 
-  /// Reads values of the types of `initial`; the recording engine may have had only the first modules.
+  /// Reads values of the types of `initial`. The recording engine may have had fewer modules: the first of
+  /// these.
   std::vector<std::shared_ptr<const Value>> read_modules(
       ByteReader& in, const std::vector<std::shared_ptr<const Value>>& initial) {
     std::vector<std::shared_ptr<const Value>> modules = initial;
@@ -124,7 +126,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       try {
         read_events(value_or_throw(session->read(session->checkpoints()[event_checkpoints].events)));
       } catch (const Broken&) {
-        are_events_known = false;  // until a checkpoint with all events
+        are_events_known = false;  // until a later checkpoint stores the missing events
       }
     }
     if (!are_events_known) throw Broken{"missing events"};
@@ -157,7 +159,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
           entries.insert_or_assign(number, StoredEntry{box, std::string(in.text())});
         }
       } catch (const Broken&) {
-        continue;  // a reader that needs one of them reports it
+        continue;  // read_entry() reports an error if one of these entries is needed
       }
     }
     return entries;
@@ -202,9 +204,9 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
 
   struct Hands {
     std::vector<std::shared_ptr<const haptics::TouchScene>> scenes;
-    std::vector<std::uint64_t> layouts;
+    std::vector<std::uint64_t> tool_numbers;
   };
-  /// Reads the offset fields of a scene; if it is null, skips them.
+  /// Reads the offset fields of `scene`. If `scene` is null, skips their bytes and returns null fields.
   OffsetFields read_offsets(ByteReader& in, const std::shared_ptr<const haptics::TouchScene>& scene) {
     OffsetFields offsets(in.count(haptics::ShapeSet::k_max));
     if (scene && !offsets.empty() && offsets.size() != haptics::base_shapes(*scene).size())
@@ -215,19 +217,20 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     }
     return offsets;
   }
-  /// Returns the scene of a hand when it had the tool number `layout`; null if no hand still has that scene.
-  std::shared_ptr<const haptics::TouchScene> scene_of(std::size_t hand, std::uint64_t layout,
+  /// Returns the scene of a hand after its first `tool_number` tool changes; null if no hand still has that
+  /// scene.
+  std::shared_ptr<const haptics::TouchScene> scene_of(std::size_t hand, std::uint64_t tool_number,
                                                       const Hands& hands) const {
-    if (hands.layouts[hand] == layout) return hands.scenes[hand];
+    if (hands.tool_numbers[hand] == tool_number) return hands.scenes[hand];
     const auto& first = start.servo_scene()->hands;
-    for (std::size_t h = 0; layout == 0 && h < hands.scenes.size(); ++h)
-      if (hands.layouts[h] == 0 && first[h].scene == first[hand].scene) return hands.scenes[h];
+    for (std::size_t h = 0; tool_number == 0 && h < hands.scenes.size(); ++h)
+      if (hands.tool_numbers[h] == 0 && first[h].scene == first[hand].scene) return hands.scenes[h];
     return nullptr;
   }
   std::pair<std::shared_ptr<const haptics::TouchScene>, TouchFields::Kept> read_fields(ByteReader& in,
                                                                                        const Hands& hands) {
-    const std::uint64_t hand = in.count(hands.scenes.size() - 1), layout = in.count();
-    const auto scene = scene_of(hand, layout, hands);
+    const std::uint64_t hand = in.count(hands.scenes.size() - 1), tool_number = in.count();
+    const auto scene = scene_of(hand, tool_number, hands);
     const volume::VoxelBox stale_box = in.box(start.scene().base->size);
     return {scene, {read_offsets(in, scene), stale_box}};
   }
@@ -425,7 +428,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
         if (*loaded) return **loaded;
         if (shared->life.expired())
           return Error{.what = "the earlier history can no longer be read",
-                       .expected = "its session to stay open while it is continued",
+                       .expected = "a session that stays open while it is continued",
                        .remedy = "open the session again"};
         ByteReader reader(bytes);
         return *(*loaded = shared->read_entry_state(reader, hands));
@@ -484,7 +487,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       read_hand(in, h, image.hands[h]);
       image.hands[h].trail = std::move(trails[h]);
       hands.scenes.push_back(image.hands[h].tool.scene);
-      hands.layouts.push_back(image.hands[h].tool.change_count);
+      hands.tool_numbers.push_back(image.hands[h].tool.change_count);
     }
     read_history(in, i, hands, image);
     image.is_stroke_changed = in.flags(1) != 0;
@@ -565,7 +568,7 @@ CheckpointTail CheckpointStore::tail() {
   tail.version = image.now.undoable.version;
   tail.last_entry = image.last_entry;
   tail.events = image.now.chronicle.size();
-  for (const EngineImage::Hand& hand : image.hands) tail.places.push_back(hand.trail.count());
+  for (const EngineImage::Hand& hand : image.hands) tail.trail_counts.push_back(hand.trail.count());
   return tail;
 }
 

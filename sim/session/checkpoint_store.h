@@ -23,7 +23,7 @@ class CheckpointStore {
   /// Returns the newest checkpoint from which a replay reaches `tick`; empty if no checkpoint is early
   /// enough.
   std::optional<std::size_t> before(std::uint64_t tick) const noexcept;
-  /// Error if its bytes are broken, or refer to objects that the operation lacks.
+  /// Reads the checkpoint `i`. Error if its bytes are broken, or refer to objects that the operation lacks.
   Result<Checkpoint> read(std::size_t i);
   /// Returns the encoder's state after the newest checkpoint, to continue the recording.
   CheckpointTail tail();

@@ -12,7 +12,7 @@ std::string packed(std::string_view bytes) {
   const std::size_t head = out.size(), bound = ::ZSTD_compressBound(bytes.size());
   out.resize(head + bound);
   constexpr int k_level = 6;
-  // Fails only if memory runs out, like an allocation.
+  // Fails only if an allocation fails.
   const std::size_t length = ::ZSTD_compress(out.data() + head, bound, bytes.data(), bytes.size(), k_level);
   TREPHINE_ASSERT(!::ZSTD_isError(length));
   out.resize(head + length);
@@ -24,8 +24,8 @@ Result<std::string> unpacked(std::string_view bytes) {
                      .expected = "data as trephine wrote them",
                      .remedy = "use an undamaged copy of the session"};
   std::int64_t length = 0;
-  // Longer than any block. The length must equal that in zstd's header, so that a false one allocates
-  // nothing.
+  // Limits the allocation. The length must equal that in the header of the zstd frame, so that a wrong length
+  // allocates nothing.
   constexpr std::int64_t k_longest = std::int64_t{1} << 28;
   if (!get_number(bytes, length) || length < 0 || length > k_longest ||
       ::ZSTD_getFrameContentSize(bytes.data(), bytes.size()) != static_cast<unsigned long long>(length))

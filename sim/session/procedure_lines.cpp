@@ -84,7 +84,7 @@ void add_step(std::string& out, const ProcedureStep& step) {
   }
 }
 
-/// Adds an object to a list that has room for it, and reads its first text.
+/// Adds an object to a list, and reads its name. Returns false if the list is full or the name is invalid.
 template <class T>
 bool begin(std::vector<T>& list, std::size_t limit, std::string T::*name, std::string_view value) {
   return list.size() < limit && read_text(value, list.emplace_back().*name);
@@ -117,7 +117,7 @@ std::optional<bool> read_step_line(std::string_view key, std::string_view value,
   return std::nullopt;
 }
 
-/// Keys of limits of the score: those of the case, and those of the procedure.
+/// Keys of the limits of a score: of the score of the case, and of that of the procedure.
 constexpr std::string_view k_score = "score", k_procedure_score = "procedure_score";
 
 void add_score(std::string& out, std::string_view prefix, const std::vector<ScoreLimit>& score) {

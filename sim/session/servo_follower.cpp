@@ -17,14 +17,14 @@ haptics::ServoRecord ServoFollower::step(const haptics::ServoRecord& recorded) {
   haptics::ServoCore& core = cores_[recorded.hand];
   const haptics::DenormalsFlushed flushed;
   gap_ = recorded.tick - core.next_tick();
-  // Unrecorded ticks found the ring full: the proxy stayed, and the force faded further.
+  // Ticks are unrecorded if the ring was full. In these ticks the proxy stayed, and the force faded further.
   if (gap_ > 0) core.skip(recorded.raised | haptics::fault_full_ring, gap_);
   advance_to(recorded.version);
   haptics::HandPlacements hand_placements;
   return core.step(*scenes_.front(), input_of(recorded, hand_placements));
 }
 
-/// Returns the input of a recorded tick. Uses `hand_placements`, which must outlive it.
+/// Returns the input of a recorded tick. The input refers to `hand_placements`, which must outlive it.
 haptics::ServoInput ServoFollower::input_of(const haptics::ServoRecord& recorded,
                                             haptics::HandPlacements& hand_placements) const {
   if (scenes_.front()->has_held) hand_placements = haptics::placements_before(cores_, recorded.tick);

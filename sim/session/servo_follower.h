@@ -1,5 +1,5 @@
-// ServoFollower: servo cores that repeat recorded ticks, for replays and for checkpoints of a running servo's
-// memory.
+// ServoFollower: servo cores that repeat recorded ticks, for replays and for checkpoints, which store the
+// memory of a running servo.
 #pragma once
 
 #include <deque>
@@ -20,7 +20,7 @@ class ServoFollower {
 
   /// Adds a newer scene, which following ticks may use.
   void publish(std::shared_ptr<const haptics::ServoScene> scene) { scenes_.push_back(std::move(scene)); }
-  /// True if the tick is of an existing hand, and after that hand's last tick.
+  /// True if the tick belongs to an existing hand, and is later than the last tick of that hand.
   bool can_follow(const haptics::ServoRecord& recorded) const noexcept;
   /// Repeats a tick from its recorded inputs, after the unrecorded ticks before it.
   haptics::ServoRecord step(const haptics::ServoRecord& recorded);
@@ -38,7 +38,7 @@ class ServoFollower {
   /// Last published scene.
   const std::shared_ptr<const haptics::ServoScene>& newest() const noexcept { return scenes_.back(); }
   const std::vector<haptics::ServoCore>& cores() const noexcept { return cores_; }
-  /// Number of unrecorded ticks before the last one.
+  /// Number of unrecorded ticks directly before the tick of the last step().
   std::uint64_t gap() const noexcept { return gap_; }
 
  private:

@@ -90,6 +90,8 @@ Result<std::uint64_t> fork_session(const std::string& path, std::uint64_t tick,
                  .found = seconds(tick),
                  .expected = logs.size() > 1 ? "at least " + seconds(all[logs[1]].head.first_tick)
                                              : "a session with ticks"};
+  const std::uint64_t kept_ticks =
+      kept < logs.size() ? all[logs[kept]].head.first_tick : reader.value().tick_count();
   std::vector<Block> chosen;
   std::size_t log = 0;
   for (const Block& block : all) {
@@ -97,6 +99,8 @@ Result<std::uint64_t> fork_session(const std::string& path, std::uint64_t tick,
     if (kind == BlockKind::end) continue;
     if (kind == BlockKind::log && log++ >= kept) continue;
     if (kind == BlockKind::checkpoint) {
+      // A checkpoint contains the ticks before that of its head; some may be in a block that is left out.
+      if (block.head.first_tick > kept_ticks) continue;
       std::uint64_t first_log =
           0;  // index of the block of the log at whose start the operation had this state
       in.seekg(static_cast<std::streamoff>(block.at));
@@ -106,7 +110,7 @@ Result<std::uint64_t> fork_session(const std::string& path, std::uint64_t tick,
     }
     chosen.push_back(block);
   }
-  // A link fails if the file exists, unlike a move.
+  // Creates the file by a hard link, which fails if the file exists. A move would replace the file.
   const std::string part = destination + ".part" + std::to_string(getpid());
   bool is_copied = copy_blocks(in, chosen, part);
   std::uint64_t ticks = 0;

@@ -78,7 +78,7 @@ std::int64_t force_count(double newtons) noexcept {
   const double count = std::nearbyint(newtons / k_force_grid);
   return std::abs(count) < 0x1p40 ? static_cast<std::int64_t>(count) : 0;
 }
-/// Marks, instead of a difference, that the exact number follows, since it is not on the grid.
+/// Stored instead of a difference if the number is not on the grid: the exact number follows.
 constexpr std::int64_t k_exact = std::numeric_limits<std::int64_t>::min();
 
 /// Returns a number in steps of its grid; empty if it is not on the grid.
@@ -89,7 +89,7 @@ std::optional<std::int64_t> on_grid(double value, double grid) noexcept {
   return static_cast<std::int64_t>(count);
 }
 
-// Sums and differences that wrap around, since a file may contain any number.
+// Sums and differences wrap around, since a file may contain any number.
 std::int64_t plus(std::int64_t a, std::int64_t b) noexcept {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
 }
@@ -146,12 +146,12 @@ void ItemEncoder::add(const haptics::ServoRecord& r) {
   if (flags & has_extras) put(bytes_, extras);
   if (extras & hand_flag) put(bytes_, r.hand);
   if (flags & tick_jumps) put_number(bytes_, static_cast<std::int64_t>(r.tick - last.tick));
-  const std::array<std::int64_t, 3> previous_place = last.position;
+  const std::array<std::int64_t, 3> previous_position = last.position;
   if (flags & has_position)
     for (std::size_t a = 0; a < 3; ++a)
       put_on_grid(bytes_, r.pose.position_world[static_cast<int>(a)], haptics::k_position_grid,
                   plus(last.position[a], last.moved[a]), last.position[a]);
-  for (std::size_t a = 0; a < 3; ++a) last.moved[a] = minus(last.position[a], previous_place[a]);
+  for (std::size_t a = 0; a < 3; ++a) last.moved[a] = minus(last.position[a], previous_position[a]);
   if (flags & has_orientation) {
     glm::dquat turn = r.pose.orientation;
     for (std::size_t k = 0; k < 4; ++k)
@@ -272,13 +272,13 @@ Result<LogItem> ItemDecoder::next_tick(std::uint8_t flags) {
   if (!last.has_tick && (flags & needed) != needed) return broken("an incomplete first tick of a hand");
   std::int64_t later = 1, newer = 0;
   bool is_whole = !(flags & tick_jumps) || get_number(bytes_, later);
-  const std::array<std::int64_t, 3> previous_place = last.position;
+  const std::array<std::int64_t, 3> previous_position = last.position;
   if (flags & has_position)
     for (std::size_t a = 0; a < 3; ++a)
       is_whole = is_whole &&
                  get_on_grid(bytes_, last.pose.position_world[static_cast<int>(a)], haptics::k_position_grid,
                              plus(last.position[a], last.moved[a]), last.position[a]);
-  for (std::size_t a = 0; a < 3; ++a) last.moved[a] = minus(last.position[a], previous_place[a]);
+  for (std::size_t a = 0; a < 3; ++a) last.moved[a] = minus(last.position[a], previous_position[a]);
   if (flags & has_orientation)
     for (std::size_t k = 0; k < 4; ++k)
       is_whole = is_whole && get_on_grid(bytes_, *parts_of(last.pose.orientation)[k],

@@ -14,9 +14,10 @@
 namespace trephine::sim {
 
 /// Version of the file's layout. Files of other layouts are refused.
-inline constexpr std::uint32_t k_session_layout = 14;  // 14: profiles of whole tools
-/// Revision of the arithmetic of servo and edits: raised with every change that gives other bits for the same
-/// input. A session of another revision can be viewed, but not verified. Modules have their own versions.
+inline constexpr std::uint32_t k_session_layout = 14;  // 14 added profiles of whole tools
+/// Revision of the arithmetic of servo and edits. It is raised with every change that gives other bits for
+/// equal input. A session of another revision can be viewed, but not verified. Modules have their own
+/// versions.
 inline constexpr std::uint32_t k_replay_revision = 21;
 
 /// Name and version of a module, or of a struct with a table of its fields.
@@ -41,7 +42,8 @@ struct SessionHeader : SceneDescription {
 };
 /// Adds the modules and types of a catalogue to a header.
 void describe(const Catalogue& catalogue, SessionHeader& header);
-/// Returns true for commands and events of procedures, which sessions without one do not list.
+/// Returns true for commands and events of procedures. The header of a session without a procedure does not
+/// list them.
 bool is_of_procedure(const ValueType& type) noexcept;
 /// Types of this program, one per type of a header; null if this program has no such type or another version.
 using TypeList = std::vector<const ValueType*>;
@@ -49,13 +51,13 @@ TypeList types_of(const SessionHeader& header, const Catalogue& catalogue);
 
 /// Input and output of the servo in a tick.
 struct TickItem {
-  haptics::ServoRecord record;  ///< exact inputs; of the outputs, logged_force(), contact and version
+  haptics::ServoRecord record;  ///< exact inputs; outputs: only logged_force(), contact, version
   std::uint32_t check = 0;      ///< output_check() of the exact outputs
 };
 struct CommandItem {
   Command command;
 };
-/// An event. It is a fact: a replay must reproduce it.
+/// An event, which a replay must reproduce.
 struct EventItem {
   Event event;
 };
@@ -64,7 +66,7 @@ struct UnknownItem {
   std::size_t type = 0;  ///< index in SessionHeader::types
   bool is_command = false;
 };
-/// A new version: its serial, the last tick that it includes, and all matter removed so far.
+/// A new version: its serial, the last tick that it includes, and all matter removed so far (RemovalLedger).
 struct VersionItem {
   std::uint64_t serial = 0, last_tick = 0;
   std::int64_t removed_units = 0;
@@ -78,14 +80,15 @@ using LogItem = std::variant<TickItem, CommandItem, EventItem, UnknownItem, Vers
 /// End of a session that was closed properly.
 struct SessionEnd {
   std::uint64_t ticks = 0, serial = 0;
-  std::uint64_t dropped = 0;  ///< missing ticks since the session was last continued
+  std::uint64_t dropped = 0;  ///< missing ticks since the session began or was last continued
   std::uint64_t hash = 0;     ///< of the version
   std::uint64_t state = 0;    ///< OperationState::hash()
   double removed_mm3 = 0;
-  std::vector<Measure> measures = {};  ///< at the end; facts
+  std::vector<Measure> measures = {};  ///< at the end; a replay must reproduce them
 };
 
-/// Hash of proxy, normal, force, torque, contact and faults of a tick, bit by bit.
+/// Hash of the exact outputs of a tick: proxy, normal, force, torque, contact, shape, side and faults; also
+/// of the pressed button.
 std::uint32_t output_check(const haptics::ServoRecord& record) noexcept;
 /// Returns the force rounded to the grid of the session file, 1/1024 N.
 glm::dvec3 logged_force(const glm::dvec3& force_world) noexcept;
@@ -95,7 +98,8 @@ Result<SessionHeader> decode_header(std::string_view text);
 std::string encode(const SessionEnd& end);
 Result<SessionEnd> decode_end(std::string_view bytes);
 
-/// Encodes and decodes a model; a decoded one is valid for a MeshTree.
+/// Encodes and decodes a model. decode_model() returns an error for vertices or triangles that a MeshTree
+/// cannot have.
 std::string encode_model(const haptics::MeshTree& model);
 Result<std::shared_ptr<const haptics::MeshTree>> decode_model(std::string_view bytes);
 /// Encodes and decodes a depth stream.
@@ -105,7 +109,7 @@ Result<std::shared_ptr<const haptics::depth::DepthStream>> decode_stream(std::st
 std::string encode_scan(const volume::Volume& scan);
 Result<volume::Volume> decode_scan(std::string_view bytes);
 
-/// Last tick of a hand in a block. The next one is stored relative to it.
+/// Last tick of a hand in a block. The next tick of the hand is stored relative to it.
 struct TickMemory {
   bool has_tick = false;
   std::uint64_t tick = 0, version = 0;
@@ -116,7 +120,8 @@ struct TickMemory {
   std::array<std::int64_t, 4> turn{};
 };
 
-/// Encodes the items of a block, each relative to the previous one; blocks are independent.
+/// Encodes the items of a block. Ticks of a hand and versions are stored relative to the previous tick or
+/// version in the block. Blocks are independent.
 class ItemEncoder {
  public:
   explicit ItemEncoder(TypeList types) : types_(std::move(types)) {}
@@ -129,9 +134,9 @@ class ItemEncoder {
   void add(const HashItem& item);
   bool is_empty() const noexcept { return bytes_.empty(); }
   std::size_t size() const noexcept { return bytes_.size(); }
-  /// First tick in the block; without ticks, that after the newest one.
+  /// First tick in the block. For a block without ticks, the tick after the newest tick of earlier blocks.
   std::uint64_t first_tick() const noexcept { return first_tick_; }
-  /// Returns the bytes added since the last call.
+  /// Returns the bytes of the block, and begins the next block.
   std::string fetch_bytes();
 
  private:

@@ -1,5 +1,5 @@
-// Encoding of a session's header as lines of key=value, which can be read in the file.
-// One file: each key is written and read here.
+// Encoding of a session's header as lines of key=value, which are plain text in the file.
+// Kept in one file, so that each key is written and read in the same file.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -28,7 +28,7 @@ std::string text_of_point(const glm::dvec3& p) {
   return text_of(p.x) + ' ' + text_of(p.y) + ' ' + text_of(p.z);
 }
 
-/// Adds the lines of a plan. The lines of an object follow that of its name.
+/// Adds the lines of a plan. The line with the name of an object precedes its other lines.
 void add_plan(std::string& out, const volume::SurgicalPlan& plan) {
   const auto add_text = [&out](const char* key, const std::string& value) {
     if (!value.empty()) add_line(out, key, value);
@@ -99,7 +99,7 @@ std::string to_text(const SceneDescription& h) {
   add_number("force_limit", h.force.force_limit);
   add_number("slew_limit", h.force.slew_limit);
   add_number("fade_seconds", h.force.fade_seconds);
-  // Unusual settings.
+  // These settings are written only if they differ from the usual value.
   const auto add_unless = [&add_number](const std::string& key, double value, double usual) {
     if (value != usual) add_number(key, value);
   };
@@ -206,7 +206,8 @@ TypeList types_of(const SessionHeader& header, const Catalogue& catalogue) {
 }
 
 namespace {
-/// Returns the value of a structure's material, or back material, with this key; null for other keys.
+/// Finds the value with this key in a structure's material or back material; adds a missing back material.
+/// Null for other keys.
 double* find_material_value(StructureSpec& shape, std::string_view key) {
   using haptics::Material;
   Material* material = &shape.material;
@@ -245,7 +246,7 @@ bool take_number(std::string_view& text, T& value, int base = 10) {
   return true;
 }
 
-/// Reads "512 512 300", and optionally 16 hexadecimal digits of its hash.
+/// Reads the size of a volume, such as "512 512 300", and optionally its hash, 16 hexadecimal digits.
 std::optional<VolumeSpec> volume_of(std::string_view text) {
   VolumeSpec volume;
   for (int a = 0; a < 3; ++a)
@@ -275,8 +276,8 @@ std::optional<glm::dvec3> three_numbers(std::string_view text) {
   return text.empty() ? std::optional(n) : std::nullopt;
 }
 
-/// Reads a line of a plan. Returns nullopt if the key is not one of a plan; false if the value is invalid or
-/// the line does not follow that of its object.
+/// Reads a line of a plan. Returns nullopt if the key does not belong to a plan; false if the value is
+/// invalid, or if the line is not preceded by the line with the name of its object.
 std::optional<bool> read_plan_line(std::string_view key, std::string_view value, volume::SurgicalPlan& plan) {
   const auto set_point = [&](auto& objects, auto member) {
     const std::optional<glm::dvec3> p = three_numbers(value);
@@ -520,7 +521,7 @@ Result<SessionHeader> read_lines(std::string_view text, const ErrorWords& words)
     }
     if (!is_good)
       return fail(line, &words == &k_scene_words
-                            ? "a key of docs/file-formats.md in its place, a value in its range"
+                            ? "a key that docs/file-formats.md allows on this line, and a value in its range"
                             : "a key of this layout and a value in its range");
   }
   for (std::size_t i = 0; i < tools.size(); ++i) {

@@ -115,20 +115,21 @@ Result<SessionReader> SessionReader::open(const std::string& path, const Catalog
     r.complete_bytes_ = at + head.length + 8;
     ++r.block_count_;
   }
-  if (!has_header) return no_session("its header is not whole");
+  if (!has_header) return no_session("its header is incomplete");
   r.file_.clear();
   r.lost_bytes_ = size - r.complete_bytes_;
 
-  // Whole blocks afterwards distinguish damage in the middle from a truncated end.
+  // Further heads of blocks mean that the file is damaged in the middle. Otherwise its end is truncated.
   constexpr std::uint64_t k_chunk = 1 << 24;
   for (std::uint64_t at = r.complete_bytes_ + 4; at + 4 <= size && !r.is_damaged_; at += k_chunk) {
-    std::string rest(static_cast<std::size_t>(std::min(size - at, k_chunk + 3)), '\0');  // 3: across the seam
+    // 3 more bytes, since a head may begin in one chunk and continue in the next.
+    std::string rest(static_cast<std::size_t>(std::min(size - at, k_chunk + 3)), '\0');
     r.file_.seekg(static_cast<std::streamoff>(at));
     r.file_.read(rest.data(), static_cast<std::streamsize>(rest.size()));
     r.file_.clear();
     r.is_damaged_ = rest.find("TRPB") != std::string::npos;
   }
-  // The newest tick is in the last block that has one.
+  // The newest tick is in the last block of the log that contains ticks.
   for (std::size_t b = r.logs_.size(); b-- > 0 && r.tick_count_ == 0;) {
     Result<std::string> bytes = r.read_packed(r.logs_[b]);
     if (!bytes) return bytes.error();

@@ -16,14 +16,14 @@ namespace trephine::sim {
 /// counted. For one thread.
 class SessionReader {
  public:
-  /// Error if the file is not a session, has another layout, or its header is incomplete. Commands and events
-  /// that the catalogue does not contain are read as unknown items.
+  /// Error if the file is not a session, has another layout or an incomplete header. Commands and events that
+  /// the catalogue does not contain are read as unknown items.
   static Result<SessionReader> open(const std::string& path, const Catalogue& catalogue = {});
 
   const SessionHeader& header() const noexcept { return header_; }
   const Catalogue& catalogue() const noexcept { return catalogue_; }
   const TypeList& types() const noexcept { return types_; }
-  /// Empty if the session ended before the hash was known.
+  /// Empty if the recording ended before the hash was computed.
   std::optional<std::uint64_t> scan_hash() const noexcept { return scan_hash_; }
   /// True if the file contains the volumes.
   bool has_scan() const noexcept { return !scans_.empty(); }
@@ -32,7 +32,8 @@ class SessionReader {
   /// Reads the models in the file.
   Result<std::vector<std::shared_ptr<const haptics::MeshTree>>> models();
   Result<std::vector<std::shared_ptr<const haptics::depth::DepthStream>>> streams();
-  /// Empty if the recording program was killed.
+  /// Empty if the recording was not finished: its program was killed or is still running, or the session was
+  /// forked.
   const std::optional<SessionEnd>& end() const noexcept { return end_; }
   std::uint64_t complete_bytes() const noexcept { return complete_bytes_; }
   std::uint64_t block_count() const noexcept { return block_count_; }

@@ -1,4 +1,4 @@
-// Encoding of scans and labels in a session, for scans that exist nowhere else.
+// Encoding of volumes, with labels and cleaned shapes, for sessions that contain their volumes.
 #include <cstring>
 
 #include "sim/session/session_format.h"

@@ -31,7 +31,7 @@ Error disk_error(const char* what, const std::string& where, int number) {
 
 std::string name_of(const std::string& path) { return path.substr(path.find_last_of('/') + 1); }
 
-/// Syncs the folder of a file, without which a power cut may lose the file's name.
+/// Syncs the folder of a file. Otherwise a power cut may lose the file's name.
 void sync_folder(const std::string& path) {
   const std::size_t slash = path.find_last_of('/');
   const std::string folder = slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
@@ -57,7 +57,7 @@ Result<std::unique_ptr<SessionWriter>> SessionWriter::create(const std::string& 
   if (Status error = catalogue.check()) return *error;
   describe(catalogue, header);
   const std::string where = name_of(path), header_text = encode(header);
-  // No recording is started that could not be read again.
+  // Refuses to record a session whose header could not be read again.
   if (const auto readable = decode_header(header_text); !readable)
     return Error{.what = "the session cannot be recorded",
                  .where = where,
@@ -176,7 +176,7 @@ void SessionWriter::add(const haptics::ServoRecord& record, Engine& engine, cons
     last_tick_ = record.tick;
     seal_if_long();
     ticks_ = std::max(ticks_, record.tick + 1);
-    // A continued session begins at whichever tick comes first.
+    // In a continued session, ticks before the first tick of a hand do not count as missing.
     while (next_ticks_.size() <= record.hand)
       next_ticks_.push_back(is_appended_ ? std::nullopt : std::optional<std::uint64_t>(0));
     std::optional<std::uint64_t>& next = next_ticks_[record.hand];
@@ -207,13 +207,13 @@ void SessionWriter::add(const Command& command, Engine& engine, const Outcome& o
   record_checkpoint(engine);
 }
 
-/// Records the facts that a replay must reproduce.
+/// Records new events and the new version, which a replay must reproduce.
 void SessionWriter::record_outcome(const Engine& engine, const Outcome& outcome) {
   const Chronicle& chronicle = engine.now().chronicle;
   if (outcome.is_edit) has_edits_ = true;
   for (std::size_t i = chronicle.size() - outcome.event_count; i < chronicle.size(); ++i) {
     items_.add(EventItem{chronicle[i]});
-    if (!chronicle[i].value.as<FaultEvent>()) has_edits_ = true;  // worth keeping
+    if (!chronicle[i].value.as<FaultEvent>()) has_edits_ = true;  // faults alone are not worth keeping
   }
   if (!outcome.is_changed) return;
   items_.add(VersionItem{engine.serial(), last_tick_, engine.current()->ledger().total()});
@@ -227,9 +227,9 @@ void SessionWriter::request_sync(const Engine& engine) {
 }
 
 void SessionWriter::seal_if_long() {
-  // Bounds the blocks of a run faster than real time, since damage costs a block.
+  // Bounds the length of a block in a run faster than real time, since damage loses a whole block.
   constexpr std::size_t k_longest = 1 << 13;
-  constexpr std::uint64_t k_most_ticks = 1000;  // a quiet tick takes a byte
+  constexpr std::uint64_t k_most_ticks = 1000;  // a tick at rest takes only 5 bytes
   if (items_.size() >= k_longest || last_tick_ >= items_.first_tick() + k_most_ticks) seal();
 }
 
@@ -240,20 +240,22 @@ void SessionWriter::seal() {
   ++log_blocks_;
 }
 
-/// Begins a due checkpoint at the start of a block of the log, and queues a complete one. Anything slower
-/// than a copy runs without the lock, since no other thread adds ticks or commands meanwhile.
+/// Begins a checkpoint, if one is due, at the start of a block of the log. Queues a complete checkpoint for
+/// encoding. Work that takes longer than a copy runs without the lock. This is safe, since no other thread
+/// adds ticks or commands.
 void SessionWriter::record_checkpoint(Engine& engine) {
   if (maker_->is_due())
     if (const std::optional<std::uint64_t> block = block_for_checkpoint()) maker_->begin(engine, *block);
   std::unique_ptr<Checkpoint> done = maker_->fetch_checkpoint();
   if (!done) return;
   const std::lock_guard guard(lock_);
-  seal();  // its block of the log must precede it in the file
+  seal();  // the log up to the current tick must precede the checkpoint in the file
   pending_checkpoints_.push_back(std::move(done));
   background_wake_.notify_one();
 }
 
-/// Returns the block of the log that begins here; empty while too many checkpoints are unwritten.
+/// Returns the index of the block of the log that begins here. Empty while too many checkpoints wait to be
+/// encoded, and after a failure.
 std::optional<std::uint64_t> SessionWriter::block_for_checkpoint() {
   constexpr std::size_t k_max_waiting = 4;  // while the disk does not respond
   const auto has_room = [this] { return pending_checkpoints_.size() < k_max_waiting; };
@@ -264,7 +266,7 @@ std::optional<std::uint64_t> SessionWriter::block_for_checkpoint() {
   return log_blocks_;
 }
 
-/// Runs in the background, since a cut of one second changes many bricks.
+/// Encodes in the background: a cut of one second changes many bricks, whose encoding takes long.
 void SessionWriter::encode_checkpoints(std::unique_lock<std::mutex>& guard) {
   while (!pending_checkpoints_.empty()) {
     std::unique_ptr<Checkpoint> next = std::move(pending_checkpoints_.front());
@@ -272,7 +274,7 @@ void SessionWriter::encode_checkpoints(std::unique_lock<std::mutex>& guard) {
     guard.unlock();
     std::string bytes = encoder_->encode(*next);
     const std::uint64_t tick = next->next_tick;
-    next.reset();  // frees versions and fields while no caller waits
+    next.reset();  // frees versions and fields without the lock
     guard.lock();
     checkpoints_.emplace_back(tick, std::move(bytes));
     encoded_.notify_one();
@@ -305,7 +307,8 @@ void SessionWriter::write_loop() {
 }
 
 void SessionWriter::background_loop() {
-  // The scan comes first; a large one takes a second, for which the operation need not wait.
+  // Hashes and writes the scan first. This takes a second for a large scan; the operation does not wait for
+  // it.
   if (!volumes_.empty()) {
     const std::uint64_t hash = volume::content_hash(*volumes_[0]);
     write_block(BlockKind::scan_hash, 0, std::string(reinterpret_cast<const char*>(&hash), sizeof hash));
@@ -357,7 +360,7 @@ void SessionWriter::write_block(BlockKind kind, std::uint64_t first_tick, const 
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) {
       const int number = n < 0 ? errno : ENOSPC;
-      // Truncated to the last whole block, so that the file stays readable.
+      // Truncates the file to its last whole block, so that it stays readable.
       if (::ftruncate(file_, static_cast<off_t>(bytes_written_.load())) != 0) {}
       return fail(number);
     }

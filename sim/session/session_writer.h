@@ -21,7 +21,8 @@ struct WriterOptions {
   bool wants_realtime = true;          ///< the writing thread gets real-time priority if permitted
   double block_seconds = 0.025;        ///< s between writes: bounds the loss of a killed program
   bool is_removed_when_empty = false;  ///< finish() deletes the file unless has_edits()
-  double sync_seconds = 1;  ///< s, loss by a power cut; ends of strokes and commands are synced at once
+  /// s between syncs: bounds the loss by a power cut. Ends of strokes and commands are synced at once.
+  double sync_seconds = 1;
   /// Work of a replay from one checkpoint to the next (CheckpointMaker::k_work); 0: no checkpoints.
   int checkpoint_work = CheckpointMaker::k_work;
 };
@@ -29,14 +30,14 @@ struct WriterOptions {
 /// End of a session, for its continuation.
 struct SessionTail {
   std::uint64_t length = 0;      ///< bytes of whole blocks
-  std::uint64_t blocks = 0;      ///< of all kinds
-  std::uint64_t log_blocks = 0;  ///< of the log
+  std::uint64_t blocks = 0;      ///< number of blocks of all kinds
+  std::uint64_t log_blocks = 0;  ///< number of blocks of the log
   TypeList types;
   CheckpointTail checkpoints = {};
 };
 
-/// Lock on a recorded session, which no other program can write meanwhile. Take it before reading a session
-/// that will be continued.
+/// Lock on a recorded session: while it exists, no other trephine can write the session. Acquire it before
+/// reading a session that will be continued.
 class SessionLock {
  public:
   /// Error if the file does not exist, or another program has locked it.
@@ -53,8 +54,8 @@ class SessionLock {
 };
 
 /// Appends checksummed blocks on a thread of its own; add() does not wait for the disk unless begin() permits
-/// it. The first failure (a full disk) ends the recording, not the session: the written part stays readable.
-/// Call add() from one thread, the edit thread. The file stays locked for other writers.
+/// it. The first failure, such as a full disk, ends the recording, but not the operation: the written part
+/// stays readable. Call add() from one thread, the edit thread. The file stays locked for other writers.
 class SessionWriter {
  public:
   /// Creates the file; never overwrites an existing one. Shares ownership of the scan. Adds the modules of
@@ -73,9 +74,9 @@ class SessionWriter {
   SessionWriter(const SessionWriter&) = delete;
   SessionWriter& operator=(const SessionWriter&) = delete;
 
-  /// Starts making checkpoints, unless checkpoint_work is 0. Servos with these options begin at `first_tick`
-  /// in the current state of the engine. `may_wait`: add() waits for unwritten checkpoints instead of
-  /// skipping one.
+  /// Starts making checkpoints, unless checkpoint_work is 0. The servos have the options `force`, and begin
+  /// at `first_tick` with the current state of the engine. `may_wait`: if too many checkpoints wait to be
+  /// encoded, add() waits instead of postponing the next checkpoint.
   void begin(const Engine& engine, const haptics::ForceOptions& force, double rate_hz,
              std::uint64_t first_tick, bool may_wait);
   /// Records a tick and its outcome.
@@ -118,9 +119,9 @@ class SessionWriter {
   std::mutex file_lock_;
   std::condition_variable write_wake_, background_wake_, encoded_;
   ItemEncoder items_;
-  std::vector<std::pair<std::uint64_t, std::string>> sealed_;  ///< full blocks, with their first ticks
+  std::vector<std::pair<std::uint64_t, std::string>> sealed_;  ///< complete blocks, with their first ticks
   std::shared_ptr<const volume::Version> version_to_hash_;     ///< published by `hashed_serial_`
-  std::uint64_t log_blocks_ = 0;                               ///< complete ones
+  std::uint64_t log_blocks_ = 0;                               ///< number of complete blocks of the log
   CheckpointTail tail_;
   std::unique_ptr<CheckpointMaker> maker_;      ///< of the adding thread
   std::unique_ptr<CheckpointEncoder> encoder_;  ///< of the background thread
@@ -131,7 +132,7 @@ class SessionWriter {
   bool wants_sync_ = false, is_sync_due_ = false, is_stopping_ = false;
   Status status_;
   std::uint64_t next_block_ = 0, last_tick_ = 0, hashed_serial_ = 0;
-  std::vector<std::optional<std::uint64_t>> next_ticks_;  ///< per hand, once known
+  std::vector<std::optional<std::uint64_t>> next_ticks_;  ///< per hand: next expected tick, if known
   bool is_appended_ = false;
   std::uint64_t dropped_ = 0;  ///< ticks missing between those added
   std::uint64_t ticks_ = 0;    ///< one past the newest tick of the session

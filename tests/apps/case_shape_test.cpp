@@ -1,5 +1,5 @@
-// A case keeps every voxel of its scan for any shape chosen in it; the cleaned shape is stored next to the
-// scan.
+// A case keeps every voxel of its scan, whichever shape is chosen at the import. The cleaned shape is stored
+// next to the scan.
 #include <algorithm>
 #include <glm/geometric.hpp>
 
@@ -15,7 +15,8 @@ namespace {
 
 class CaseShape : public Command {
  protected:
-  /// Imports `scan` with `options` and returns the case; its voxels are those of the scan.
+  /// Imports `scan` with `options` as the case `name`. Expects that the voxels of the case equal those of the
+  /// scan. Returns the case.
   data_tools::OpenedCase expect_same_voxels(const std::string& scan, const std::string& options,
                                             const std::string& name) {
     SCOPED_TRACE(name + " " + options);
@@ -46,7 +47,8 @@ class CaseShape : public Command {
   }
 };
 
-/// A box of bone with a window of thin bone in its wall, on a table, next to two grains.
+/// Intensities of a hollow box of bone with thin bone in one wall, a table behind it, and two separate grains
+/// of bone, inside and outside the box.
 int box_on_a_table(int x, int y, int z) {
   const int most = std::max({std::abs(x - 16), std::abs(y - 14), std::abs(z - 16)});
   if (y >= 29) return 600;
@@ -92,7 +94,7 @@ TEST(Threshold, IsThatOfASpineWhereMuchBoneIsCancellous) {
   EXPECT_NE(notice.find("there are 50 of 150 to 300 HU"), std::string::npos) << notice;
 }
 
-/// A skull in its head, in a holder that it does not touch.
+/// A skull within soft tissue, and a head holder that does not touch it.
 workbench::Source head_in_holder() {
   volume::Volume scan =
       volume::make_volume({40, 48, 40}, volume::Frame::from_axes({}, glm::dmat3(1)).value()).value();
@@ -172,7 +174,7 @@ TEST_F(CaseShape, LeavesTheScanUnchanged) {
   expect_same_picture("slice", "raw.nrrd", "made", "--plane sagittal --at 16,14,16");
   expect_same_picture("slice", "raw.nrrd", "made", "--plane axial --at 7,14,16");
   expect_same_picture("fluoro", "raw.nrrd", "made", "--view ap --pixels 128");
-  // A case of a case, and a session of it, have the same shape.
+  // A case that is imported from this case has the same shape, and a session of this case replays with it.
   const data_tools::OpenedCase again = expect_same_voxels("made", "", "again");
   EXPECT_EQ(volume::content_hash(again.scan.volume), volume::content_hash(v));
   EXPECT_NE(volume::content_hash(data_tools::open_volume(file("raw.nrrd")).value().volume),

@@ -1,4 +1,5 @@
-// ChunkWorker: the thread that builds the surface during cuts; also for the sanitizers, without a window.
+// ChunkWorker: the threads that build the surface during cuts. The tests need no window, so they also run
+// with the sanitizers.
 #include <chrono>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -61,8 +62,8 @@ TEST(ChunkWorker, ShowsTheLastVersionWhateverWasCutMeanwhile) {
   EXPECT_GT(triangles, 5000u);
 }
 
-/// Counts the edges of all chunks of a shape that have no triangle on their other side, away from the
-/// volume's border. `missing`: a chunk that is left out.
+/// Counts the open edges of the first shape's surface, over all chunks: edges with a triangle on one side
+/// only. Ignores edges near the volume's border. `missing`: a chunk that is left out.
 std::size_t open_edges(const haptics::TouchScene& scene, const volume::Version& version, bool is_coarse,
                        const glm::ivec3& missing = glm::ivec3(-1)) {
   std::map<std::tuple<float, float, float>, std::uint32_t> numbers;
@@ -93,7 +94,7 @@ std::size_t open_edges(const haptics::TouchScene& scene, const volume::Version& 
   for (const auto& [edge, times] : edges) {
     const auto opposite = edges.find({edge.second, edge.first});
     const int back = opposite == edges.end() ? 0 : opposite->second;
-    // Triangles of a coarse surface may be turned to the light.
+    // Triangles of a coarse surface may be reversed, to agree with their normals.
     if (is_coarse ? (times + back) % 2 == 0 : times == back) continue;
     const glm::dvec3 p = scene.base->frame.volume_from_world(glm::dvec3(vertices[edge.first]));
     const glm::dvec3 end = glm::dvec3(scene.base->size) - 2.0;
@@ -115,7 +116,8 @@ TEST(ChunkWorker, ChunksMeetWithoutGaps) {
   EXPECT_GT(open_edges(scene, *version, false, {1, 1, 1}), 100u) << "a missing chunk is found";
 }
 
-/// The chunks of a cut or an undo are computed before those of the whole surface, which are still waiting.
+/// The chunks of a small request, such as a cut, are computed before chunks of the whole surface that were
+/// requested earlier.
 TEST(ChunkWorker, ChunksOfASmallRequestComeFirst) {
   const haptics::TouchScene scene = shell(224);
   const auto untouched = std::make_shared<const volume::Version>(scene.base);
@@ -132,10 +134,10 @@ TEST(ChunkWorker, ChunksOfASmallRequestComeFirst) {
     ++surface.z;
   worker.request(untouched, surface, surface);
   const auto chunk_of = [](const glm::ivec3& v) { return v / volume::k_chunk; };
-  const auto is_cut = [&](const ChunkMesh& mesh) { return mesh.chunk == chunk_of(surface); };
+  const auto is_requested = [&](const ChunkMesh& mesh) { return mesh.chunk == chunk_of(surface); };
   for (;;) {
     const std::vector<ChunkMesh> done = worker.take();
-    if (std::any_of(done.begin(), done.end(), is_cut)) break;
+    if (std::any_of(done.begin(), done.end(), is_requested)) break;
     ASSERT_GT(worker.remaining(), 0) << "its chunk was not computed";
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
@@ -210,13 +212,13 @@ TEST(ChunkWorker, EndsWithPendingWork) {
   }
 }
 
-/// On slices of 3 mm, a groove in the side of a bone is 0.8 mm deep: a piece shows it as cut.
+/// On slices of 3 mm, a piece shows a groove of 0.8 mm in the side of a bone as cut bone.
 TEST(ChunkMeshes, AShallowGrooveOfAPieceIsCutBoneOnThickSlices) {
   const haptics::TouchScene scene =
       scenes::scene_of(scenes::sampled({-10, -10, -15}, {10, 10, 15}, {0.5, 0.5, 3},
                                        [](const glm::dvec3& p) { return p.x < 0 ? 1200.0 : -1000.0; }));
   const glm::dvec3 side(1, 0, 0), oblique = glm::normalize(glm::dvec3(1, 0, 0.05));
-  double surface = 3;  // between the voxels at both sides of 0
+  double surface = 3;  // lowered to the position x of the surface, near 0
   while (scene.items[0].field.value(scene.base->frame.volume_from_world({surface, 0, 0})) < 0)
     surface -= 0.01;
   EXPECT_NEAR(surface, 0, 0.5);

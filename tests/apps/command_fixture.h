@@ -55,7 +55,7 @@ class Command : public ::testing::Test {
   static constexpr const char* k_real_pedicle =
       "\n[[trajectories]]\nname = \"L4 left pedicle\"\nentry = [25.0, -113.0, 285.0]\n"
       "target = [6.0, -146.0, 285.0]\ndiameter = 6.0\nside = \"left\"\nvertebra = \"vertebrae_L4\"\n";
-  /// Makes the case `real` of the lumbar CT and its labels in the folder of real data.
+  /// Makes the case `real` from the lumbar CT and its labels in `data`, the folder of real data.
   void import_real_spine(const std::string& data) const {
     EXPECT_EQ(run("import " + data + "/spine_lumbar/example_ct.nii.gz --labels " + data +
                   "/spine_lumbar/spine_report/totalseg.nii.gz --preset spine -o real")
@@ -70,6 +70,7 @@ class Command : public ::testing::Test {
     }
     return "";
   }
+  /// Writes a path that presses `depth` mm into a sphere of radius 45 mm from above, then moves to the side.
   void write_press(const char* name, double depth) const {
     std::ostringstream path;
     path << "t,x,y,z\n0,0.3,0.2,60\n0.2,0.3,0.2,46\n0.6,0.3,0.2," << 45 - depth << "\n1,0.3,0.2,"

@@ -1,5 +1,5 @@
 // The trephine command as users run it: exit codes, keys of its JSON, its CSV, its errors, its pictures.
-// Kept in one file: the behaviour common to all commands, and commands without a test file.
+// Kept in one file: the behaviour common to all commands, and commands without a test file of their own.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -120,7 +120,7 @@ TEST_F(Command, StepsAreExactCsv) {
     for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
     ASSERT_EQ(cells.size(), 24u) << line;
     EXPECT_EQ(cells[16], "1");
-    EXPECT_EQ(cells[20], "1");  // of a path without rotations
+    EXPECT_EQ(cells[20], "1");  // qw: the path has no rotations
     EXPECT_EQ(std::stod(cells[21]) + std::stod(cells[22]) + std::stod(cells[23]), 0);
     if (cells[13] == "1") {
       ++contacts;
@@ -136,8 +136,8 @@ TEST_F(Command, StepsAreExactCsv) {
   EXPECT_NEAR(deepest, 2, 0.1);
 }
 
-// Volumes that the command removes: equal at all rates within 0.1 %, at three voxel sizes within 1 %, and
-// through the proxy within 2 %.
+// Volumes that a kinematic burr removes agree at all rates within 0.1 %, and with the exact volume at three
+// voxel sizes within 1 %.
 TEST_F(Command, KinematicVolumesAgreeAtAllRatesAndVoxelSizes) {
   write("line.csv", "t,x,y,z\n0,-20,-8,3\n0.5,14,6,-5\n");
   const double length = std::sqrt(34.0 * 34 + 14 * 14 + 8 * 8), r = 4.2, pi = 3.14159265358979;
@@ -158,7 +158,7 @@ TEST_F(Command, KinematicVolumesAgreeAtAllRatesAndVoxelSizes) {
 }
 
 TEST_F(Command, ThroughTheProxyVolumesAgreeAtRatesAndVoxelSizes) {
-  // Flat bone; 3 mm deep and 8 mm along.
+  // The burr cuts 3 mm deep into flat bone, then 8 mm along its surface.
   write("path.csv", "t,x,y,z\n0,-4,0,3\n0.3,-4,0,0\n2.3,-4,0,-3\n6.3,4,0,-3\n6.8,4,0,4\n");
   std::vector<double> volumes;
   const std::pair<const char*, const char*> settings[] = {
@@ -251,8 +251,8 @@ TEST_F(Command, BadInputIsReportedAndWritesNothing) {
   EXPECT_EQ(keys_of(error["error"]), (std::set<std::string>{"what", "where", "found", "expected", "remedy"}));
 }
 
-// Noisy bone of a real scanner, entered and left at random for twenty seconds, and a burr that moves about in
-// it.
+// Noisy bone of a real scanner: a tool enters and leaves it at random for twenty seconds, and a burr follows
+// the same path.
 TEST_F(Command, OnARealSkullNothingFallsThrough) {
   const char* given = std::getenv("TREPHINE_DATA");
   const std::string data = given ? given : TREPHINE_SOURCE_DIR "/../shared/data";
@@ -355,7 +355,8 @@ TEST_F(Command, PicturesAreDrawnWithoutADisplay) {
   EXPECT_EQ(png.substr(1, 3), "PNG");
 }
 
-/// Inputs are never replaced: files of a folder, voxels of a detached header, models, labels.
+/// No output replaces an input (a file of a case, the voxels of a detached header, a model, a scan), or
+/// another output of the command.
 TEST_F(Command, NoOutputReplacesAnInput) {
   ASSERT_EQ(run("phantom sphere --size 24 --spacing 1 -o a.mha").exit_code, 0);
   ASSERT_EQ(run("import a.mha --iso 300 -o case").exit_code, 0);
@@ -389,14 +390,14 @@ TEST_F(Command, NoOutputReplacesAnInput) {
   for (const char* header : {"e.mhd", "f.mhd"})
     EXPECT_EQ(run(std::string("touch ") + header + " --iso 200 --path p.csv -o sub/w.csv").exit_code, 2);
   EXPECT_EQ(fs::file_size(folder_ / "sub" / "w.csv"), 2u * 24 * 24 * 24);
-  // An earlier output next to a header is not one of its files, whatever it contains.
+  // An earlier output in the folder of a header is not a file of this header, so it may be replaced.
   for (int again = 0; again < 2; ++again)
     EXPECT_EQ(run("touch e.mhd --iso 200 --path p.csv -o w.csv").exit_code, 0);
   for (int again = 0; again < 2; ++again)
     EXPECT_EQ(run("touch d.mhd --iso 200 --path p.csv -o d.csv").exit_code, 0);
 }
 
-/// Names may contain any bytes.
+/// Names of files may contain bytes that are not UTF-8.
 TEST_F(Command, NamesThatAreNotUtf8DoNotEndAReport) {
   ASSERT_EQ(run("phantom sphere --size 24 --spacing 1 -o a.mha").exit_code, 0);
   write("p.csv", "t,x,y,z\n0,0,0,14\n0.3,0,0,5\n");
@@ -409,7 +410,7 @@ TEST_F(Command, NamesThatAreNotUtf8DoNotEndAReport) {
 }
 
 TEST_F(Command, DemoLeavesPicturesAndAReport) {
-  // For a case whose folder carries a person's name, which appears in no output.
+  // The folder of the case has the name of a person. No output contains this name.
   ASSERT_EQ(run("phantom head -o head.mha --write-labels labels.mha").exit_code, 0);
   ASSERT_EQ(run("import head.mha --labels labels.mha -o MUSTERMANN").exit_code, 0);
   const Json demo = json("demo MUSTERMANN -o out --no-window");
@@ -435,18 +436,18 @@ TEST_F(Command, DemoLeavesPicturesAndAReport) {
     EXPECT_EQ(run(std::string("demo -o out2 --no-window --record out2/") + file).exit_code, 2) << file;
 }
 
-/// Ctrl-C and a request to end close the window like its own button: the recording is complete. The request
-/// comes twice, as timeout(1) sends it: to the process, then to its group.
+/// SIGINT (Ctrl-C) and SIGTERM close the window like its own button: the recording is complete. The signal is
+/// sent twice, since timeout(1) sends it to the process, then to its group.
 TEST_F(Command, AWindowEndsInOrderOnRequest) {
   if (std::system("command -v xvfb-run >/dev/null") != 0) GTEST_SKIP() << "no xvfb-run";
   ASSERT_EQ(run("phantom shell --size 48 -o s.mha").exit_code, 0);
   for (const std::string signal : {"INT", "TERM"}) {
     const std::string session = signal + ".session";
-    const std::string asked_twice = "\"$@\" & p=$!; for i in $(seq 300); do [ -s " + session +
-                                    " ] && break; sleep 0.1; done; sleep 1; kill -" + signal +
-                                    " $p; sleep 0.02; kill -" + signal + " $p; wait $p; echo $? > code";
+    const std::string signal_twice = "\"$@\" & p=$!; for i in $(seq 300); do [ -s " + session +
+                                     " ] && break; sleep 0.1; done; sleep 1; kill -" + signal +
+                                     " $p; sleep 0.02; kill -" + signal + " $p; wait $p; echo $? > code";
     const ProcessResult r = run("view s.mha --json --embed --record " + session,
-                                "xvfb-run -a -s '-screen 0 1024x768x24' sh -c '" + asked_twice + "' sh");
+                                "xvfb-run -a -s '-screen 0 1024x768x24' sh -c '" + signal_twice + "' sh");
     ASSERT_EQ(read(file("code")), "130\n") << r.err;  // xvfb-run may return the code of its own cleanup
     EXPECT_GT(Json::parse(r.out)["servo"]["ticks"], 100);
     EXPECT_EQ(json("replay " + session + " --verify")["is_same"], true);
@@ -467,7 +468,8 @@ TEST_F(Command, WindowOpensUnderXvfbDrawsAndCloses) {
   EXPECT_GT(fs::file_size(folder_ / "w.png"), 10000u);
 }
 
-// Every command of the README's tour and of the help runs as written; SCANS/HEAD is a small head here.
+// Every command of the README's tour and of the help of seven commands runs, on smaller volumes. SCANS/HEAD
+// is a small head here.
 TEST_F(Command, ExamplesOfReadmeAndHelpRun) {
   fs::create_directory(folder_ / "SCANS");
   ASSERT_EQ(run("phantom head --spacing 2.5 -o head.mha").exit_code, 0);
@@ -487,7 +489,7 @@ TEST_F(Command, ExamplesOfReadmeAndHelpRun) {
     if (!is_bench && line.compare(start, 9, "trephine ") != 0) continue;
     std::string arguments = line.substr(start + 9, line.find('#') - start - 9);
     if (arguments.starts_with("demo")) continue;  // has its own test
-    // Small volumes: the same words, less to compute.
+    // Replaces sizes and scans by smaller ones, which take less time.
     const auto replace = [&arguments](const std::string& from, const std::string& to) {
       for (std::size_t at = arguments.find(from); at != std::string::npos;
            at = arguments.find(from, at + to.size()))

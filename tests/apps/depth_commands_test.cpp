@@ -63,7 +63,8 @@ TEST_F(Command, ObjectsTouchedByDepthImagesAreRecordedReplayedAndAudited) {
   EXPECT_GT(video["max_force_n"].get<double>(), 0.3);
   EXPECT_TRUE(json("audit b.session --scan s.mha")["is_certified"].get<bool>());
 
-  // In the format of TUM's benchmark: its times, 5000 per metre, no intrinsics.
+  // A stream in the format of TUM's RGB-D benchmark: with time stamps like those of the benchmark, depths of
+  // 5000 per metre, and no intrinsics.
   std::filesystem::create_directory(file("tum"));
   std::filesystem::copy(file("video/depth-0001.png"), file("tum/first.png"));
   std::filesystem::copy(file("video/depth-0002.png"), file("tum/second.png"));
@@ -79,7 +80,7 @@ TEST_F(Command, ObjectsTouchedByDepthImagesAreRecordedReplayedAndAudited) {
   std::filesystem::remove(file("tum/second.png"));
   const auto stops = run("touch s.mha --depth tum --camera 525,525,99.5,99.5 --path p.csv -o t.csv");
   EXPECT_NE(stops.err.find("second.png"), std::string::npos) << stops.err;
-  // Keys of different shapes, and a sheet.
+  // Errors: keys with different triangles, and a surface that is not closed.
   { std::ofstream(file("keys/key9.obj")) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"; }
   EXPECT_NE(run("touch s.mha --depth keys --path p.csv -o t.csv").err.find("same triangles"),
             std::string::npos);
@@ -87,8 +88,8 @@ TEST_F(Command, ObjectsTouchedByDepthImagesAreRecordedReplayedAndAudited) {
             std::string::npos);
 }
 
-/// A hand pressed deeper than any image shows the surface is released, and that is counted: the counter of
-/// the other tests can be nonzero.
+/// A hand that is pressed deeper than the images reach is released, and its ticks inside the object are
+/// counted. The counter that is zero in other cases can thus become nonzero.
 TEST_F(Command, AHandThatImagesDoNotHoldIsCounted) {
   ASSERT_EQ(run("phantom plate --size 48 --psf 1 -o s.mha").exit_code, 0);
   {
@@ -108,13 +109,14 @@ TEST_F(Command, AHandThatImagesDoNotHoldIsCounted) {
   EXPECT_EQ(run(touch + "--path deep.csv --record deep.session").exit_code, 1);
   const auto audit = run("audit deep.session --scan s.mha");
   EXPECT_EQ(audit.exit_code, 1);
-  EXPECT_NE(audit.out.find("where no images held it"), std::string::npos) << audit.out;
+  EXPECT_NE(audit.out.find("where no images held the hand"), std::string::npos) << audit.out;
   const auto fine = run("touch s.mha --depth cube.obj --depth-pixel 0.02 --path held.csv -o t.csv");
   EXPECT_EQ(fine.exit_code, 2);
   EXPECT_NE(fine.err.find("choose larger pixels"), std::string::npos) << fine.err;
 }
 
-/// The sample: one hand drills, the other rests on a yielding blade; voxels, a burr and depth images.
+/// The sample retractor.toml: one hand drills voxels with a burr, the other rests on a yielding blade that is
+/// touched by depth images.
 TEST_F(Command, ARetractorYieldsNextToABurrHole) {
   const std::string script = TREPHINE_SOURCE_DIR "/docs/examples/retractor.toml";
   EXPECT_EQ(run("run '" + script + "' --record r.session").exit_code, 0);
@@ -125,7 +127,7 @@ TEST_F(Command, ARetractorYieldsNextToABurrHole) {
   EXPECT_LT(audit["deepest_in_depth_object_mm"].get<double>(), 0.1);
 }
 
-/// The samples: voxels, a mesh and depth images in one scene; a depth video; the inside of a calabash.
+/// Three samples: a depth video, the inside of a calabash, and a scene with voxels, a mesh and depth images.
 TEST_F(Command, SamplesOfMixedScenesAreCertified) {
   for (const char* name : {"depth-video", "calabash", "mixed-scene"}) {
     if (!runs_all_cases() && name == std::string("mixed-scene")) continue;  // drills for seconds

@@ -49,7 +49,7 @@ TEST(EventText, SentencesAndLevels) {
   EXPECT_EQ(none.text, "No bone flap: the outline crosses itself");
   EXPECT_EQ(none.level, EventLevel::refusal);
   EXPECT_EQ(describe_event({0, 0, {}, sim::FaultEvent{"stale scene", true}}).level, EventLevel::record);
-  // A depth beyond that of a tear is shown when the tool has left.
+  // If the depth exceeds that of a tear, the event that the tool has left is a danger.
   EXPECT_EQ(describe_event({0, 0, {}, sim::ForbiddenLeft{"cord", 5.78, 2}}).level, EventLevel::danger);
   EXPECT_EQ(describe_event({0, 0, {}, sim::ForbiddenLeft{"cord", 0.4, 2}}).level, EventLevel::record);
   EXPECT_EQ(describe_event({0, 0, {}, sim::FaultEvent{"stale scene, lost device", false}}).text,

@@ -4,7 +4,9 @@
 namespace trephine::command_tests {
 namespace {
 
-/// Compares each tick with a row of steps.csv, exactly; the first argument is the file.
+/// Python program that compares every tick of the exported tables (first argument) with its row of steps.csv
+/// (second argument), exactly. It prints the number of rows, the removed volume, the numbers of commands and
+/// events, and the names of the instruments.
 constexpr const char* k_compare = R"(
 import csv, sys, h5py
 f = h5py.File(sys.argv[1])
@@ -52,7 +54,7 @@ TEST_F(Command, ExportedTablesEqualTheReplay) {
   EXPECT_EQ(instruments, "burr");
   EXPECT_EQ(read(file("d.h5")).find("s.mha"), std::string::npos);
 
-  // The comparison can fail: one digit of the table is changed.
+  // Planted fault: one digit of steps.csv is changed, which the comparison detects.
   std::string steps = read(file("steps.csv"));
   const std::size_t digit = steps.find_first_of("123456789", steps.size() / 2);
   steps[digit] = steps[digit] == '9' ? '8' : static_cast<char>(steps[digit] + 1);

@@ -1,6 +1,6 @@
 // Contact from the command line: touch with methods, models and effects, bench feel, bench stability, bench
-// depth and audit, as users run them.
-// One file: all of its tests judge contact along paths.
+// depth and audit, as users run them. The tests are in one file because all of these commands judge contact
+// along paths.
 #include "haptics/methods/methods.h"
 #include "tests/apps/command_fixture.h"
 #include "tests/sim/crowd.h"
@@ -37,14 +37,15 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
   for (const auto& row : rows) {
     methods.insert(row.at("method"));
     if (row.at("method") != "subvoxel") continue;
-    // The goals for the default method: against the exact shape, minus the effect of the blur on a sphere of
-    // 45 mm.
+    // Goals for the default method on a sphere with a radius of 45 mm. The error against the analytic sphere
+    // (total_rms_voxels) includes the effect of the blur, which is the error of an ideal proxy
+    // (floor_rms_voxels).
     EXPECT_EQ(row.at("fall_throughs"), "0");
     EXPECT_EQ(row.at("buried"), "0");
     EXPECT_EQ(row.at("stuck"), "0");
     EXPECT_GT(std::stod(row.at("most_change_n")), 0);
     EXPECT_LT(std::stod(row.at("most_change_n")), 0.2);         // 0.1 mm per tick at 0.5 N/mm
-    EXPECT_LT(std::stod(row.at("method_error_voxels")), 1e-4);  // as exact as the judge
+    EXPECT_LT(std::stod(row.at("method_error_voxels")), 1e-4);  // accuracy of the judge
     EXPECT_NEAR(std::stod(row.at("total_rms_voxels")), std::stod(row.at("floor_rms_voxels")), 0.01);
     EXPECT_LT(std::stod(row.at("direction_rms_deg")), 0.5);
     EXPECT_LT(std::stod(row.at("tangential_p99_mm")), 0.02);
@@ -52,7 +53,7 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
   }
   for (const Json& peer : feel["peers"]) EXPECT_EQ(methods.erase(peer["name"]), 1u) << peer;
   EXPECT_GE(methods.size(), 10u);
-  // An error lists all methods; help lists those that users choose.
+  // An error lists all methods. The help lists the methods for users, without the baselines of comparisons.
   write("short.csv", "t,x,y,z\n0,0,-95,20\n0.1,0,-95,20\n");
   const std::string known = run("touch head --path short.csv -o t.csv --method unknown").err;
   for (const std::string& method : methods) EXPECT_NE(known.find(method), std::string::npos) << method;
@@ -61,7 +62,8 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
   EXPECT_EQ(help.find("raystep"), std::string::npos);
 
   EXPECT_EQ(feel["rows"].size(), rows.size());
-  // Instructions are counted where processes may be traced: each method keeps its budget.
+  // Instructions are counted only if processes may be traced. The number of each method is 0.4 to 1.25 times
+  // the number in this table.
   const std::map<std::string, double> instructions{
       {"subvoxel", 5104}, {"implicit", 8749},    {"explicit-cubes", 10804},
       {"mesh", 21474},    {"scene", 8670},       {"scene-sequential", 9662},
@@ -84,12 +86,12 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
         "time-against-force-error.svg", "force-raw.png", "force-smoothed.png", "force-pressing.png"})
     EXPECT_GT(fs::file_size(folder_ / "out" / name), 1000u) << name;
   EXPECT_NE(read(file("out/time-against-force-error.csv")).find("\nsubvoxel,trephine,"), std::string::npos);
-  // A single scene shows no scaling: no empty chart.
+  // One scene gives no data on scaling, so no chart of scaling is written.
   EXPECT_FALSE(fs::exists(folder_ / "out" / "scaling.png"));
   EXPECT_EQ(read(file("out/index.html")).find("scaling.png"), std::string::npos);
   EXPECT_NE(read(file("out/index.html")).find("subvoxel"), std::string::npos);
 
-  // The challenge.
+  // The scene is exported for results of other programs, and invalid results are refused.
   for (const char* name : {"volume.mha", "hip.csv", "ideal.csv"})
     EXPECT_GT(fs::file_size(folder_ / "scenes" / id / name), 1000u) << name;
   write("bad.csv", "scene,proxy_x,proxy_y,proxy_z\nnowhere,1,2,3\n");
@@ -102,8 +104,8 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
   EXPECT_NE(instant.err.find("times above 0"), std::string::npos) << instant.err;
 }
 
-/// All results have one scorer: our own results, submitted as a challenger's, have the scores of our row. A
-/// burr hole is exported as it is touched.
+/// Results of other programs are scored like those of our methods: our own results, submitted as a file, get
+/// the scores of the row of our method. The exported volume contains the burr hole of its scene.
 TEST_F(Command, AChallengersAnswersAreScoredAsOurs) {
   const std::string id = "burr-hole-psf-1.5-round-its-wall-held";
   const std::string scenes = "bench feel -o out --quick --only " + id;
@@ -125,7 +127,7 @@ TEST_F(Command, AChallengersAnswersAreScoredAsOurs) {
     }
   }
   EXPECT_EQ(compared, 1);
-  // Drilled: on the exported volume itself, the tip goes down the hole, but not next to it.
+  // In the exported volume, the tip moves down the hole without contact; 12 mm to the side it touches bone.
   for (const auto& [x, is_held] : {std::pair(0, false), std::pair(12, true)}) {
     const std::string at = std::to_string(x) + ",0,";
     write("down.csv", "t,x,y,z\n0," + at + "8\n0.5," + at + "-7\n");
@@ -149,7 +151,7 @@ TEST_F(Command, BenchFeelPlaysARecordedHand) {
         EXPECT_EQ(row["fall_throughs"], 0);
       }
     }
-    EXPECT_GE(recorded, 6) << hand;  // a session cuts, which a whole net ignores
+    EXPECT_GE(recorded, 6) << hand;  // a method that does not support the scene has no row
   }
   const ProcessResult bad = run("bench feel --quick --hand p.csv -o out");
   EXPECT_EQ(bad.exit_code, 2);
@@ -228,8 +230,8 @@ class FaultyMethod final : public haptics::ProxyMethod {
   mutable long count_ = 0;
 };
 
-// Two scans, models at rest and moving, hands with two tools; effects, switches, poses and tools changed
-// midway.
+/// The session of record_crowd(): two scans, a model at rest and a moving model, and two hands with different
+/// tools. Effects, touchable items, poses of models and a tool change during the session.
 TEST_F(Command, AuditsASessionWithAllFeatures) {
   std::uint64_t state = 0;
   sim::record_crowd(file("crowd.session"), &state);
@@ -245,7 +247,8 @@ TEST_F(Command, AuditsASessionWithAllFeatures) {
     EXPECT_EQ(run("audit crowd.session --plant " + std::string(fault)).exit_code, 1) << fault;
 }
 
-/// Planted fault: a recording whose proxy, or whose force, was wrong in one tick of 600 is refused.
+/// Planted fault: a recording in which the proxy of one tick of 600 was moved, by 1e-9 mm or by 2 mm, is not
+/// certified. Without the move it is certified.
 TEST_F(Command, AuditRefusesASessionWithOneWrongTick) {
   for (const double aside : {0.0, 1e-9, 2.0}) {
     const haptics::TouchScene scene = sim::small_bone();
@@ -257,7 +260,7 @@ TEST_F(Command, AuditRefusesASessionWithOneWrongTick) {
     const std::string path = file(("wrong" + std::to_string(aside * 1e9) + ".session").c_str());
     sim::WriterOptions options;
     options.is_embedding = true;
-    options.checkpoint_work = 0;  // only this method may make the steps that it counts
+    options.checkpoint_work = 0;  // no checkpoints: the method counts the steps of this run only
     auto writer = sim::SessionWriter::create(path, header, scene.base, sim::drilling_catalogue(), options);
     ASSERT_TRUE(writer.is_ok());
     sim::Lockstep run(scene, method, drilling::burr(burr), {}, 1000, writer.value().get());
@@ -275,7 +278,7 @@ TEST_F(Command, TouchAcceptsModelsNextToTheVolume) {
   ASSERT_EQ(run("phantom torus --size 48 --psf 1.5 -o t.mha").exit_code, 0);
   ASSERT_EQ(run("mesh t.mha -o torus.ply").exit_code, 0);
   write_press("p.csv", 1);
-  // The ring is above the sphere: the stylus meets it, and not the sphere.
+  // The ring is above the sphere: the stylus meets the ring, and not the sphere.
   const Json ring = json("touch s.mha --path p.csv -o t.csv --mesh torus.ply --mesh-at 35,0,45");
   EXPECT_EQ(ring["method"], "scene");
   EXPECT_EQ(ring["fall_throughs"], 0);
@@ -284,7 +287,7 @@ TEST_F(Command, TouchAcceptsModelsNextToTheVolume) {
   EXPECT_GT(ring["meshes"][0]["triangles"].get<int>(), 1000);
   EXPECT_GT(ring["max_force_n"].get<double>(), 0.05);
   EXPECT_NE(read(file("t.csv")).find("model 1"), std::string::npos);
-  // Recorded with its model, but not with the model's name; replayed without the model's file.
+  // The session contains the model, but not the name of its file, and is replayed without that file.
   json("touch s.mha --path p.csv -o t2.csv --mesh torus.ply --mesh-at 35,0,45 --record m.session");
   fs::rename(file("torus.ply"), file("gone.ply"));
   const Json replayed = json("replay m.session --scan s.mha --verify --table r.csv");
@@ -307,7 +310,7 @@ TEST_F(Command, TouchAcceptsModelsNextToTheVolume) {
   }
 }
 
-/// No input is lost to an output with the same name.
+/// An output with the name of an input or of another output is refused, and the inputs are kept.
 TEST_F(Command, OutputsReplaceNoInput) {
   ASSERT_EQ(run("phantom sphere --size 32 --psf 1.5 -o s.mha").exit_code, 0);
   write_press("p.csv", 1);
@@ -328,8 +331,9 @@ TEST_F(Command, OutputsReplaceNoInput) {
   EXPECT_FALSE(fs::exists(folder_ / "t.session"));
 }
 
-/// A session reports the touched shape; one of a blurred scan contains the scan.
-TEST_F(Command, SessionsReportTheTouchedShape) {
+/// A session reports the settings of its touch, and the session of a blurred scan contains that scan.
+/// Drilling reports the radius with which a burr touches, and refuses a burr that is too small.
+TEST_F(Command, SessionsReportTheSettingsOfTouch) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1.5 -o s.mha").exit_code, 0);
   write_press("p.csv", 1);
   json("touch s.mha --path p.csv -o t.csv --record t.session --blur 1 --radius 2 --viscosity 0.01");
@@ -348,7 +352,7 @@ TEST_F(Command, SessionsReportTheTouchedShape) {
   EXPECT_EQ(tiny.exit_code, 2);
   EXPECT_NE(tiny.err.find("--burr-diameter: the burr is too small"), std::string::npos) << tiny.err;
   EXPECT_NE(tiny.err.find("at least 0.178 mm"), std::string::npos) << tiny.err;
-  // The named remedy works.
+  // The diameter that the error names is accepted.
   json("drill s.mha --burr-diameter 0.178 --path p.csv -o d2.mha");
   const ProcessResult flat =
       run("drill s.mha --burr-diameter 4 --round --method gradient --path p.csv -o d3.mha");
@@ -356,7 +360,7 @@ TEST_F(Command, SessionsReportTheTouchedShape) {
   EXPECT_NE(flat.err.find("--round: this method supports points only"), std::string::npos) << flat.err;
 }
 
-/// Every option of touch is recorded, replayed to the bit, and certified by an audit.
+/// A touch with options or effects is recorded, replayed to the bit, and certified by an audit.
 TEST_F(Command, ATouchIsRecordedReplayedAndAudited) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1.5 -o s.mha").exit_code, 0);
   write_press("p.csv", 3);
@@ -379,16 +383,16 @@ TEST_F(Command, ATouchIsRecordedReplayedAndAudited) {
       EXPECT_EQ(run("audit t.session --scan s.mha --plant ball").exit_code, 2);
       continue;
     }
-    // A ball in matter is found by samples of the scan, whatever its field is.
+    // The audit detects a ball that is too deep in matter by samples of the scan, without the offset field.
     EXPECT_GT(audit["balls_judged"], 100) << o;
     EXPECT_LT(audit["deepest_ball_mm"], audit["allowed_ball_mm"]) << o;
-    if (o.find("pop") != std::string::npos) continue;  // after popping through, nothing holds the tip
+    if (o.find("pop") != std::string::npos) continue;  // after a pop-through, no surface stops the tip
     const ProcessResult planted = run("audit t.session --scan s.mha --json --plant ball");
     EXPECT_EQ(planted.exit_code, 1) << o;
     EXPECT_EQ(Json::parse(planted.out)["balls_too_deep"], 1) << o;
     EXPECT_EQ(Json::parse(planted.out)["fall_throughs"], 0) << o;
   }
-  // Every effect, one by one and some together; a resumed session continues them.
+  // Effects, one at a time, and then three at once. The session is resumed, and its replay is the same.
   for (const char* effects :
        {"--effect 'constant force=0.5,0.1,0'", "--effect 'viscous damping=0.004'",
         "--effect 'spring anchor=0,0,60 stiffness=0.05'",
@@ -424,15 +428,16 @@ TEST_F(Command, BenchDepthReproducesThePublishedTables) {
   ASSERT_EQ(bench["deforming"].size(), 1u);
   EXPECT_EQ(bench["deforming"][0]["passed"], 0);
   EXPECT_LT(bench["deforming"][0]["error_worst_mm"], 0.1);
-  // Six images of 100^2 pixels each: a depth buffer of 24 bits over 20 mm, Embree's rays and our images show
-  // the same points; a shift of our images by a pixel would be reported.
+  // Six images of 100^2 pixels each: the depth buffer of OpenGL (24 bits over 20 mm), Embree's rays and our
+  // images show the same points. Planted fault: after a shift of our images by a pixel, most pixels of a
+  // surface differ.
   ASSERT_EQ(bench["images"].size(), 1u);
   for (const char* peer : {"gl_different_pixels", "embree_different_pixels"})
     if (const Json& apart = bench["images"][0][peer]; !apart.is_null()) {
       EXPECT_LT(apart, 30) << peer;
       EXPECT_GT(bench["images"][0]["moved_different_pixels"], 10'000);
     }
-  // "depth" passes no wall; the published method passes those thinner than its voxels, and finds no cavity.
+  // The method `depth` passes through no wall. The published method (`lomi`) passes through thin walls.
   ASSERT_EQ(bench["falls"].size(), 8u);
   long lomi = 0;
   for (const Json& row : bench["falls"])
@@ -468,7 +473,7 @@ TEST_F(Command, TouchAcceptsAMethodAndARadius) {
     EXPECT_EQ(other["fall_throughs"], 0) << method;
     EXPECT_GT(other["max_force_n"].get<double>(), 0.05) << method;
   }
-  // Unneeded parts are not built: a point needs no distance field, no surface and no search.
+  // Parts that are not needed are not built: a point needs no offset field, no surface and no OpenGL context.
   const Json point = json("touch s.mha --path p.csv -o t.csv");
   EXPECT_FALSE(point.contains("tool"));
   for (const char* unused : {"offset_fields_made", "surfaces_made", "gl_contexts_made"})

@@ -6,12 +6,12 @@
 namespace trephine::command_tests {
 namespace {
 
-/// Two cubes of bone in air, 6 and 3 voxels wide.
+/// Returns the intensity at a voxel of a scan of two cubes of bone in air, 6 and 3 voxels wide.
 int two_cubes(int x, int y, int z) {
-  const auto lie = [&](int low, int high) {
+  const auto is_in_cube = [&](int low, int high) {
     return std::min({x, y, z}) >= low && std::max({x, y, z}) < high;
   };
-  return lie(4, 10) || lie(12, 15) ? 800 : -1000;
+  return is_in_cube(4, 10) || is_in_cube(12, 15) ? 800 : -1000;
 }
 
 TEST_F(Command, ImportMakesACaseOfARawScanByAPreset) {
@@ -29,7 +29,7 @@ TEST_F(Command, ImportMakesACaseOfARawScanByAPreset) {
   EXPECT_NE(plan.find("entry = [-20, -30, 70]"), std::string::npos) << plan;
   EXPECT_NE(plan.find("low = 300"), std::string::npos);
   EXPECT_GT(fs::file_size(file("made.png")), 20'000U);
-  // Changes to the scan are reported, and can be switched off.
+  // Thin walls are closed in the shape, not in the scan. This is reported, and can be switched off.
   const ProcessResult output = run("import raw.nii.gz --preset spine -o spine");
   EXPECT_EQ(output.exit_code, 0);
   for (const char* word :
@@ -38,7 +38,8 @@ TEST_F(Command, ImportMakesACaseOfARawScanByAPreset) {
   const ProcessResult plain = run("import raw.nii.gz --preset skull --fill-thin 0 -o plain");
   EXPECT_EQ(plain.err.find("thin walls"), std::string::npos) << plain.err;
   const Json quality = json("info raw.nii.gz --chart edges.png")["quality"];
-  EXPECT_EQ(result["quality"], quality) << "of the scan, without the preset";
+  EXPECT_EQ(result["quality"], quality)
+      << "the quality is that of the scan and does not depend on the preset";
   EXPECT_GT(quality["noise"].get<double>(), 5);
   EXPECT_GT(fs::file_size(file("edges.png")), 3000U);
   EXPECT_FALSE(json("info raw.nii.gz").contains("quality")) << "without a chart";
@@ -51,7 +52,7 @@ TEST_F(Command, ImportMakesACaseOfARawScanByAPreset) {
   EXPECT_FALSE(fs::exists(file("k")));
 }
 
-TEST_F(Command, ConvertWritesEveryFormatAndReplacesNothing) {
+TEST_F(Command, ConvertReportsResamplingAndReplacesNothing) {
   ASSERT_EQ(run("phantom sphere --size 24 --shear 10 -o s.vdb").exit_code, 0);
   const ProcessResult straight = run("convert s.vdb -o s.nrrd");
   EXPECT_EQ(straight.exit_code, 0);
@@ -104,7 +105,8 @@ TEST_F(Command, HounsfieldOptionDeclaresAMissingUnit) {
   EXPECT_NE(read(file("case/case.toml")).find("hounsfield = true"), std::string::npos);
 }
 
-/// Centimetres, another frame, another patient: implausible plans are reported, and plausible ones are not.
+/// Implausible plans are reported, such as plans in centimetres, in another frame or of another patient. A
+/// plausible plan is not reported.
 TEST_F(Command, ImportWarnsOfImplausiblePlans) {
   write("scan.nrrd", nrrd(40, [](int x, int y, int z) {
           return std::min({x, y, z}) >= 10 && std::max({x, y, z}) < 30 ? 800 : -1000;
@@ -127,7 +129,7 @@ TEST_F(Command, ImportWarnsOfImplausiblePlans) {
 
 TEST_F(Command, LabelsKeepTheirNamesNumbersAndColours) {
   write("scan.nrrd", nrrd(16, two_cubes));
-  // Gaps in the numbers, a name in Latin-1, and a segment without a voxel.
+  // The label map has gaps in its numbers, a name in Latin-1, and a segment without voxels.
   write("parts.seg.nrrd",
         nrrd(
             16, [](int x, int y, int z) { return two_cubes(x, y, z) < 0 ? 0
@@ -153,10 +155,10 @@ TEST_F(Command, LabelsKeepTheirNamesNumbersAndColours) {
   EXPECT_NE(plan.find("\"#ff0000\""), std::string::npos) << plan;
   EXPECT_EQ(json("info case")["landmarks"][0]["name"], "vertex");
   EXPECT_NE(run("info case").out.find("landmark vertex: (7.0, 7.0, 9.0)"), std::string::npos);
-  // Written again, with colours.
+  // The labels are written to another file with their colours.
   ASSERT_EQ(run("convert case -o again.nrrd --write-labels again.seg.nrrd").exit_code, 0);
   EXPECT_NE(read(file("again.seg.nrrd")).find("_Color:=1 0 0"), std::string::npos);
-  // The largest part of a case, without another choice of the shape.
+  // --largest keeps the largest part of a case and needs no other option for the shape.
   const ProcessResult largest = run("import case --largest -o largest");
   EXPECT_NE(largest.err.find("the largest part was kept"), std::string::npos) << largest.err;
   EXPECT_NE(read(file("largest/case.toml")).find("vertex"), std::string::npos) << "its plan is kept";
@@ -167,6 +169,16 @@ TEST_F(Command, LabelsKeepTheirNamesNumbersAndColours) {
   EXPECT_NE(gone.err.find("case/labels.mha"), std::string::npos) << gone.err;
   EXPECT_NE(run("import scan.nrrd --labels none.nrrd -o c").err.find("label map"), std::string::npos);
   EXPECT_NE(run("info largest --list").err.find("a case contains one scan"), std::string::npos);
+}
+
+/// A model next to a scan does not count as a scan.
+TEST_F(Command, AFolderWithAScanAndAModelOpensItsScan) {
+  fs::create_directory(file("both"));
+  write("both/scan.nrrd", nrrd(16, two_cubes));
+  write("both/skull.stl", "solid a\nendsolid a\n");
+  const ProcessResult opened = run("info both");
+  EXPECT_EQ(opened.exit_code, 0) << opened.err;
+  EXPECT_NE(opened.err.find("one scan, of format NRRD"), std::string::npos) << opened.err;
 }
 
 TEST_F(Command, TypingErrorsAreReportedWithTheirRemedy) {
@@ -190,7 +202,7 @@ TEST_F(Command, TypingErrorsAreReportedWithTheirRemedy) {
     EXPECT_NE(r.err.find(words), std::string::npos) << command << "\n" << r.err;
   }
   EXPECT_EQ(leftovers({"scan.nrrd", "one.png"}), "");
-  // The longest possible name.
+  // A name of 254 bytes is accepted; Linux allows 255.
   const std::string longest = std::string(250, 'n') + ".mha";
   EXPECT_EQ(run("convert scan.nrrd -o " + longest).exit_code, 0);
   EXPECT_TRUE(fs::exists(file(longest)));

@@ -1,4 +1,5 @@
-// flap: bone flaps by command, on the built-in head and on a real scan of a plastic skull.
+// The command flap and scripts that cut bone flaps: on the built-in head, on a real head, and on a scan of a
+// plastic skull.
 #include <cmath>
 
 #include "data-tools/formats/open_volume.h"
@@ -20,14 +21,14 @@ TEST_F(Command, AFlapIsSawnLiftedRecordedAndReplayed) {
       "--flap flap.stl --screenshot flap.png --record f.session");
   EXPECT_EQ(flap["holes"], 0);
   ASSERT_EQ(flap["pieces"].size(), 1u);
-  EXPECT_NEAR(flap["area_mm2"].get<double>(), 0.780 * 40 * 40 * 1.03, 80);  // 32 corners, bent
+  EXPECT_NEAR(flap["area_mm2"].get<double>(), 0.780 * 40 * 40 * 1.03, 80);  // 32 corners, on a curved surface
   EXPECT_NEAR(flap["kerf_mm3"].get<double>() / (2.4 * flap["walls_mm2"].get<double>()), 1, 0.02);
   EXPECT_GT(flap["target"]["depth_mm"], 5);
   EXPECT_GE(flap["target"]["covered_share"], 0);
   EXPECT_GT(flap["outline"]["roundness"], 0.9);
   ASSERT_FALSE(flap["forbidden"].empty());
   EXPECT_EQ(flap["forbidden"][0]["structure"], "dura");
-  EXPECT_EQ(flap["forbidden"][0]["is_stripped"], true) << "a saw with a foot stops at the inner table";
+  EXPECT_EQ(flap["forbidden"][0]["is_stripped"], true) << "the saw's foot strips the dura off the bone";
   EXPECT_GT(fs::file_size(folder_ / "flap.stl"), 10000u);
   EXPECT_GT(fs::file_size(folder_ / "flap.png"), 20000u);
   const Json again = json("replay f.session --scan h --verify -o again.mha");
@@ -39,13 +40,13 @@ TEST_F(Command, AFlapIsSawnLiftedRecordedAndReplayed) {
   EXPECT_NE(timeline.find("The dura was pushed aside"), std::string::npos) << timeline;
   EXPECT_EQ(timeline.find("The tool tore"), std::string::npos) << timeline;
   EXPECT_NE(timeline.find("place-body"), std::string::npos);
-  // The flap was cut before the first tick: the first state is the one before it.
+  // The flap was cut before the first tick. The first state of the comparison is the untouched scan.
   const Json compared = json("compare f.session --scan h");
   EXPECT_GT(compared["only_in_first_mm3"], flap["kerf_mm3"].get<double>());
   EXPECT_EQ(compared["first"], "untouched");
 
-  // The outline from a file, in the frame of another program, and from the case's plan; judged against
-  // itself.
+  // The outline is read from a CSV file and from the plan of a case. The planned outline is a file of 3D
+  // Slicer, in RAS. The flap is compared with its own outline, and a moved flap with the same outline.
   std::string csv = "name,x,y,z\n", slicer = R"({"markups":[{"type":"ClosedCurve","coordinateSystem":"RAS",)"
                                              R"("controlPoints":[)";
   for (std::size_t i = 0; i < flap["anchors_world_mm"].size(); ++i) {
@@ -72,7 +73,7 @@ TEST_F(Command, AFlapIsSawnLiftedRecordedAndReplayed) {
 
 TEST_F(Command, AnInvalidFlapIsReportedAndDrawn) {
   ASSERT_EQ(run("phantom head --spacing 1.6 -o s.mha").exit_code, 0);
-  // Bone continues deeper than the given limit.
+  // The bone is thicker than the limit of 3 mm.
   const ProcessResult none =
       run("flap s.mha --at=-30,-25,70 --diameter 50 --saw 2.4 --thickest 3 -o open.mha --screenshot why.png "
           "--json");
@@ -105,7 +106,7 @@ TEST_F(Command, AnInvalidFlapIsReportedAndDrawn) {
   }
 }
 
-/// The flaps of docs/examples that are cut without an outline: by hand, and by a craniotome.
+/// A flap of docs/examples that is cut without an outline, by a burr that a hand moves.
 TEST_F(Command, AFlapCutByHandIsDetachedAutomatically) {
   write("f.toml", read(TREPHINE_SOURCE_DIR "/docs/examples/free-hand-flap.toml"));
   const Json played = json("run f.toml --record f.session");
@@ -124,15 +125,17 @@ TEST_F(Command, AFlapCutByHandIsDetachedAutomatically) {
   EXPECT_NE(left.out.find("bodies"), std::string::npos);
 }
 
+/// A flap of docs/examples that is cut without an outline, by a craniotome.
 TEST_F(Command, AFlapCutByACraniotomeIsDetachedAutomatically) {
-  if (!runs_all_cases()) GTEST_SKIP() << "Craniotome.JoinsBurrHoles* does the same in a small vault";
+  if (!runs_all_cases()) GTEST_SKIP() << "set TREPHINE_WHOLE; Craniotome.JoinsBurrHoles* tests a small vault";
   write("f.toml", read(TREPHINE_SOURCE_DIR "/docs/examples/craniotome-flap.toml"));
   EXPECT_EQ(json("run f.toml --record f.session")["is_met"], true);
   EXPECT_EQ(json("replay f.session --verify")["is_same"], true);
 }
 
-/// The craniotomy of docs/, on a coarser head: a perforator's hole, an outline that is refused, a flap on its
-/// own branch, grasped, lifted and put back, and the other branch again.
+/// The craniotomy of docs/examples on a coarser head. A perforator drills a hole, and an invalid outline is
+/// refused. A flap is cut on a branch of its own, grasped, lifted and put back. Then the script switches to
+/// the first branch.
 TEST_F(Command, ACraniotomyIsPlayedBranchedAndReplayed) {
   ASSERT_EQ(run("phantom head --spacing 1.6 -o s.mha").exit_code, 0);
   std::string script = read(TREPHINE_SOURCE_DIR "/docs/examples/craniotomy.toml");
@@ -152,13 +155,14 @@ TEST_F(Command, ACraniotomyIsPlayedBranchedAndReplayed) {
   EXPECT_GT(again["history_bytes"], 100000);
   const Json timeline = json("timeline c.session");
   EXPECT_EQ(timeline["branches"], Json({"flap", "main"}));
-  // Differences: between the two branches the flap and its kerf; between a state and itself none.
+  // The state at 10.3 s is on the branch `flap`, and the end is on `main`. They differ by the flap and its
+  // kerf.
   const Json differs = json("compare c.session --scan s.mha --time 10.3 -o both.png");
   EXPECT_EQ(differs["only_in_first_mm3"], 0);
   EXPECT_GT(differs["only_in_second_mm3"], 3000);
   EXPECT_GT(fs::file_size(folder_ / "both.png"), 50000u);
   if (!runs_all_cases()) return;
-  // Opened in its middle, on the other branch, with the flap in the hand.
+  // The session is replayed to 10.3 s, where its branch is `flap` and the hand holds the flap.
   const Json lifted = json("replay c.session --scan s.mha --until 10.3");
   EXPECT_EQ(lifted["branches"], Json({"flap", "main"}));
   const Json back = json("compare c.session --scan s.mha --time 8.2 --with 10.3");
@@ -176,7 +180,7 @@ TEST_F(Command, ACraniotomyIsPlayedBranchedAndReplayed) {
   EXPECT_NE(text.find("No bone flap: the outline crosses itself"), std::string::npos);
   EXPECT_NE(text.find(" ..."), std::string::npos) << "long lists are shortened";
 
-  // Invalid places are refused before anything is opened.
+  // Unknown script positions are refused before the scan is opened.
   change("anchors={a};{b}", "anchors={a};{nowhere}");
   write("n.toml", script);
   const ProcessResult unknown = run("run n.toml");
@@ -235,16 +239,18 @@ TEST_F(Command, FlapsOfAPlasticSkull) {
   const std::string data = data_tools::real_data();
   if (data.empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
   ASSERT_EQ(run("convert " + data + "/skull_phantom/bone_1mm.dicom.tar.xz -o skull.mha").exit_code, 0);
-  // On its cap: one piece.
+  // A flap on the cap is one piece.
   const Json cap = json("flap skull.mha --at 0,100,830 --diameter 60");
   EXPECT_EQ(cap["pieces"].size(), 1u);
   EXPECT_EQ(cap["holes"], 0);
-  // Across the seam on its left: two pieces, the cap's and the skull's, which is kept.
+  // A flap across the seam on the left consists of two pieces: the first is of the cap, the second of the
+  // rest of the skull. --leave 2 leaves the second piece in place.
   const Json seam = json("flap skull.mha --at 62,80,772 --diameter 44 --leave 2");
   ASSERT_EQ(seam["pieces"].size(), 2u);
   EXPECT_GT(seam["pieces"][0]["position_world_mm"][2], seam["pieces"][1]["position_world_mm"][2]);
   EXPECT_EQ(seam["pieces"][1]["is_detached"], false);
-  // Near the orbital rim: removed matter is inside the pyramid, and no deeper than the calvaria.
+  // Near the orbital rim, removed matter is close to the axis of the flap and does not reach the roof of the
+  // orbit.
   const Json rim = json("flap skull.mha --at=-30,20,758 --diameter 26 -o rim.mha");
   const volume::Volume before = data_tools::open_volume(file("skull.mha")).value().volume;
   const volume::Volume after = data_tools::open_volume(file("rim.mha")).value().volume;

@@ -1,5 +1,5 @@
-// FootPose against shapes with closed forms: the foot is free, the bone is between the jaws, the edge is the
-// end of the shape. ToolGuide moves a tool to that pose.
+// FootPose on shapes with closed forms: the foot is free, the bone is between the jaws, and the edge is that
+// of the shape. ToolGuide moves a tool to such a pose.
 #include "apps/view/foot_place.h"
 
 #include <cmath>
@@ -18,7 +18,7 @@ constexpr FootTool k_kerrison{
 constexpr FootTool k_craniotome{
     .kind = FootTool::Kind::craniotome, .radius = 2.5, .thickness = 0.8, .bit = 1.15, .length = 14};
 
-/// True if the tool's foot is free, by a dense set of its points.
+/// Returns true if no point of the tool's foot is in bone; tests points 0.1 mm apart.
 bool is_free(const BoneTest& is_bone, const FootTool& tool, const FootPose& pose) {
   for (double x = -tool.radius; x <= tool.radius; x += 0.1)
     for (double y = -tool.radius; y <= tool.radius; y += 0.1)
@@ -28,7 +28,8 @@ bool is_free(const BoneTest& is_bone, const FootTool& tool, const FootPose& pose
   return true;
 }
 
-/// A plate with a wavy edge, at any rotation: bone where 0 > z > -thickness and x < wave(y).
+/// A rotated plate with a wavy edge. In the axes of the plate, bone is where 0 > z > -thickness and x <
+/// wave(y).
 struct Plate {
   double thickness = 5;
   glm::dquat turn = glm::normalize(glm::dquat(0.8, 0.3, -0.4, 0.33));
@@ -80,7 +81,7 @@ TEST(FootPose, ReportsWhyAFootFitsNowhere) {
   EXPECT_FALSE(find_edge([](const dvec3&) { return true; }, k_kerrison, {0, 0, 0}, shaft, 0).pose);
 }
 
-/// The edge on the other side of a ridge, such as a spinous process, is not the one at the cursor.
+/// An edge on the far side of a ridge, such as a spinous process, is not found for a cursor on the near side.
 TEST(FootPose, AKerrisonDoesNotReachAcrossARidge) {
   const auto lamina = [](const dvec3& p) { return p.z < 0 && p.z > -4 && p.x > -6 && p.x < 40; };
   const auto with_ridge = [&](const dvec3& p) {
@@ -92,7 +93,8 @@ TEST(FootPose, AKerrisonDoesNotReachAcrossARidge) {
   EXPECT_FALSE(find_edge(with_ridge, k_kerrison, {1.5, 0, 0}, {0, 0, 1}, 0).pose);
 }
 
-/// A shell of bone between two spheres, with a diploe and a hole of two diameters.
+/// A shell of bone between two spheres, with a diploe and a hole that is narrower at its inner end. The
+/// members are radii, mm.
 struct Vault {
   double outer = 70, inner = 63, hole = 7, hole_inside = 5.5;
   bool had_bone(const dvec3& p) const {
@@ -134,7 +136,7 @@ TEST(FootPose, ACraniotomeFitsIntoABurrHole) {
       std::string::npos);
 }
 
-/// Frames of a window, 60 per second, with a cursor over a position.
+/// Calls a ToolGuide once per frame, as a window does at 60 frames per second, with a cursor over a position.
 struct Desk {
   BoneTest is_bone, was_bone;
   ToolGuide guide = {};
@@ -178,12 +180,12 @@ TEST(ToolGuide, AClickSlidesTheFootUnderTheEdgeAndTheNextOneBites) {
   EXPECT_FALSE(first->is_pressed);
   const auto held = desk.frames(60);
   ASSERT_TRUE(held);
-  EXPECT_FALSE(held->is_pressed);  // still the click that moved the foot in
+  EXPECT_FALSE(held->is_pressed);  // the click that moved the foot under the edge still lasts
   EXPECT_FALSE(held->is_jump);
   EXPECT_NEAR(plate.local(held->at_world).z, -4.3, 0.2);
   desk.input.is_pressed = false;
   desk.frames(2);
-  // Farther in, then a bite: the foot follows the edge.
+  // The foot slides farther in. After a bite it follows the edge of the remaining bone.
   EXPECT_TRUE(desk.guide.slide(2));
   const double before = plate.local(desk.frames(30)->at_world).x;
   EXPECT_NEAR(before - plate.local(held->at_world).x, -1, 0.3);
@@ -194,7 +196,7 @@ TEST(ToolGuide, AClickSlidesTheFootUnderTheEdgeAndTheNextOneBites) {
   const auto next = desk.frames(60);
   ASSERT_TRUE(next);
   EXPECT_NEAR(plate.local(next->at_world).x - before, -2, 0.4);
-  // The cursor leaves.
+  // The cursor moves away from the edge.
   desk.look_at(plate.world({-20, 0, 0}), shaft);
   EXPECT_FALSE(desk.frame());
   EXPECT_FALSE(desk.guide.is_holding());
@@ -219,12 +221,13 @@ TEST(ToolGuide, SearchesAgainWhenTheToolIsTiltedOrChanged) {
   wall = 30, ++desk.version;
   desk.frames(5);
   EXPECT_FALSE(desk.guide.edge().empty());
-  // Tilted, at the same position: another search.
+  // The wall is back, but the version of the bone is not new. A tilt of the tool at the same position starts
+  // another search, which finds the wall.
   wall = 3;
   desk.input.shaft = glm::normalize(shaft + 0.1 * (plate.turn * dvec3(0, 1, 0)));
   desk.frames(5);
   EXPECT_TRUE(desk.guide.edge().empty());
-  // The tool is removed and taken again over the same position.
+  // The hand changes to no tool and back to the Kerrison over the same position, which starts a search.
   wall = 30, ++desk.version;
   desk.frames(5);
   ASSERT_FALSE(desk.guide.edge().empty());
@@ -234,7 +237,7 @@ TEST(ToolGuide, SearchesAgainWhenTheToolIsTiltedOrChanged) {
   desk.input.tool = k_kerrison;
   desk.frames(5);
   EXPECT_FALSE(desk.guide.edge().empty());
-  // Another tool releases a foot that is held.
+  // A change to another tool ends the hold of the foot.
   desk.input.is_pressed = true;
   desk.frames(60);
   ASSERT_TRUE(desk.guide.is_holding());
@@ -295,7 +298,7 @@ TEST(ToolGuide, AFootStaysOnItsSideOfANarrowBridge) {
   }
 }
 
-/// Counts tested points, since times depend on the machine.
+/// Counts tested points instead of the time, which depends on the machine.
 TEST(ToolGuide, ASearchTestsABoundedNumberOfPoints) {
   long asked = 0, most = 0;
   const auto counted = [&](auto is_bone) {
@@ -332,7 +335,8 @@ TEST(ToolGuide, ACraniotomeIsLedAlongTheVaultWithItsFootBelowIt) {
   ASSERT_TRUE(standing);
   EXPECT_FALSE(standing->is_pressed);
   EXPECT_NEAR(glm::length(standing->at_world), vault.inner - 0.3, 0.4);
-  // Led away: the hand is about 8 mm ahead of the bit, and the foot stays below the inner table.
+  // The cursor leads the bit away from the hole. The hand is at most 9.6 mm (1.2 times the lead of 8 mm)
+  // ahead of the bit, and the foot stays near the inner table.
   desk.input.is_pressed = true;
   for (int i = 1; i <= 60; ++i) {
     const dvec3 out = glm::normalize(dvec3(0.5 * i, 0.2 * i, 65));
@@ -345,7 +349,7 @@ TEST(ToolGuide, ACraniotomeIsLedAlongTheVaultWithItsFootBelowIt) {
     EXPECT_LT(glm::length(pose->at_world), vault.inner + 0.1) << i;
     EXPECT_GT(glm::length(pose->at_world), vault.inner - 1.2) << i;
   }
-  // Released, it stays in its kerf; far away it is lifted out.
+  // After the release of the button the bit stays in its kerf. It is lifted out when the cursor is far away.
   desk.input.is_pressed = false;
   const dvec3 tip = desk.input.tip;
   const auto rest = desk.frames(5);

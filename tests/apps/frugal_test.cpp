@@ -1,5 +1,5 @@
-// Features that a scene does not use cost nothing: instructions per tick of the same contact, with and
-// without features in the program, in the operation's past, and in its plan.
+// Features that a scene does not use have no cost. The tests compare the number of instructions per tick of
+// the same contact, with and without features in the program, in the operation's past, and in its plan.
 #include <cstdio>
 
 #include "apps/bench/instructions.h"
@@ -65,7 +65,7 @@ TEST(Frugal, AFeatureThatASceneDoesNotHoldCostsNoInstruction) {
   ASSERT_GT(base, 1000);
   const auto differs = [&](const char* name, long cost) {
     std::printf("%-40s %6ld instructions per tick, %+ld\n", name, cost, cost - base);
-    return std::abs(cost - base) > base / 200;
+    return std::abs(cost - base) > base / 200;  // 0.5 %
   };
   EXPECT_FALSE(differs("drilling alone, again", FrugalScene(drilling_catalogue()).cost()));
   EXPECT_FALSE(differs("all modules in the program", FrugalScene(modules::catalogue()).cost()));

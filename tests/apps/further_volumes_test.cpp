@@ -1,4 +1,5 @@
-// Further volumes: scans that are touched in addition to the one that is cut, from command, case and script.
+// Further volumes: scans that are touched in addition to the scan that is cut. They are given by options, by
+// a case or by a script.
 #include <cmath>
 
 #include "tests/apps/command_fixture.h"
@@ -21,8 +22,8 @@ std::string ball(int size, double radius, const std::string& origin) {
 
 class FurtherVolumes : public Command {
  protected:
-  /// A ball of 10 mm around (20, 20, 20), and one of 6 mm around (20, 20, 40). The path presses 2 mm into
-  /// the top of the second, then 2 mm into the side of the first.
+  /// Writes a ball with a radius of 10 mm around (20, 20, 20), and a ball with a radius of 6 mm around (20,
+  /// 20, 40). The path presses 2 mm into the top of the second ball, then 2 mm into the side of the first.
   void SetUp() override {
     write("a.nrrd", ball(40, 10, "(0,0,0)"));
     write("b.nrrd", ball(24, 6, "(8,8,28)"));
@@ -30,7 +31,8 @@ class FurtherVolumes : public Command {
           "t,x,y,z\n0,20.1,20.2,60\n0.2,20.1,20.2,47\n0.5,20.1,20.2,44\n0.7,20.1,20.2,60\n"
           "0.8,45,20.2,60\n0.9,45,20.2,20.1\n1.1,32,20.2,20.1\n1.4,28,20.2,20.1\n");
   }
-  /// Largest z of the proxy in contact, and its x in the last contact, of a table of steps.
+  /// Reads the proxy in contact from a table of steps: its last z from 0.45 to 0.5 s, and its last x after
+  /// 1.3 s; 0 without contact.
   void read_contacts(const std::string& table, double& top, double& side) const {
     std::istringstream rows(read(file(table)));
     std::string row;
@@ -64,7 +66,7 @@ TEST_F(FurtherVolumes, AreTouchedWhereTheirFilesStateAndReplayedFromTheSession) 
   EXPECT_NE(run("info s.session").out.find("volume 2"), std::string::npos) << run("info s.session").out;
 }
 
-// Without the second scan nothing stops the hand at its position: the test above can fail.
+/// Without the second scan, nothing stops the hand at the position of that scan. The previous test can fail.
 TEST_F(FurtherVolumes, AreNotTouchedWithoutTheirFile) {
   ASSERT_EQ(run("touch a.nrrd --iso 300 --path p.csv -o t.csv --friction 0,0").exit_code, 0);
   double top = 0, side = 0;

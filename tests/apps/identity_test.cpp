@@ -18,7 +18,8 @@ class Identity : public Command {
     write_scan(scan_, 24, "1.2.752.24.7");
     write("LEHMANN.csv", "t,x,y,z\n0,0,0,60\n0.1,0,0,44\n0.3,0,0,42\n");
   }
-  /// A ball of bone: 24 slices of 24 x 24 at 4 mm, or the first of them.
+  /// Writes a ball of bone as DICOM slices of 24 x 24 pixels. Pixels and slices are 4 mm apart. 24 slices
+  /// contain the whole ball; fewer contain its lower part.
   void write_scan(const std::string& folder, int slices, const std::string& series) {
     fs::create_directories(folder_ / folder);
     for (int z = 0; z < slices; ++z) {
@@ -44,7 +45,8 @@ class Identity : public Command {
   std::string file_in(const std::string& folder, const std::string& name) const {
     return (folder_ / folder / name).string();
   }
-  /// Returns a file of the folder with the planted name that it contains, or "" if no file contains any.
+  /// Returns the name of a file of the folder and the planted name in its contents, or "" if no file contains
+  /// a planted name.
   std::string named_in(const fs::path& folder) const {
     for (const auto& entry : fs::recursive_directory_iterator(folder)) {
       if (!entry.is_regular_file()) continue;
@@ -97,8 +99,9 @@ TEST_F(Identity, AppearsInNoOutput) {
     EXPECT_TRUE(fs::exists(folder_ / "written" / result)) << result;
 }
 
-/// Names inside archives and indexes, given by no option; descriptions in notices.
-TEST_F(Identity, AppearsInNoNoticeOfDisksAndArchives) {
+/// Names of files in archives and DICOM directories, and descriptions of series, are in no option of the
+/// command. Notices show them on the terminal, but not in JSON.
+TEST_F(Identity, AppearsInNoJsonNoticeOfDisksAndArchives) {
   write_scan("disk/WEBER_H/LEHMANN", 24, "1.2.752.24.7");
   scenes::DicomFile()
       .set(0x00080016, "UI", "1.2.840.10008.1.3.10")
@@ -122,7 +125,8 @@ TEST_F(Identity, AppearsInNoNoticeOfDisksAndArchives) {
   EXPECT_NE(run("info gap.tar").err.find("SCHMIDT_8"), std::string::npos) << "shown on the terminal";
 }
 
-/// Text drawn in a picture is in its description too, so that it can be searched.
+/// Text that is drawn in a picture is also stored in the description of its PNG file, so that a search of the
+/// file finds it.
 TEST_F(Identity, IsSearchedWhereItCouldAppear) {
   ASSERT_EQ(run("import " + quoted_ + " --name VOGEL -o case").exit_code, 0);
   ASSERT_EQ(run("view case --screenshot v.png").exit_code, 0);
@@ -141,7 +145,7 @@ TEST_F(Identity, NamesDoNothingToATerminal) {
   EXPECT_NE(r.err.find("\\x1b]0;owned"), std::string::npos) << r.err;
   EXPECT_EQ(r.err.find("\xe2\x80\xae"), std::string::npos);
   EXPECT_NE(run("info 'x\nnote: all is well.mha'").err.find("x\\x0anote"), std::string::npos)
-      << "the name imitates no note";
+      << "a name cannot imitate a note of the program";
   ASSERT_EQ(run("phantom sphere --size 24 -o s.mha").exit_code, 0);
   fs::rename(folder_ / "s.mha", folder_ / "s\x1b[31m\xff\xc3\xbc.mha");
   const ProcessResult info = run("info 's\x1b[31m\xff\xc3\xbc.mha'");

@@ -1,5 +1,5 @@
-// X-rays, cross-sections, slices and measures by command: files that other programs read, poses that
-// round-trip, errors.
+// X-rays, cross-sections, slices, measures and renderings by command: files that other programs read, poses
+// that are read back from files, and errors.
 #include <cmath>
 #include <set>
 #include <sstream>
@@ -24,7 +24,7 @@ std::vector<float> floats_of(const std::string& file) {
   return values;
 }
 
-/// Octahedra, each a closed surface, as small beads.
+/// Returns a PLY file of small beads. Each bead is an octahedron, which is a closed surface.
 std::string beads_ply(const std::vector<std::array<double, 3>>& middles, double radius) {
   std::ostringstream out;
   out << "ply\nformat ascii 1.0\nelement vertex " << 6 * middles.size()
@@ -55,27 +55,29 @@ TEST_F(Command, AnXrayIsMadeAndItsPoseRoundTrips) {
   EXPECT_NEAR(report["c_arm"]["pixel_mm"].get<double>(), 0.3 * 1024 / 200, 1e-12);
   EXPECT_NEAR(report["exposure"]["kerma_mgy"].get<double>(), 0.512, 1e-9);
   EXPECT_GT(report["rays_past_the_border_in_the_body_percent"],
-            10);  // the phantom is a block cut out of a back
+            10);  // the phantom ends inside the body, as a block that was cut out of a back
   EXPECT_EQ(report["plan"].size(), 12u);
   EXPECT_GT(fs::file_size(folder_ / "a.png"), 10000u);
   const auto pose = data_tools::read_xray_pose(file("a.dcm"));
   ASSERT_TRUE(pose) << pose.error().message();
   EXPECT_EQ(pose.value().columns, 200);
   EXPECT_EQ(*pose.value().isocentre, glm::dvec3(3, 20, -4));
-  // Posed as in that file, the same image: to the bit if decimal strings represent the numbers.
+  // With the pose of that file the image is the same. It is the same to the bit, because the decimal strings
+  // of the file represent these numbers exactly.
   json("fluoro spine --pose a.dcm --sums b.mha");
   const std::vector<float> a = floats_of(read(file("a.mha"))), b = floats_of(read(file("b.mha")));
   ASSERT_EQ(a.size(), 200u * 200u);
   ASSERT_EQ(a.size(), b.size());
   EXPECT_EQ(a, b);
-  // Surfaces in addition to the volume.
+  // An X-ray of the surfaces, side by side with that of the volume.
   const Json side_by_side = json("fluoro spine --view ap --pixels 200 --side-by-side -o b.png");
   EXPECT_EQ(side_by_side["unbalanced_rays"], 0);
   EXPECT_GT(side_by_side["surface_against_volume"]["zncc"], 0.98);
   EXPECT_LT(side_by_side["surface_against_volume"]["mape_percent"], 8);
 }
 
-/// Five beads, a script, and a header: the beads appear at the positions that the header gives.
+/// Five beads appear in an X-ray at the pixels that docs/examples/xray_pixel.py computes from the header of
+/// its DICOM file.
 TEST_F(Command, AnXraysHeaderGivesThePositionsOfBeads) {
   if (std::system("/usr/bin/python3 -c pass") != 0) GTEST_SKIP() << "no python3 for the script";
   const std::vector<std::array<double, 3>> beads{
@@ -114,8 +116,7 @@ TEST_F(Command, AnXraysHeaderGivesThePositionsOfBeads) {
   }
 }
 
-/// In a session: shots are commands, reported with their dose; any of them can be repeated, at any time of
-/// the session.
+/// Shots in a session are commands. The command fluoro repeats any of them on the state of its time.
 TEST_F(Command, ShotsOfASessionAreRepeated) {
   json("phantom sphere --size 64 -o s.mha");  // opens sooner than a spine
   write("x.toml",
@@ -143,7 +144,7 @@ TEST_F(Command, ShotsOfASessionAreRepeated) {
   const std::vector<float> before = sums("--shot 1"), drilled = sums("--shot 2");
   ASSERT_EQ(before.size(), 160u * 160u);
   if (runs_all_cases()) {
-    EXPECT_EQ(before, sums("")) << "undone";
+    EXPECT_EQ(before, sums("")) << "the undo restored the matter";
   }
   double most = 0;
   for (std::size_t i = 0; i < before.size(); ++i) {
@@ -154,13 +155,14 @@ TEST_F(Command, ShotsOfASessionAreRepeated) {
   EXPECT_NE(run("fluoro x.session --scan s.mha --shot 3").err.find("1 to 2"), std::string::npos);
 }
 
-/// The sample: a screw too far medial, as shots and section show.
+/// docs/examples/c-arm-tour.toml: one of two screws is too far medial, which the section measures.
 TEST_F(Command, ACArmGoesAroundTwoScrews) {
   write("t.toml", read(TREPHINE_SOURCE_DIR "/docs/examples/c-arm-tour.toml"));
   const Json played = json("run t.toml --record t.session");
   EXPECT_EQ(played["is_met"], true) << played.dump(1);
   const Json shot = json("fluoro t.session --shot 3 --pixels 128 -o shot.png");
-  EXPECT_NEAR(shot["exposure"]["area_product_mgy_cm2"].get<double>(), 102.2, 3);  // whole pixels are open
+  EXPECT_NEAR(shot["exposure"]["area_product_mgy_cm2"].get<double>(), 102.2,
+              3);  // the open field consists of whole pixels
   EXPECT_GT(fs::file_size(folder_ / "shot.png"), 5000u);
   const std::string plane = " --at 0,22,5.8 --normal 0,0.05,-1 --pixel 0.1 ";
   const Json section = json("section t.session" + plane + "-o s.png --svg s.svg");
@@ -171,7 +173,7 @@ TEST_F(Command, ACArmGoesAroundTwoScrews) {
   for (std::size_t at = 0; (at = drawn.find("fill=\"", at)) != std::string::npos; ++at)
     colours.insert(drawn.substr(at + 6, 7));
   EXPECT_EQ(colours.size(), 5u);  // one colour per object; no nerve root is in the plane
-  // The screws of a session are judged as screws: their heads do not count.
+  // Heads of the session's screws do not count as outside bone.
   EXPECT_GT(section["models_outside_bone_mm2"], 25);
   EXPECT_LT(section["models_outside_bone_mm2"], 60);
   ASSERT_EQ(section["screws"].size(), 2u);
@@ -204,8 +206,8 @@ TEST_F(Command, ACArmGoesAroundTwoScrews) {
   }
 }
 
-/// Slices: along a plan, of a slab, before and after a cut, and the value at a position.
-TEST_F(Command, ASliceShowsTheScanUnchanged) {
+/// A slab along a planned trajectory; a slice before and after a cut, with the value at a position; errors.
+TEST_F(Command, ASliceShowsTheScanBeforeAndAfterACut) {
   const Json slab =
       json("slice spine --plane sagittal --trajectory 'L4 left pedicle' --slab 4 --pixel 0.5 -o a.png");
   EXPECT_EQ(slab["plane"]["slab_mm"], 4);
@@ -238,7 +240,7 @@ TEST_F(Command, ASliceShowsTheScanUnchanged) {
   }
 }
 
-/// Rulers, angles, tapes and regions; their markups can be read as a plan.
+/// Rulers, angles, tapes and regions are measured, and their markups can be read as a plan.
 TEST_F(Command, MeasuresAreReportedAndKept) {
   const Json report = json(
       "measure head --ruler 0,0,0:3,4,12 --angle 5,0,0:0,0,0:0,0,9 --tape 0,-88,20:74,0,40 --region "
@@ -260,7 +262,7 @@ TEST_F(Command, MeasuresAreReportedAndKept) {
   ASSERT_TRUE(plan) << plan.error().message();
   ASSERT_GE(plan.value().trajectories.size(), 1u);
   EXPECT_EQ(plan.value().trajectories[0].target_world, glm::dvec3(3, 4, 12));
-  // In a session: a job, reported, expected by scripts, replayed.
+  // In a session a measurement is a job. A script can expect its result, and the session is replayed.
   write("m.toml",
         "schema = 1\nscan = \"head\"\nrate = 250\n[[hands]]\npoints = [[0, 0, 0, 150], [0.2, 0, 0, 150]]\n"
         "[[do]]\nat = 0.1\ncommand = \"measure\"\nwith = \"kind=tape at=0,-88,20;74,0,40\"\n"
@@ -316,13 +318,14 @@ TEST_F(Command, InvalidXraysAreRefused) {
   EXPECT_EQ(leftovers({"open.ply", "no.dcm", "inward.ply"}), "");
 }
 
-/// Screws through the faces of a block, through a cavity, and outside all bone: breach and its side.
+/// Breach and side of the breach, for screws near the face of a block and through a cavity, and a screw that
+/// meets no bone.
 TEST_F(Command, ABreachIsMeasuredWithItsSide) {
   write("block.nrrd", nrrd(40, [](int x, int y, int z) {
           const bool is_block = std::min({x, y, z}) >= 8 && x < 24 && y < 30 && z < 32;
           return is_block && !(z >= 18 && z < 22 && y < 16) ? 800 : -1000;
         }));
-  const double face = 23 + 500.0 / 1800;  // position of 300 between voxels of 800 and -1000
+  const double face = 23 + 500.0 / 1800;  // x of the threshold of 300 HU between voxels of 800 and -1000 HU
   const auto breach = [&](const std::string& screw) {
     return json("section block.nrrd --at 16,20,20 --screw=" + screw)["screws"][0];
   };
@@ -333,14 +336,14 @@ TEST_F(Command, ABreachIsMeasuredWithItsSide) {
   }
   const Json front = breach("16,10,36:16,10,10:6");
   EXPECT_NEAR(front["breach_mm"].get<double>(), 15 + 1300.0 / 1800 - 10 + 3, 0.15)
-      << "to the cavity's back wall";
+      << "from the back wall of the cavity to the front of the screw";
   EXPECT_NEAR(front["from_entry_mm"].get<double>(), 16, 2.5);
   EXPECT_EQ(front["toward"], "the front");
   EXPECT_EQ(breach("35,35,36:35,35,10:6")["meets_bone"], false);
 }
 
-/// A real lumbar spine of 3 mm: the left screw through its pedicle, the right one through the canal on
-/// purpose.
+/// A real lumbar spine with slices of 3 mm. The left screw passes through its pedicle, and the right screw
+/// through the canal, on purpose.
 TEST_F(Command, OnARealSpineTheWrongScrewIsDetected) {
   if (data_tools::real_data().empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
   const std::string spine = data_tools::real_data() + "/spine_lumbar/example_ct.nii.gz";
@@ -352,7 +355,7 @@ TEST_F(Command, OnARealSpineTheWrongScrewIsDetected) {
   };
   EXPECT_LT(outside(correct), 30);
   EXPECT_GT(outside(wrong), 40);
-  // Both are metal in an X-ray, drawn and outlined.
+  // Both screws are metal in an X-ray. The commands slice and render accept them, too.
   const std::string both = spine + " --screw=" + correct + " --screw=" + wrong;
   EXPECT_EQ(run("fluoro " + both + " --isocentre -3.5,-125,318 --pixels 200 -o x.png --sums x.mha").exit_code,
             0);
@@ -367,8 +370,8 @@ TEST_F(Command, OnARealSpineTheWrongScrewIsDetected) {
   EXPECT_EQ(run("render " + both + " --pixels 200 --from back -o r.png").exit_code, 0);
 }
 
-/// With labels, cancellous bone counts: a textbook screw is inside the vertebra, while by the threshold half
-/// of it is outside.
+/// With labels, cancellous bone counts as bone, and a textbook screw is inside the vertebra. By a threshold
+/// alone, more than 60 mm² of its shaft are outside bone.
 TEST_F(Command, ATextbookScrewIsInsideBone) {
   if (data_tools::real_data().empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
   const std::string folder = data_tools::real_data() + "/spine_lumbar/";
@@ -382,10 +385,10 @@ TEST_F(Command, ATextbookScrewIsInsideBone) {
   EXPECT_LT(by_labels["models_outside_bone_mm2"], 1);
   EXPECT_LT(by_labels["screws"][0]["breach_mm"], 0.1);
   const Json by_window = json("section " + folder + "example_ct.nii.gz --iso 150" + screw);
-  EXPECT_GT(by_window["models_outside_bone_mm2"], 60) << "of the shaft alone";
+  EXPECT_GT(by_window["models_outside_bone_mm2"], 60) << "without the head";
 }
 
-/// The sample: slices and model agree; measures of the session are exported as markups.
+/// docs/examples/tumour.toml: slices and model agree, and measures of the session are exported as markups.
 TEST_F(Command, ATumourIsMeasuredOnSlicesAndOnItsModel) {
   write("t.toml", read(TREPHINE_SOURCE_DIR "/docs/examples/tumour.toml"));
   EXPECT_EQ(json("run t.toml --record t.session")["is_met"], true);
@@ -395,7 +398,7 @@ TEST_F(Command, ATumourIsMeasuredOnSlicesAndOnItsModel) {
   const auto plan = data_tools::read_plan(file("t.mrk.json"));
   ASSERT_TRUE(plan) << plan.error().message();
   if (!runs_all_cases()) return;
-  // The part against its label's voxels.
+  // The command measures the same volume of the part as the session.
   const Json part = json(
       "measure head --label tumour --part -37,14,37:25 --region -37,14,37:25 --patch "
       "\"-37,1.6,42:-32,1.6,36:-42,1.6,36\"");
@@ -405,19 +408,21 @@ TEST_F(Command, ATumourIsMeasuredOnSlicesAndOnItsModel) {
   EXPECT_EQ(run("measure head --label tumour --part -37,14,37:5").exit_code, 1);
 }
 
-TEST_F(Command, AScanIsRenderedDirectly) {
+TEST_F(Command, AScanIsRenderedByRayCasting) {
   const Json bone = json("render spine --from back --pixels 160 -o a.png");
   EXPECT_GT(fs::file_size(folder_ / "a.png"), 5000u);
   EXPECT_NEAR(bone["window"]["low"].get<double>(), 160 + 0.1 / 0.55 * 160, 1);
   EXPECT_TRUE(bone["window"]["high"].is_null());
-  // Fewer samples per ray; matter that is clipped, hidden or behind a screw is not sampled.
+  // These options reduce the number of samples: fewer samples per ray, and no samples of matter that is
+  // clipped, hidden, cut out or behind a screw.
   const double whole = bone["samples"].get<double>();
   EXPECT_LT(json("render spine --from back --pixels 160 --samples 200 --hide L4 --clip 0,0,0:0,1,0 --cutout "
                  "\"L4 left "
                  "pedicle\" --screw 15,40,6:-3,-5,4:6.5")["samples"]
                 .get<double>(),
             0.6 * whole);
-  // MR has no Hounsfield units; opacities are given by the user.
+  // MR has no Hounsfield units: the default transfer function has three points, and the user may pass
+  // opacities.
   std::string mr =
       "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
       "ElementSpacing = 1 1 2\n"

@@ -1,4 +1,5 @@
-// laminectomy: judged by command and by script, on the built-in spine and on a real one with labels.
+// Laminectomies are judged by the command laminectomy and by scripts, on the built-in spine and on a real
+// spine with labels.
 #include "apps/workbench/session_summary.h"
 #include "tests/apps/command_fixture.h"
 #include "tests/data-tools/file_helpers.h"
@@ -7,7 +8,7 @@
 namespace trephine::command_tests {
 namespace {
 
-/// The laminectomy of docs/: the script expects the outcome that the session's judgement gives.
+/// docs/examples/laminectomy.toml: the script meets its expectations, and the command judges its session.
 TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
   write("l.toml", read(TREPHINE_SOURCE_DIR "/docs/examples/laminectomy.toml"));
   const Json played = json("run l.toml --record l.session");
@@ -17,7 +18,7 @@ TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
   EXPECT_GT(outcome["canal"]["now_mm2"].get<double>(), 1.08 * outcome["canal"]["before_mm2"].get<double>());
   EXPECT_LT(outcome["spinous_process"]["remaining_mm3"], 10);
   EXPECT_GE(outcome["opening"]["length_mm"], 18);
-  // The error: too far to the left.
+  // The error of this example: the opening extends too far to the left.
   EXPECT_LT(outcome["pars"][0]["now_mm"].get<double>(), outcome["pars"][1]["now_mm"].get<double>() - 1.5);
   ASSERT_EQ(outcome["facets"].size(), 4u);
   EXPECT_GT(outcome["facets"][1]["removed_percent"].get<double>(),
@@ -29,7 +30,8 @@ TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
   EXPECT_GE(outcome["breakthroughs"]["count"], 1);
   EXPECT_NE(run("timeline l.session").out.find("L4: canal"), std::string::npos);
   EXPECT_EQ(json("replay l.session --verify")["is_same"], true);
-  // A window opens it from the back, with the working hand: bone cutter, burr, Kerrison.
+  // A window opens the session with a view from the back, and with the hand that works at the time: bone
+  // cutter (0), burr (1) or Kerrison (2).
   const auto summary = workbench::summarize_session((folder_ / "l.session").string());
   ASSERT_TRUE(summary) << summary.error().message();
   ASSERT_TRUE(summary.value().work_position.has_value());
@@ -52,7 +54,7 @@ TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
   }
   if (!runs_all_cases()) return;
-  // Before the last column both sides were equal.
+  // Before the last column of bites, the left pars was as wide as the right pars.
   const Json earlier = json("laminectomy l.session --vertebra L4 --until 121.7");
   EXPECT_NEAR(earlier["pars"][0]["now_mm"].get<double>(), earlier["pars"][1]["now_mm"].get<double>(), 1);
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
@@ -63,7 +65,7 @@ TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
     EXPECT_EQ(bad.exit_code, 2) << arguments;
     EXPECT_NE(bad.err.find(words), std::string::npos) << arguments << "\n" << bad.err;
   }
-  // A foot 3 mm deeper in the middle: the dura is reported, with the slices.
+  // With the foot 3 mm deeper in the middle, contacts with the dural sac are reported with their slices.
   std::string script = read(file("l.toml"));
   for (std::size_t at = 0; (at = script.find(" 0, 34, ", at)) != std::string::npos;)
     script.replace(at, 8, " 0, 31, ");
@@ -78,7 +80,7 @@ TEST_F(Command, ALaminectomyIsPlayedJudgedAndReplayed) {
   EXPECT_GT(fs::file_size(folder_ / "l.session"), 10000u);
 }
 
-/// Points of a hand: it moves to each position in turn and holds its button there.
+/// Points of the path of a hand, which moves to each position in turn and presses its button there.
 class Bites {
  public:
   void at(double x, double y, double z, double from_y) {
@@ -125,7 +127,7 @@ TEST_F(Command, ALaminectomyOfARealSpine) {
                       thinning.hand("burr", "diameter=6") +
                       lamina.hand("rongeur", "kind=kerrison width=5 opening=20 most=400") +
                       "[[do]]\nat = " + std::to_string(lamina.end() + 0.2) +
-                      "\ncommand = \"judge-laminectomy\"\n"  // of the vertebra that was cut
+                      "\ncommand = \"judge-laminectomy\"\n"  // judges the vertebra that was cut
                       "[[expect]]\nwhat = \"canal\"\nleast = 305\n"
                       "[[expect]]\nwhat = \"opened length\"\nleast = 8\n");
   const Json played = json("run l.toml --record l.session");
@@ -138,7 +140,8 @@ TEST_F(Command, ALaminectomyOfARealSpine) {
   for (const Json& facet : outcome["facets"]) EXPECT_LT(facet["removed_percent"], 3);
   for (const Json& pars : outcome["pars"]) EXPECT_GT(pars["now_mm"], 10);
   if (!runs_all_cases()) return;
-  // Areas of the canal of the other vertebrae in the anatomical range; the sacrum has none.
+  // The canals of the other vertebrae have areas in the anatomical range, 150 to 400 mm². The sacrum is
+  // refused.
   for (const std::string label : {"L5", "L3", "L2", "L1", "T12"}) {
     const double area =
         json("laminectomy l.session --scan real --vertebra vertebrae_" + label)["canal"]["before_mm2"];

@@ -1,4 +1,4 @@
-// LineGuide: a mouse inserts a tool along a planned trajectory, or along its own shaft.
+// LineGuide: a mouse inserts a tool along a planned trajectory, or along the shaft of the tool.
 #include "apps/view/line_guide.h"
 
 #include <algorithm>
@@ -13,12 +13,13 @@ namespace {
 
 using glm::dvec3;
 
-/// A cursor that looks down at a surface at z = 0. The tip follows the hand within the matter's resistance.
+/// A cursor over a surface at z = 0, seen from above. The tip follows the hand, but not deeper than
+/// `deepest`.
 struct InsertionDesk {
   LineGuide guide = {};
   LineGuide::Input input = {};
   std::vector<LineGuide::Line> planned = {{{0, 0, 0}, {10, 0, -40}}};
-  double most_lead = 0;
+  double most_lead = 0;  ///< largest distance of the hand beyond `deepest`, mm
   double deepest = 100;  ///< mm along the line to which the matter lets the tip pass
 
   explicit InsertionDesk(double x) {
@@ -57,7 +58,7 @@ TEST(LineGuide, StandsOnAPlannedTrajectoryAndFollowsIt) {
   EXPECT_TRUE(pushed->is_pressed);
   EXPECT_NEAR(desk.guide.depth(), 22, 1);
   EXPECT_LT(glm::length(glm::cross(pushed->at_world, ahead)), 1e-9) << "on the line";
-  // The wheel moves it, too; the tool's length limits the depth.
+  // The wheel moves the tool, too. The length of the tool limits the depth.
   desk.input.is_pressed = false;
   desk.frames(1);
   EXPECT_TRUE(desk.guide.advance(-5));
@@ -75,7 +76,7 @@ TEST(LineGuide, PushesNoHarderThanAHandAndStopsWithTheButton) {
   desk.input.is_pressed = true;
   desk.frames(600);
   EXPECT_NEAR(desk.most_lead, 8, 0.2);
-  // A drill whose clutch released is not pushed, although the button is down.
+  // A drill whose clutch has released is not pushed, although the button is down.
   desk.input.has_stopped = true;
   desk.frames(60);
   EXPECT_NEAR(desk.guide.depth(), 12, 1e-6) << "stopped";
@@ -128,7 +129,7 @@ TEST(LineGuide, AnotherToolIsNotInTheTrackOfTheLastOne) {
   EXPECT_LT(desk.guide.depth(), 0) << "above the bone";
 }
 
-TEST(LineGuide, WithoutAPlanTheShaftDetermines) {
+TEST(LineGuide, AwayFromTrajectoriesTheShaftGivesTheLine) {
   InsertionDesk desk(25);
   EXPECT_FALSE(desk.frames(5)) << "follows the cursor";
   EXPECT_TRUE(desk.guide.line().empty());
@@ -144,7 +145,7 @@ TEST(LineGuide, WithoutAPlanTheShaftDetermines) {
   drill.input.is_pressed = false;
   drill.look_at(2);
   EXPECT_TRUE(drill.frames(1));
-  // Another tool, and bone in front of an entry, are not guided.
+  // A tool without a length to insert is not guided. A tool is not guided to an entry behind bone.
   desk.input.length = 0;
   EXPECT_FALSE(desk.frames(1));
   InsertionDesk hidden(2);

@@ -1,5 +1,5 @@
-// A module in a library of its own: the stock program lists it, plays, records and replays it, and reports a
-// session without it.
+// A module in a library of its own: the program lists the module, and plays, records and replays its
+// commands. A session is refused if its module is not loaded.
 #include <algorithm>
 
 #include "tests/apps/command_fixture.h"
@@ -16,7 +16,7 @@ TEST_F(Command, LoadsAModuleListsItPlaysItAndReplaysIt) {
   EXPECT_EQ(listed["modules"][0]["name"], "eraser");
   EXPECT_EQ(listed["modules"][0]["parts"].size(), 3u);
 
-  // The option takes one path, so that the script may follow it.
+  // The option --module takes one path, so that the name of the script may follow.
   const ProcessResult without = run("run" + k_script);
   EXPECT_EQ(without.exit_code, 2) << without.out;
   const ProcessResult played = run("run" + k_eraser + k_script + " --record eraser.session");

@@ -7,7 +7,7 @@
 namespace trephine::command_tests {
 namespace {
 
-/// A box, in the axes of LPS, with its faces outward.
+/// Returns a PLY file (LPS) of a box with its faces outward, centred at (x, y, z).
 std::string box_ply(double x, double y, double z, double half_x, double half_y, double half_z) {
   std::ostringstream out;
   out << "ply\nformat ascii 1.0\ncomment SPACE=LPS\nelement vertex 8\nproperty float x\nproperty float y\n"
@@ -21,7 +21,8 @@ std::string box_ply(double x, double y, double z, double half_x, double half_y, 
   return out.str();
 }
 
-/// A rod in the spinal canal: a rod of metal counts as outside bone, a rod of soft tissue (a nerve) does not.
+/// A rod in the spinal canal counts as outside bone if it is metal, but not if it is soft tissue, such as a
+/// nerve. In an X-ray its attenuation is that of its matter.
 TEST_F(Command, AModelHasMatter) {
   write("rod.ply", box_ply(0, 22, 5.8, 2, 2, 20));
   const std::string plane = "section spine --mesh rod.ply --at 0,22,5.8 --normal 0,0,1 --pixel 0.1 -o s.png";
@@ -146,16 +147,17 @@ points = [[0, 70, 15, -21.3, 0], [1, 40, 15, -21.3, 0], [2, 25.5, 15, -21.3, 0],
   for (const Json& row : rows)
     std::sscanf(row["text"].get<std::string>().c_str(),
                 "The tool left the dural sac after %lf s, at most %lf mm deep", &seconds, &depth);
-  // The burr of 2 mm stands 27 mm behind the middle of L4; the sac ends near 30 mm there.
+  // The burr (radius 2 mm) stands at y = 27 mm, where the back of the dural sac is near y = 29 mm.
   EXPECT_NEAR(depth, 4, 0.8);
   EXPECT_NEAR(seconds, 0.8, 0.2);
-  // Soft tissue is not outside bone, and the X-ray is that of the scan.
+  // In a section, soft tissue does not count as outside bone, and each model is drawn.
   const Json section = json("section ./spine --plane axial --at 0,22,-13 -o s.png --svg s.svg");
   EXPECT_EQ(section.value("models_outside_bone_mm2", 0.0), 0);
   const std::string svg = read(file("s.svg"));
   for (const char* name : {"<title>dural sac", "<title>L4 left nerve root", "<title>L4 right nerve root"})
     EXPECT_NE(svg.find(name), std::string::npos) << name;
-  EXPECT_EQ(svg.find("nerve_root"), std::string::npos) << "no structure is counted twice";
+  EXPECT_EQ(svg.find("nerve_root"), std::string::npos)
+      << "a structure with a model is not drawn a second time by its label";
 }
 
 }  // namespace

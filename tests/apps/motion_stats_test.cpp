@@ -41,25 +41,26 @@ double minimum_jerk(double s) { return s * s * s * (10 + s * (-15 + s * 6)); }
 TEST(MotionStats, ACircleHasItsLengthSpeedAndJerk) {
   for (const double rate : {250.0, 1000.0, 4000.0}) {
     SCOPED_TRACE(rate);
-    constexpr double k_radius = 30, k_turns = 4;  // mm; rad/s
+    constexpr double k_radius = 30, k_angular_speed = 4;  // mm, rad/s
     Feed feed(rate);
     feed.play(2 * k_pi, [](double t) {
-      return dvec3(k_radius * std::cos(k_turns * t), k_radius * std::sin(k_turns * t), 7);
+      return dvec3(k_radius * std::cos(k_angular_speed * t), k_radius * std::sin(k_angular_speed * t), 7);
     });
     const HandMotion motion = feed.stats.hand(0);
-    const double speed = k_radius * k_turns, seconds = 2 * k_pi;
-    // Means over h shorten the radius by sin(x) / x, x = 0.5 k_turns h; so does each difference.
-    const double x = 0.5 * k_turns * 0.02, less = std::sin(x) / x;
+    const double speed = k_radius * k_angular_speed, seconds = 2 * k_pi;
+    // Positions are averaged over intervals of h = 20 ms. This reduces the radius by the factor sin(x) / x
+    // with x = 0.5 k_angular_speed h. Each difference of the means reduces the result by the same factor.
+    const double x = 0.5 * k_angular_speed * 0.02, less = std::sin(x) / x;
     EXPECT_NEAR(motion.seconds, seconds, 1 / rate);
     EXPECT_EQ(motion.working_seconds, motion.seconds);
     EXPECT_EQ(motion.idle_seconds, 0);
     EXPECT_NEAR(motion.path, speed * seconds, 0.002 * speed * seconds);
     EXPECT_NEAR(motion.mean_speed, speed, 0.002 * speed);
     EXPECT_NEAR(motion.peak_speed, speed * less * less, 1e-3 * speed);
-    const double jerk = speed * k_turns * k_turns;
+    const double jerk = speed * k_angular_speed * k_angular_speed;
     EXPECT_NEAR(motion.jerk, jerk * std::pow(less, 4), 2e-3 * jerk);
-    // The integral of the squared jerk is jerk^2 D: D^4 jerk^2 / v^2 = (k_turns D)^4.
-    EXPECT_NEAR(motion.log_jerk, 4 * std::log(k_turns * seconds), 0.01);
+    // The integral of the squared jerk is jerk^2 D: D^4 jerk^2 / v^2 = (k_angular_speed D)^4.
+    EXPECT_NEAR(motion.log_jerk, 4 * std::log(k_angular_speed * seconds), 0.01);
     EXPECT_EQ(motion.strokes, 1);
   }
 }
@@ -71,8 +72,8 @@ TEST(MotionStats, AMotionOfMinimumJerkIsTheSmoothest) {
   smooth.play(k_seconds, reach);
   shaky.play(k_seconds, [&](double t) { return reach(t) + dvec3(0, 0.3 * std::sin(2 * k_pi * 8 * t), 0); });
   const HandMotion motion = smooth.stats.hand(0);
-  // The integral of the squared jerk is 720 L^2 / D^5, and the peak of the speed 1.875 L / D. The outermost
-  // means are left out, where the jerk is largest.
+  // The integral of the squared jerk is 720 L^2 / D^5, and the peak of the speed is 1.875 L / D. The
+  // tolerance is needed because the first and last means, where the jerk is largest, are not counted.
   EXPECT_NEAR(motion.log_jerk, std::log(720 / (1.875 * 1.875)), 0.08);
   EXPECT_NEAR(motion.path, k_length, 1e-6);
   EXPECT_NEAR(motion.peak_speed, 1.875 * k_length / k_seconds, 0.01);
@@ -90,7 +91,7 @@ TEST(MotionStats, AMotionOfMinimumJerkIsTheSmoothest) {
 
 TEST(MotionStats, StopsAreIdleAndStrokesHaveTheirLengths) {
   Feed feed(1000);
-  // Strokes of 10, 20 and 30 mm at 20 mm/s, with pauses of a second; between them the hand stays.
+  // Strokes of 10, 20 and 30 mm at 20 mm/s. After each stroke the hand rests for one second.
   double at = 0;
   for (const double length : {10.0, 20.0, 30.0}) {
     feed.play(length / 20, [&](double t) { return dvec3(at + 20 * t, 0, 0); });
@@ -101,7 +102,7 @@ TEST(MotionStats, StopsAreIdleAndStrokesHaveTheirLengths) {
   const HandMotion motion = feed.stats.hand(0);
   EXPECT_NEAR(motion.seconds, 6, 1e-9);
   EXPECT_NEAR(motion.working_seconds, 3, 1e-9);
-  EXPECT_NEAR(motion.idle_seconds, 3, 3 * 0.04) << "a pause begins within two means";
+  EXPECT_NEAR(motion.idle_seconds, 3, 3 * 0.04) << "a pause is detected within two means (40 ms)";
   EXPECT_EQ(motion.strokes, 3);
   EXPECT_NEAR(motion.stroke_length, 20, 0.03);
   EXPECT_NEAR(motion.stroke_spread, std::sqrt(200.0 / 3), 0.05);

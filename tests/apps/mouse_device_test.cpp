@@ -40,8 +40,8 @@ TEST(MouseDevice, AWorkingToolGlidesBetweenTheRequestsOfASlowDisplay) {
   const Drag fast = drag(0.016, true);
   EXPECT_LT(fast.fastest, 0.02);
   EXPECT_LT(fast.lag, 0.2);
-  // With three requests per second it would pass 3 mm in some milliseconds, and cut dents instead of a
-  // groove.
+  // With about three requests per second, a tool that follows at once would move 3 mm within milliseconds and
+  // cut dents instead of a groove. A working tool therefore moves slowly.
   EXPECT_LT(drag(0.3, true).fastest, 0.03);
   EXPECT_GT(drag(0.3, false).fastest, 0.15) << "an idle tool follows at once";
 }

@@ -1,4 +1,5 @@
-// trephine::Operation equals the libraries below it to the bit, and its errors state problem and remedy.
+// trephine::Operation gives the same results as the libraries that it uses, to the bit. Its errors state
+// problem and remedy.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -37,8 +38,8 @@ void expect_error(const Result<T>& result, const std::string& what, const std::s
   EXPECT_FALSE(error.remedy.empty()) << error.message();
 }
 
-/// A perforator of 14 mm is taken where a burr of 4 mm rests: it is led out of the bone, and no structure is
-/// reported as entered.
+/// A burr of 4 mm that rests in bone is replaced by a perforator of 14 mm. The perforator is moved out of the
+/// bone, and no structure is reported as entered.
 TEST(OperationApi, ALargerToolThatIsLedOutOfBoneEntersNoStructure) {
   OperationOptions options = with_burr();
   options.uses_plan = true;
@@ -58,12 +59,12 @@ TEST(OperationApi, ALargerToolThatIsLedOutOfBoneEntersNoStructure) {
   const dvec3 begin = operation.step(rest).value().proxy_world;
   dvec3 end = begin;
   for (int i = 0; i < 300; ++i) end = operation.step(rest).value().proxy_world;
-  EXPECT_GT(glm::length(end - begin), 2) << "it was led out";
+  EXPECT_GT(glm::length(end - begin), 2) << "the perforator was moved out of the bone";
   for (std::size_t i = 0; i < operation.event_count(); ++i)
     EXPECT_NE(operation.event(i).value.name(), "forbidden-entered");
 }
 
-TEST(OperationApi, DrillsTheHeadWithTheBitsOfLockstep) {
+TEST(OperationApi, DrillsTheHeadExactlyAsLockstep) {
   auto result = Operation::open("head", with_burr());
   ASSERT_TRUE(result.is_ok()) << result.error().message();
   Operation& operation = result.value();
@@ -179,7 +180,7 @@ TEST(OperationApi, RecordsReopensAndVerifies) {
   other.value().voxels[0] = 7;
   EXPECT_FALSE(Operation::reopen(file, {std::make_shared<const Volume>(std::move(other).value())}).is_ok());
 
-  // A file that exists is not overwritten, and a truncated one is reported.
+  // A file that exists is not overwritten. is_whole() reports a truncated file.
   expect_error(Operation::open(cube(), options), "already exists", "");
   const std::string part = (folder.path / "part.session").string();
   std::filesystem::copy_file(file, part);
@@ -219,7 +220,7 @@ TEST(OperationApi, CommandsByWordsAndByStructReportWhatIsWrong) {
   error = operation.command("hold-body", "body=3");
   ASSERT_TRUE(error);
   EXPECT_EQ(error->kind, ErrorKind::refused);
-  // So is a command whose job fails.
+  // A command whose job fails is refused, too.
   error = operation.command("place-screw", "entry=900,0,0 target=900,0,9 diameter=6 length=35");
   ASSERT_TRUE(error);
   EXPECT_EQ(error->kind, ErrorKind::refused);
@@ -227,7 +228,7 @@ TEST(OperationApi, CommandsByWordsAndByStructReportWhatIsWrong) {
   EXPECT_EQ(error->found, "there is no bone along the screw");
   EXPECT_FALSE(operation.command("burr", "diameter=5"));
   EXPECT_FALSE(operation.command(sim::Note{"text"}));
-  // Nothing to undo is no error.
+  // An undo without a previous change is no error.
   EXPECT_FALSE(operation.undo());
 }
 
@@ -289,7 +290,7 @@ TEST(OperationApi, SurfacesBodiesAndScenesInText) {
               0.1 * operation.removed_mm3());
   EXPECT_FALSE(operation.surface(1).is_ok());
 
-  // A cut through the cube, by an instrument of a scene in text, detaches a body.
+  // The scene and its instrument are described in text. A cut through the cube detaches a body.
   auto scene = Operation::open_scene("structure=bone\nlow=300\nhand=burr\nparameters=diameter=4 kinematic=1",
                                      {cube()});
   ASSERT_TRUE(scene.is_ok()) << scene.error().message();
@@ -309,7 +310,7 @@ TEST(OperationApi, SurfacesBodiesAndScenesInText) {
   EXPECT_EQ(body.holder, -1);
   ASSERT_FALSE(sawing.command("place-body", "body=1 position=0,0,5"));
   EXPECT_EQ(sawing.bodies()[0].position_world, dvec3(0, 0, 5));
-  // Its text opens the same scene again.
+  // The text of scene() opens the same scene again.
   auto again = Operation::open_scene(sawing.scene(), {cube()});
   ASSERT_TRUE(again.is_ok()) << again.error().message();
   EXPECT_EQ(again.value().scene(), sawing.scene());
@@ -372,7 +373,7 @@ TEST(OperationApi, ErrorsOfOpeningStateProblemAndRemedy) {
   EXPECT_EQ(Operation::open("head", options).error().what, "more than one shape was chosen");
   EXPECT_EQ(Operation::open(std::shared_ptr<const Volume>(), {}).error().what, "a volume is missing");
   EXPECT_FALSE(Operation::reopen("missing.session").is_ok());
-  // Without units there is no bone, unless the caller chooses values.
+  // Without Hounsfield units there is no default threshold for bone; the caller must choose it.
   auto plain = volume::copy_of(*cube());
   plain.value().is_hounsfield = false;
   const auto scan = std::make_shared<const Volume>(std::move(plain).value());

@@ -42,10 +42,11 @@ TEST(Performer, TimesIncreaseAndPausesHoldTheHand) {
       expected = novice->slowness * t;
       EXPECT_GE(last, expected - 1e-9);
     }
-    // Pauses of 0.15 per second, 0.8 s each, within four standard deviations of 30 trials.
+    // In each of 30 seconds a pause of 0.8 s on average has a probability of 0.15. The tolerance is four
+    // standard deviations of the total duration.
     EXPECT_NEAR(last - expected, 30 * 0.15 * 0.8, 4 * std::sqrt(30 * 0.15) * 0.9);
   }
-  // A motion that is stretched, without pauses, is where the plan was at the earlier time.
+  // A motion with a slowness of 2, without pauses, is at time 2 t where the plan is at time t.
   Skill slow{"slow"};
   slow.slowness = 2;
   const PosePath planned = slide(2), performed = Performer(slow, 1, 9).perform(planned, 0);

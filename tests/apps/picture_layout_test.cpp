@@ -1,4 +1,4 @@
-// Labels over a picture, and motion of its camera.
+// Labels of pictures, legends of panels, and motion of the camera.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -47,7 +47,7 @@ class PictureLayout : public ::testing::Test {
   std::unique_ptr<Viewport> picture_;
 };
 
-/// Number of pairs of labels that overlap, and of labels cut off by the picture's edge.
+/// Returns the number of pairs of labels that overlap.
 int overlaps(const std::vector<LabelLayer::Box>& boxes) {
   int count = 0;
   for (std::size_t i = 0; i < boxes.size(); ++i)
@@ -64,8 +64,8 @@ imaging::LabelSpace space_of(double width, double height) {
           [](const std::string& text) { return k_letter * static_cast<double>(text.size()); }};
 }
 
-/// Names of screws of three vertebrae from the back, the pedicle's entry lateral to that of the cortical
-/// path.
+/// A plan of three vertebrae as seen from the back, with two screws per side. The entry of the pedicle screw
+/// is lateral to that of the screw on the cortical path.
 imaging::Panel spine_plan() {
   imaging::Panel panel;
   panel.columns = 200, panel.rows = 120, panel.mm_per_pixel = 0.5;
@@ -79,8 +79,8 @@ imaging::Panel spine_plan() {
   return panel;
 }
 
-/// Checks that the shown labels are in the picture and cover neither one another, nor markers, nor
-/// `occupied`.
+/// Checks that the shown labels are in the image (`half`: half of its size in pixels). They cover neither
+/// other labels and their leads, nor lines and rings of the plan, nor the occupied boxes of `space`.
 void expect_readable(const imaging::Panel& panel, const imaging::LabelSpace& space, const glm::dvec2& half) {
   const auto placed = imaging::place_labels(panel, space);
   ASSERT_EQ(placed.size(), panel.labels.size());
@@ -108,7 +108,7 @@ void expect_readable(const imaging::Panel& panel, const imaging::LabelSpace& spa
         EXPECT_FALSE(
             imaging::passes({centre + scale * line.points[k - 1], centre + scale * line.points[k]}, box))
             << placed[i].text;
-    // A line joins the label with its marker, unless they are next to each other.
+    // A lead joins the label with its marker, unless they are next to each other.
     const glm::dvec2 at = centre + scale * panel.labels[i].point, nearest = glm::clamp(at, box.low, box.high);
     EXPECT_TRUE(placed[i].lead || glm::length(nearest - at) < scale * panel.labels[i].radius + 10)
         << placed[i].text;
@@ -247,7 +247,7 @@ TEST_F(PictureLayout, LabelsAreSeparateAndWithinThePicture) {
         EXPECT_LE(box.high.y, 360);
       }
     }
-  // Planted fault: two that overlap.
+  // Planted fault: two labels that overlap.
   EXPECT_EQ(overlaps({{{0, 0}, {10, 10}}, {{5, 5}, {15, 15}}, {{20, 0}, {30, 10}}}), 1);
 }
 
@@ -285,7 +285,8 @@ TEST_F(PictureLayout, LabelsCoverNeitherTheirPointsNorTheTool) {
   }
 }
 
-/// Labels keep off the boxes of another layer, here their own boxes without that layer.
+/// Labels do not cover the labels of another layer. The boxes of a first layout are passed as those of the
+/// other layer.
 TEST_F(PictureLayout, LabelsKeepOffThoseOfAnotherLayer) {
   picture_->set_plan(names(4, 2));
   picture_->draw();
@@ -313,7 +314,7 @@ TEST_F(PictureLayout, LabelsCanBeHidden) {
   picture_->draw();
   EXPECT_EQ(labels.boxes().size(), 1u) << "a length is no name";
   picture_->set_plan(names(3, 1));
-  // Names of hidden points are shown only if all are requested.
+  // Names of hidden points are shown only if all names are requested.
   labels.is_hidden = [](const dvec3&) { return true; };
   labels.set_names(LabelLayer::Names::in_front);
   picture_->draw();

@@ -74,7 +74,8 @@ TEST(PieceGuard, APieceDoesNotPassAPlateInOneFrame) {
   EXPECT_GT(reached.position_world.z, 2 + k_radius - 0.1);
 }
 
-/// In the kerf of a shell, a piece whose inner side touches the structure below it leaves along its axis.
+/// A piece in its gap in a shell touches the structure below the shell with its inner side. It can leave the
+/// gap, but does not move deeper into that structure.
 TEST(PieceGuard, APieceLeavesItsGapAlthoughItTouchesTheStructureBelow) {
   const auto bed = [](const dvec3& p) { return p.z < -4.6 || (p.z < 4 && std::hypot(p.x, p.y) > 6); };
   PieceGuard guard(ball(), {});
@@ -85,7 +86,8 @@ TEST(PieceGuard, APieceLeavesItsGapAlthoughItTouchesTheStructureBelow) {
   EXPECT_GT(held.position_world.z, -0.5) << "not deeper into the structure";
 }
 
-/// Random motion over a skull-like shell: no sample enters it. Without the guard, over 40 frames would.
+/// In random motion, the piece does not enter a shell like a skull. Without the guard it would be in the
+/// shell in more than 40 of 600 frames.
 TEST(PieceGuard, RandomMotionNeverEntersAShell) {
   const auto shell = [](const dvec3& p) { return glm::length(p) > 70 && glm::length(p) < 78; };
   const haptics::MeshTree piece = ball();
@@ -100,7 +102,7 @@ TEST(PieceGuard, RandomMotionNeverEntersAShell) {
                          glm::normalize(glm::dquat(1, turn(random), turn(random), turn(random)))};
       pose = guard.move(pose, to, shell);
       const double r = glm::length(pose.position_world);
-      // Between samples the ball may be 0.1 mm deeper.
+      // Between its samples, the surface of the ball may be 0.15 mm deeper.
       EXPECT_TRUE(start == 0 ? r + k_radius < 70.15 : r - k_radius > 77.85) << r;
       const double free = glm::length(to.position_world);
       unguarded += free > 70 - k_radius && free < 78 + k_radius;

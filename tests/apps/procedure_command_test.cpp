@@ -33,12 +33,13 @@ TEST_F(Command, ProceduresAreShown) {
   EXPECT_EQ(run("procedure show craniotomy -o c.png").exit_code, 0);
   EXPECT_GT(fs::file_size(folder_ / "c.png"), 10000u);
   EXPECT_EQ(run("procedure show craniotomy -o c.jpg").exit_code, 2);
-  // A long report to a full disk ends with 3.
+  // A long report that is written to a full disk ends with exit code 3.
   const int full = std::system("'" TREPHINE_COMMAND "' modules --json > /dev/full 2> /dev/null");
   EXPECT_EQ(WEXITSTATUS(full), 3);
 }
 
-/// Examples are played to their end, scored, and replayed to the bit; those with a procedure under its steps.
+/// Examples are played to their end, replayed to the bit, and scored. If an example has a procedure, its
+/// steps apply.
 TEST_F(Command, ExamplesOfProceduresArePlayedScoredAndReplayed) {
   struct Row {
     const char* name;
@@ -61,7 +62,8 @@ TEST_F(Command, ExamplesOfProceduresArePlayedScoredAndReplayed) {
   }
 }
 
-/// A craniotomy along the planned outline of each approach is complete and injures nothing.
+/// A craniotomy along the planned outline of each approach is played to its end and gets at least 95 % of the
+/// points. Only the complete run plays the approaches.
 TEST_F(Command, ApproachesOfAHeadArePlayedToTheirEnd) {
   const std::string script = TREPHINE_SOURCE_DIR "/docs/examples/procedure-approach.toml";
   std::vector<std::string> approaches;
@@ -90,7 +92,7 @@ TEST_F(Command, ATemplateIsValidAndAStartForChanges) {
   EXPECT_EQ(checked.out, "hole: 2 steps, no error\n");
   const std::string text = read(file("hole.toml"));
   EXPECT_NE(text.find("# Instruction for the user.\n"), std::string::npos) << text;
-  // An existing name and an invalid one are refused, and a file is not an input and an output.
+  // The name of a shipped procedure and an invalid name are refused. A file cannot be both input and output.
   EXPECT_EQ(run("procedure new craniotomy -o c.toml").exit_code, 2);
   EXPECT_EQ(run("procedure new 'a b' -o c.toml").exit_code, 2);
   EXPECT_EQ(run("procedure show hole.toml -o hole.toml").exit_code, 2);
@@ -160,8 +162,9 @@ TEST(Procedures, ShippedOnesUseKnownNames) {
   }
 }
 
-/// Number of faults of a drawing: arrows through boxes or texts, texts over each other, over a box's edge or
-/// outside the picture, and arrows that do not join the edges of boxes.
+/// Returns the number of faults of a drawing: arrows that pass boxes or texts or do not end at the edge of a
+/// box; texts that overlap each other or the edge of a box; boxes that overlap; texts and boxes outside the
+/// picture.
 int faults_of(const StepDiagram& diagram) {
   int faults = 0;
   const auto is_inside = [](const PictureBox& in, const PictureBox& out) {

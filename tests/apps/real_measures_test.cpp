@@ -1,5 +1,5 @@
-// A scan of a plastic skull with round inserts of known size: a ruler on its slices and touch on its model
-// agree, and a lesion is found again on the skull by a tape measured on its scan.
+// A scan of a plastic skull with round inserts of known size. Diameters by a ruler on slices and by touch of
+// the model agree. A lesion of the scan is found on the skull by its distances from two landmarks.
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -61,7 +61,7 @@ TEST_F(RealMeasures, RulersOnSlicesAndTouchAgreeOnRoundInserts) {
     level += 0.5 * (value_at(scan, scan.frame.world_from_volume(one.voxel)) - 1000) / 4;
   const volume::Frame frame = scan.frame;
   for (int i = 0; i < 4; ++i) {
-    // From the centre outward until half of the intensity is left.
+    // The ruler ends where the intensity falls to half way between plastic and air.
     const dvec3 middle = frame.world_from_volume(inserts[i].voxel);
     double ends[2];
     for (const int side : {0, 1}) {
@@ -97,7 +97,7 @@ TEST_F(RealMeasures, RulersOnSlicesAndTouchAgreeOnRoundInserts) {
   }
 }
 
-TEST_F(RealMeasures, ALesionIsFoundAgainOnTheSkullByTape) {
+TEST_F(RealMeasures, ALesionIsFoundOnTheSkullByRulers) {
   const volume::Volume scan = skull();
   const volume::Field bone(scan, volume::Shape{"skull", -200});  // thin walls, too
   const volume::Version untouched(std::shared_ptr<const volume::Volume>(std::shared_ptr<void>(), &scan));
@@ -137,7 +137,7 @@ TEST_F(RealMeasures, ALesionIsFoundAgainOnTheSkullByTape) {
   };
   const double to_brow = glm::length(target - brow), to_vertex = glm::length(target - vertex),
                along = tape(brow, target);
-  // Against a search over seven points of every edge near the path.
+  // Judge of the tape: the shortest path over seven points of every edge near the tape.
   {
     std::vector<dvec3> near;
     std::vector<std::uint32_t> kept(surface.vertices().size(), ~0u), corners;
@@ -170,7 +170,8 @@ TEST_F(RealMeasures, ALesionIsFoundAgainOnTheSkullByTape) {
   EXPECT_GT(along, to_brow + 3);
   for (const double reading : {1.0, 0.1}) {  // reading accuracy, mm
     const double a = std::round(to_brow / reading) * reading, b = std::round(to_vertex / reading) * reading;
-    // On the skull: from a wrong start until the ruler gives these distances from both landmarks.
+    // On the skull: a wrong start is moved (Newton's method) until its distances from both landmarks are a
+    // and b.
     const auto at = [&](double y, double z) { return outer({-92, y, z}, {0, y, z}); };
     double y = target.y + 9, z = target.z - 7;
     for (int i = 0; i < 12; ++i) {
@@ -186,7 +187,7 @@ TEST_F(RealMeasures, ALesionIsFoundAgainOnTheSkullByTape) {
       y -= glm::clamp((f.x * fz.y - f.y * fz.x) / det, -6.0, 6.0);
       z -= glm::clamp((fy.x * f.y - fy.y * f.x) / det, -6.0, 6.0);
     }
-    // The tape gives the same distance.
+    // A tape on the skull gives the distance of the tape on the scan.
     const dvec3 found = at(y, z);
     const double error = glm::length(found - target), check = tape(brow, found);
     std::printf(

@@ -13,7 +13,7 @@ namespace {
 
 using glm::dvec3;
 
-/// Replaces the only occurrence of a text.
+/// Replaces the first occurrence of a text, which must exist.
 void replace(std::string& text, const std::string& before, const std::string& after) {
   const std::size_t at = text.find(before);
   ASSERT_NE(at, std::string::npos) << before;
@@ -80,7 +80,7 @@ TEST_F(Command, ACraniotomyOnARealHeadIsPlayedToItsEnd) {
   const Json score = json("score r.session --scan real");
   EXPECT_EQ(score["is_same"], true);
   EXPECT_EQ(score["points"], score["possible"]) << score.dump(1);
-  EXPECT_EQ(score["not_judged"], 6) << "no target";
+  EXPECT_EQ(score["not_judged"], 6) << "the case has no target";
 }
 
 TEST_F(Command, AScrewInARealVertebraIsPlacedAndJudgedStepByStep) {

@@ -21,7 +21,8 @@ using glm::dvec3;
 using workbench::Envelope;
 using workbench::RemovalDistances;
 
-/// Each column has the extremes of its ticks, for lengths that the number of columns does not divide.
+/// Each column has the extremes of its ticks, also if the number of ticks is not a multiple of the number of
+/// columns.
 TEST(Report, EnvelopesKeepEveryPeak) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> values(-5, 5);
@@ -47,8 +48,8 @@ TEST(Report, EnvelopesKeepEveryPeak) {
   }
 }
 
-/// A ball cut into a block above a slab that is forbidden: against all samples of the lattice with the exact
-/// distance, and the volumes of the ball's slices in closed form.
+/// A ball is cut into a block above a forbidden slab. The removed volumes by distance from the slab are
+/// compared with a sum over all samples of the lattice, and with slices of the ball in closed form.
 TEST(Report, RemovedMatterByDistanceIsThatOfABall) {
   constexpr double k_spacing = 0.5, k_radius = 4, k_top = 3;  // the slab is below z = k_top
   const dvec3 middle(8.25, 8, 10);
@@ -91,13 +92,14 @@ TEST(Report, RemovedMatterByDistanceIsThatOfABall) {
   EXPECT_NEAR(found.inside_mm3, inside, 1e-9);
   EXPECT_NEAR(found.beyond_mm3, beyond, 1e-9);
   for (std::size_t i = 0; i < brute.size(); ++i) EXPECT_NEAR(found.mm3[i], brute[i], 1e-9) << i;
-  // Half of the slice of a ball between two heights.
+  // below(height): volume of the ball below this height, halved because half of the block is air. The whole
+  // half ball has 134 mm³.
   constexpr double k_pi = 3.14159265358979323846;
   const auto below = [&](double height) {
     const double h = std::clamp(height - (middle.z - k_radius), 0.0, 2 * k_radius);
     return 0.5 * k_pi * h * h * (k_radius - h / 3);
   };
-  const double surface = k_top - k_spacing / 2;  // between two voxels
+  const double surface = k_top - k_spacing / 2;  // top of the slab, between two voxels
   for (std::size_t i = 0; i < brute.size(); ++i) {
     const double z = surface + static_cast<double>(i);
     EXPECT_NEAR(found.mm3[i], below(z + 1) - below(z), 0.12 * 134) << i;
@@ -122,7 +124,7 @@ TEST(Report, PathsOfToolsAreStrokesOfFewPoints) {
   EXPECT_EQ(strokes[1].points_world.front(), strokes[0].points_world.back());
   EXPECT_EQ(strokes[2].points_world, std::vector{dvec3(20, 0, 0)});
   EXPECT_NEAR(strokes[1].points_world.back().x, 10, workbench::ToolPath::k_least_step);
-  // 10 m on a circle, lifted once per turn.
+  // A path of 10 m on a circle, interrupted about once per turn.
   workbench::ToolPath circle;
   constexpr double k_radius = 40;
   std::vector<bool> is_visited(360);
@@ -157,7 +159,7 @@ TEST(Report, TextsStayTexts) {
             "&lt;script&gt;alert(&quot;a&quot; &amp; &#39;b&#39;)&lt;/script&gt;");
   EXPECT_EQ(cli::escaped("caf\u00e9 \u2026 \U0001f9b4"), "caf\u00e9 \u2026 \U0001f9b4");
   EXPECT_EQ(cli::escaped(std::string("a\0b\x1b\x7f", 5)), "a b  ");
-  // Invalid bytes: a stray continuation, overlong, a surrogate, truncated.
+  // Invalid UTF-8: a stray continuation byte, an overlong sequence, a surrogate, and a truncated sequence.
   for (const char* wrong : {"\x80", "\xc0\xaf", "\xed\xa0\x80", "\xf0\x9f\xa6"}) {
     const std::string text = cli::escaped(wrong);
     EXPECT_NE(text.find("\ufffd"), std::string::npos);
@@ -190,14 +192,15 @@ TEST(Report, ChartsShowPeaksAndMarks) {
                                        .marks = {{.seconds = 50, .text = "<torn>", .is_danger = true},
                                                  {.seconds = 20, .text = "drill", .is_step = true},
                                                  {.seconds = 30, .text = "bite"}}});
-  // The band is 130 units high for 6 N, from y = 172 up.
+  // The axis for 6 N is 130 units high, from y = 172 up to y = 42. The edge of the band is 0.6 units above
+  // its values, so y = 41.4.
   EXPECT_NE(svg.find(" 41.4L"), std::string::npos) << svg.substr(0, 2000);
   EXPECT_EQ(std::count(svg.begin(), svg.end(), 'Z'), 1);
   EXPECT_NE(svg.find("<title>50.0 s: &lt;torn&gt;</title>"), std::string::npos);
   EXPECT_EQ(svg.find("<torn>"), std::string::npos);
   for (const char* part : {"class=\"danger\"", "class=\"step\"", "<circle", ">drill</text>"})
     EXPECT_NE(svg.find(part), std::string::npos) << part;
-  // Gaps interrupt the band; a chart without values has no band.
+  // A gap in the values interrupts the band.
   Envelope gaps(90, 90);
   for (const std::uint64_t t : {3u, 4u, 50u, 51u}) gaps.add(t, 1);
   const std::string two =
@@ -258,7 +261,7 @@ TEST_F(ReportPage, HasTheScoreThePicturesAndNoNames) {
   }
   EXPECT_GT(count, 3u);
   EXPECT_EQ(report["findings"], count);
-  // Texts of the session stay texts.
+  // Markup in texts of the session is escaped.
   EXPECT_EQ(page.find("<script>alert(1)"), std::string::npos);
   EXPECT_NE(page.find("&lt;script&gt;alert(1)"), std::string::npos);
   EXPECT_EQ(page.find("<img src=x"), std::string::npos);
@@ -267,7 +270,7 @@ TEST_F(ReportPage, HasTheScoreThePicturesAndNoNames) {
                                   std::string("s.mha"), std::string("a.toml"), folder_.filename().string()})
     EXPECT_EQ(page.find(name), std::string::npos) << name;
   const std::regex request(R"re((src|href|action|data)="(?!data:image/png;base64,)[^"]*"|url\(|@import)re");
-  std::string outside = page;  // scripts are limited by the policy, and too long for a regex
+  std::string outside = page;  // scripts: limited by the content security policy, too long for a regex
   for (std::size_t at; (at = outside.find("<script")) != std::string::npos;)
     outside.erase(at, outside.find("</script>", at) + 9 - at);
   for (std::size_t at = 0; (at = outside.find("base64,", at)) != std::string::npos; at += 7)
@@ -277,7 +280,7 @@ TEST_F(ReportPage, HasTheScoreThePicturesAndNoNames) {
   EXPECT_EQ(outside.find("http"),
             outside.find("http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'"));
   EXPECT_NE(page.find("data:image/png;base64,iVBOR"), std::string::npos);
-  // The removed volume of the timeline.
+  // The page has the removed volume of the first row of the timeline.
   const Json timeline = json("timeline Erika.session");
   EXPECT_NE(
       page.find(">" + workbench::format_text("%.2f", timeline["rows"][0]["removed_mm3"].get<double>()) + "<"),
@@ -328,7 +331,7 @@ points = [[0, 0, 60, 16, 0], [0.4, 0, 47, 16, 1], [1.2, 0, 24, 16, 1], [1.6, 0, 
   EXPECT_LE(injuries, 2) << "one tear, and one for the next structure at most";
 }
 
-/// Scores of three sessions, one of which lacks a finding, and one that could not be opened.
+/// Three sessions have scores, and the second lacks a finding. The fourth session could not be opened.
 TEST(Report, ACoursePageHasAllSessionsAndFindings) {
   std::vector<workbench::CourseSession> sessions(4);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -357,13 +360,13 @@ TEST(Report, ACoursePageHasAllSessionsAndFindings) {
   EXPECT_EQ(page.find("<damaged>"), std::string::npos);
   EXPECT_EQ(page.find("<title>session 2: "), page.rfind("<title>session 2: "))
       << "only in the curve of points";
-  // No line crosses a gap: the curve of the finding consists of two ends.
+  // No line crosses a gap: the curve of the finding consists of two separate points.
   const std::size_t finding = page.find("a&lt;b&gt;: breach by session"),
                     curve = page.find("class=\"curve\"", finding);
   const std::string line = page.substr(curve, page.find("/>", curve) - curve);
   EXPECT_EQ(std::count(line.begin(), line.end(), 'M'), 2) << line;
   EXPECT_EQ(std::count(line.begin(), line.end(), 'L'), 0) << line;
-  // The worst session has no points and is bad, the last one has all.
+  // For this finding, the first session gets no points and is bad. The third session gets all points.
   EXPECT_NE(page.find("class=\"session bad\"", finding), std::string::npos);
   EXPECT_NE(page.find("class=\"session good\"", finding), std::string::npos);
 }
@@ -384,7 +387,7 @@ TEST_F(ReportPage, OfAFolderHasNoNames) {
   EXPECT_FALSE(fs::exists(folder_ / "other.html"));
 }
 
-/// With a browser, if there is one: a comparison prints on two pages, and no script fails.
+/// In Chromium, if it is installed, a comparison prints on at most two pages, and no script fails.
 TEST_F(ReportPage, OpensAndPrintsInABrowser) {
   if (std::system("command -v chromium >/dev/null && command -v pdfinfo >/dev/null") != 0)
     GTEST_SKIP() << "no chromium, or no pdfinfo";

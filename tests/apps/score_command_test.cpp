@@ -1,4 +1,5 @@
-// score: findings of recorded operations, against the commands that judge them, and the same bytes each time.
+// score: findings of recorded operations equal the results of the commands that judge these operations, and
+// have the same bytes each time.
 #include <algorithm>
 #include <cmath>
 
@@ -41,7 +42,7 @@ TEST_F(Command, AScoreEqualsTheJudgementsOfScrews) {
     EXPECT_DOUBLE_EQ(value(score, name + ": entry to plan"), screw["plan"]["entry_error_mm"]);
     EXPECT_DOUBLE_EQ(value(score, name + ": target to plan"), screw["plan"]["target_error_mm"]);
   }
-  // The left screw follows the plan, the right one was turned in medially.
+  // The left screw follows the plan, and the right screw is too far medial.
   EXPECT_EQ(find(score, "L4 left: breach")["verdict"], "good");
   EXPECT_EQ(find(score, "L4 right: breach")["verdict"], "bad");
   EXPECT_EQ(find(score, "L4 right: breach")["points"], 0);
@@ -64,10 +65,11 @@ TEST_F(Command, AScoreEqualsTheJudgementsOfScrews) {
   EXPECT_EQ(json("score cut.session --until 0.1")["is_complete"], false);
   for (const Json& finding : score["findings"])
     EXPECT_EQ(finding["name"].get<std::string>().find("pars"), std::string::npos)
-        << "tracks are no laminectomy";
+        << "bone that was removed for screws is not judged as a laminectomy";
   EXPECT_GT(read(file("a.csv")).size(), 500u);
 
-  // The folder's score has the same bytes, and does not name the file. Before the second screw there was one.
+  // The score of a folder has the same findings to the byte, and does not name the file. At 12.15 s, before
+  // the second screw was placed, one screw is scored.
   fs::create_directory(folder_ / "course");
   fs::rename(folder_ / "s.session", folder_ / "course" / "Jane Doe.session");
   const ProcessResult folder = run("score course --json --csv course.csv");
@@ -98,7 +100,8 @@ TEST_F(Command, AScoreEqualsTheJudgementsOfScrews) {
   }
 }
 
-/// The whole run plants all errors in all procedures; other runs plant one error in the fastest procedure.
+/// The complete run of tests plants all errors in all procedures. Other runs plant one error in the fastest
+/// procedure.
 TEST_F(Command, PlantedErrorsChangeOnlyTheirFindings) {
   std::string scripts;
   for (const char* name : {"laminectomy-screws", "ventriculostomy", "craniotomy"})
@@ -119,9 +122,9 @@ TEST_F(Command, AFolderWithoutSessionsIsRefused) {
   EXPECT_NE(bad.err.find("no sessions"), std::string::npos) << bad.err;
 }
 
-// Scores by the library, without the command.
+// The following tests use the library without the command.
 
-/// Records a drilling stroke on a small plate, its motion included.
+/// Records a drilling stroke on a small plate, and returns the motion of the hand.
 workbench::HandMotion record_stroke(const std::string& path, double depth) {
   sim::Bench bench;
   sim::WriterOptions embedding;
@@ -164,7 +167,7 @@ TEST(SessionScore, AReplayGivesTheMotionOfTheRecording) {
                                   [](const sim::Finding& one) { return one.name == "undos"; });
   ASSERT_NE(undos, findings.end());
   EXPECT_EQ(undos->value, 1);
-  // Again from the end of the replay, and up to a time.
+  // The session is scored again after its replay is at the end, and then only up to 0.3 s.
   const auto again = workbench::score_session(*session.value());
   ASSERT_TRUE(again);
   EXPECT_EQ(cli::json_of_score(again.value(), 1e-3).dump(), cli::json_of_score(score.value(), 1e-3).dump());
@@ -191,7 +194,7 @@ TEST(SessionScore, StructuresAreJudgedByTheirTears) {
   std::vector<std::shared_ptr<const sim::Forbidden>> forbidden;
   for (const char* name : {"dura", "root"})
     forbidden.push_back(sim::Forbidden::build(scan, volume::Shape{name, 400}).value());
-  // Two hands: the first is near the root, the second was in the dura, and tore it.
+  // Two hands: the first is near the root; the second was in the dura and tore the dura.
   state.watches.resize(4);
   state.watches[1].nearest = 4;
   state.watches[2].nearest = -1, state.watches[2].entries = 3, state.watches[2].ticks_inside = 250;
@@ -237,7 +240,7 @@ TEST(SessionScore, HostileNamesStayText) {
   EXPECT_EQ(cli::csv_cell(markup), "\"<script>\"\"x\"\",\n{points}\x1b[2J\"");
   EXPECT_EQ(cli::csv_cell(formula), "'=1+1|cmd");
   EXPECT_EQ(cli::csv_cell(-1.5), "-1.5");
-  // Sessions of a folder have the columns of all findings.
+  // The table of a folder has the columns of the findings of all sessions.
   const cli::Json sessions{{{"session", 1}, {"points", 2}, {"findings", {{{"name", "a"}, {"value", 4}}}}},
                            {{"session", 2}, {"error", "damaged"}},
                            {{"session", 3}, {"findings", {{{"name", "b"}, {"value", nullptr}}}}}};

@@ -22,13 +22,13 @@ TEST_F(Command, PedicleScrewsArePlayedJudgedAndReplayed) {
   EXPECT_EQ(medial["wall"], "medial");
   EXPECT_NEAR(medial["breach_mm"].get<double>(), 4.1, 0.5);
   EXPECT_LT(medial["score"], planned["score"]);
-  // In a section the screws fill their tracks: only the part of the right one in the canal is outside bone.
+  // In a section the screws fill their tracks. Only the part of the right screw in the canal is outside bone.
   const Json section = json("section s.session --trajectory \"L4 left pedicle\" --width 90");
   EXPECT_GT(section["models_outside_bone_mm2"], 15);
   EXPECT_LT(section["models_outside_bone_mm2"], 45);
   EXPECT_NE(run("timeline s.session").out.find("toward the canal"), std::string::npos);
   EXPECT_EQ(json("replay s.session --verify")["is_same"], true);
-  // Before the second screw there was one.
+  // At 12.15 s, before the second screw was placed, there was one screw.
   EXPECT_EQ(json("screw s.session --vertebra L4 --until 12.15")["screws"].size(), 1u);
   for (const auto& [arguments, words] : std::initializer_list<std::pair<std::string, std::string>>{
            {"", "no vertebra selected"},
@@ -62,7 +62,7 @@ TEST_F(Command, AScriptReportsAJobThatFails) {
   }
 }
 
-/// On slices of 3 mm a grade near its limit is uncertain, which the judgement states.
+/// On slices of 3 mm, a grade near its limit is uncertain, and the judgement marks it as uncertain.
 TEST_F(Command, APedicleScrewOnARealScanIsMarkedUncertain) {
   if (data_tools::real_data().empty()) GTEST_SKIP() << "no real data: set TREPHINE_DATA";
   import_real_spine(data_tools::real_data());

@@ -4,8 +4,8 @@
 namespace trephine::command_tests {
 namespace {
 
-/// A ball of bone, touched from above and drilled for a while by the first hand, while the second rests on
-/// it.
+/// Returns a script on a ball of bone. The first hand drills the ball from above for a while; the second hand
+/// rests on the ball.
 std::string script(const std::string& more) {
   return R"(schema = 1
 title = "A ball"
@@ -87,12 +87,12 @@ most = 8
   const Json again = json("replay a.session --scan s.mha --verify");
   EXPECT_TRUE(again["is_same"]);
   EXPECT_EQ(again["content_hash"], report["content_hash"]);
-  // Paths are relative to its folder, wherever it is run.
-  const ProcessResult elsewhere = run("run ./a.toml --json");
-  EXPECT_EQ(Json::parse(elsewhere.out)["content_hash"], report["content_hash"]);
+  // The path of the script may contain its folder. Paths in the script are relative to that folder.
+  const ProcessResult by_path = run("run ./a.toml --json");
+  EXPECT_EQ(Json::parse(by_path.out)["content_hash"], report["content_hash"]);
 }
 
-TEST_F(Script, UnmetExpectationsAreReportedWithTheirLineAndEndWithOne) {
+TEST_F(Script, UnmetExpectationsAreReportedWithTheirLineAndExitCodeOne) {
   write("a.toml", script(R"(
 [[expect]]
 what = "removed_mm3"
@@ -109,14 +109,16 @@ with = "item=9 touchable=no"
   const ProcessResult r = run("run a.toml");
   EXPECT_EQ(r.exit_code, 1) << r.err;
   EXPECT_NE(r.out.find("FAILED  line 14"), std::string::npos) << r.out;
-  EXPECT_NE(r.out.find("FAILED  line 17"), std::string::npos) << r.out;  // it was executed
-  EXPECT_NE(r.out.find("FAILED  line 21"), std::string::npos) << r.out;  // refused unexpectedly
+  EXPECT_NE(r.out.find("FAILED  line 17"), std::string::npos)
+      << r.out;  // executed, but a refusal was expected
+  EXPECT_NE(r.out.find("FAILED  line 21"), std::string::npos)
+      << r.out;  // refused, but no refusal was expected
   EXPECT_NE(r.out.find("unknown item"), std::string::npos) << r.out;
   EXPECT_NE(r.out.find("3 of 3 checks FAILED"), std::string::npos) << r.out;
 }
 
-/// A refusal for another reason than the expected one is not met, and a value that was never measured meets
-/// no limits.
+/// A refusal for an unexpected reason does not meet the expectation. A value that was never measured does not
+/// meet its limits.
 TEST_F(Script, RefusalsHaveTheirReasonAndValuesTheirMeasurement) {
   write("a.toml", script(R"(
 [[do]]
@@ -170,7 +172,8 @@ TEST_F(Script, ErrorsAreReportedWithTheirLineBeforePlaying) {
       {"[[do]]\nat = 1\nhand = 0.5\ncommand = \"undo\"", "hand is not a whole number"},
       {"speed = 2", "unknown key"},
       {"smallest_burr = 1", "unknown key"},
-      // All mistakes are named at once, without their consequences for the whole table.
+      // All mistakes are reported together. Errors that only follow from them, such as an expectation that is
+      // not complete, are not reported.
       {"[[expect]]\nthat = \"changes\"\nleast = \"1\"\n[[do]]\nat = -1\ncommand = \"undo\"",
        "correct the spelling; line 16: the value of least is not a number (\"1\"); line 18: the value of at is "
        "out of range (-1)\n"},
@@ -201,7 +204,7 @@ TEST_F(Script, ErrorsAreReportedWithTheirLineBeforePlaying) {
   EXPECT_NE(run("run many.toml").err.find("one to four"), std::string::npos);
   write("deep.toml", "a = " + std::string(100000, '['));
   EXPECT_NE(run("run deep.toml").err.find("not TOML"), std::string::npos);
-  EXPECT_EQ(run("run a.toml --show").exit_code, 3);  // no display: before anything is played
+  EXPECT_EQ(run("run a.toml --show").exit_code, 3);  // no display: refused before the script is played
   EXPECT_EQ(run("run a.toml --record nowhere/a.session").exit_code, 2);
   EXPECT_EQ(run("run a.toml --record s.mha").exit_code, 2);
 }

@@ -1,4 +1,5 @@
-// Scripts that find their places on a scan, follow its surface, yield, run live and take pictures.
+// Scripts that find their positions on a scan, follow its surface, have hands that yield to forces, run live
+// and take pictures.
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
@@ -29,13 +30,14 @@ std::string expect(const std::string& what, double at, double least, double most
 }
 
 TEST_F(Command, AScriptsPlaceIsOnTheSurfaceOfAnyScan) {
-  // A ball of 40 mm about the origin, on cubes and on thick slices.
+  // A ball with a radius of 40 mm around the origin, on cubic voxels and on thick slices.
   ASSERT_EQ(run("phantom sphere --size 64 --spacing 1.5 --psf 1 --set radius=40 -o cubes.mha").exit_code, 0);
   ASSERT_EQ(
       run("phantom sphere --size 96,96,24 --spacing 1,1,4 --psf 1 --set radius=40 -o slices.mha").exit_code,
       0);
   for (const std::string scan : {"cubes.mha", "slices.mha"}) {
-    // From its left, with z up, "along" is to the back: x, y and z are known everywhere on it.
+    // Viewed from the left of the ball with z up, the slide is to the back (y), so the expected x, y and z on
+    // the ball are known.
     const double x = std::sqrt(1600.0 - 100);
     write("a.toml", slide(scan, "",
                           expect("contact", 0.5, 1, 1) + expect("proxy_x", 0.5, 39.7, 40.2) +
@@ -46,7 +48,8 @@ TEST_F(Command, AScriptsPlaceIsOnTheSurfaceOfAnyScan) {
     const Json report = json("run a.toml");
     EXPECT_EQ(report["is_met"], true) << scan << report["checks"].dump(1);
   }
-  // For any "up" there is a direction along; a picture straight from above is not empty.
+  // The script is valid for any direction `up`, also along the ray to the place. A picture straight from
+  // above is not empty.
   for (const char* up : {"[1, 0, 0]", "[1, 1, 1]", "[0, 0, -3]"}) {
     std::string text = slide("cubes.mha", "", "[[pictures]]\nfile = \"p.png\"\nfrom = [0, 0, 1]\n");
     text.insert(text.find("name = "), std::string("up = ").append(up).append("\n"));
@@ -55,12 +58,13 @@ TEST_F(Command, AScriptsPlaceIsOnTheSurfaceOfAnyScan) {
     EXPECT_EQ(run("run up.toml --pictures shots").exit_code, 0) << up;
     EXPECT_GT(fs::file_size(folder_ / "shots" / "p.png"), 20000u) << up;
   }
-  // Walls thinner than the limit are skipped; if all are thinner, the script is refused.
+  // Walls that are thinner than `thickness` are skipped. If all walls are thinner, the script is refused, as
+  // below for the shell.
   write("thin.toml",
         "schema = 1\nscan = \"cubes.mha\"\n[[places]]\nname = \"left\"\nthickness = 5\n"
         "from = [[1, 0, 0]]\n[[hands]]\nplace = \"left\"\npoints = [[0, 0, 0, 9]]\n");
   EXPECT_EQ(run("run thin.toml").exit_code, 0);  // a ball is solid: thicker than any limit
-  // The thickness of a shell is known; drilled through it is open.
+  // The shell has its known thickness. It is open at the place after it was drilled through.
   ASSERT_EQ(run("phantom shell --size 72 -o shell.mha").exit_code, 0);
   constexpr double thickness = 7.2;  // 0.06 of its box of 120 mm
   write("b.toml",
@@ -78,7 +82,7 @@ TEST_F(Command, AScriptsPlaceIsOnTheSurfaceOfAnyScan) {
 }
 
 TEST_F(Command, AScriptWorksAlongATrajectory) {
-  // From 10 mm outside the entry of a screw, 3 mm to its side.
+  // The hand begins 10 mm outside the entry of a screw and moves 3 mm to the side.
   write("t.toml",
         "schema = 1\nscan = \"spine\"\nrate = 250\n[[places]]\nname = \"screw\"\n"
         "trajectory = \"L4 left pedicle\"\n[[hands]]\nplace = \"screw\"\nshaft = [0, 0, 1]\n"
@@ -132,7 +136,7 @@ TEST_F(Command, AScriptMeasuresTheSolidAlongATrajectory) {
   EXPECT_EQ(outcome["is_met"], true) << outcome.dump(1);
 }
 
-/// A place on a body moves with it, in commands and pictures.
+/// A place on a body moves with the body, in commands and pictures.
 TEST_F(Command, AScriptsPlaceOnABodyMovesWithIt) {
   const std::string cut =
       "schema = 1\nscan = \"head\"\nplan = true\nrate = 250\n[[places]]\nname = \"flap\"\nbody = 1\n"
@@ -168,7 +172,8 @@ TEST_F(Command, AScriptsPlaceOnABodyMovesWithIt) {
 
 TEST_F(Command, AScriptsHandYieldsLiveAndWithoutThreadsAlike) {
   ASSERT_EQ(run("phantom sphere --size 64 --spacing 1.5 --psf 1 --set radius=40 -o s.mha").exit_code, 0);
-  // A hand of 0.3 N/mm aimed 1 mm into bone presses with less than 0.3 N; a stiff one is 1 mm in.
+  // A hand with a stiffness of 0.3 N/mm that is aimed 1 mm into bone presses with less than 0.3 N. A hand
+  // without a stiffness follows its path exactly and is 1 mm deep.
   const std::string tail = R"([[do]]
 at = 1.0
 command = "note"
@@ -192,8 +197,8 @@ refused = true
   EXPECT_EQ(json("run stiff.toml")["is_met"], true);
   for (const char* session : {"soft", "live-soft"})
     EXPECT_EQ(json(std::string("replay ") + session + ".session --scan s.mha --verify")["is_same"], true);
-  // Planted faults: an unmet expectation ends with 1, live too; so does an expected refusal that does not
-  // occur.
+  // Planted faults: an unmet expectation gives exit code 1, also live. An expected refusal that does not
+  // occur gives exit code 1, too.
   write("wrong.toml", slide("s.mha", "stiffness = 0.3", expect("force_n", 0.55, 2, 3)));
   EXPECT_EQ(run("run wrong.toml --live").exit_code, 1);
   write("done.toml",
@@ -202,8 +207,8 @@ refused = true
   EXPECT_TRUE(fs::is_empty(folder_ / ".state" / "trephine" / "sessions")) << "a temporary session stayed";
 }
 
-// A job is finished before the next command, live too; expectations for the time of a command are checked
-// after it.
+/// A job is finished before the next command is executed, also live. Expectations for the time of a command
+/// are checked after the command.
 TEST_F(Command, AScriptDoesTheSameLiveInTheSameOrder) {
   ASSERT_EQ(run("phantom plate --size 64 --spacing 0.6 --psf 1 --set thickness=4 -o plate.mha").exit_code, 0);
   std::ostringstream circle;

@@ -1,4 +1,5 @@
-// SectionCap: areas of cut bone and structures against closed forms, cuts, opacities and sheared scans.
+// SectionCap: areas of bone and structures in a section plane are compared with closed forms, also on sheared
+// scans. Removed matter and structures that are not opaque are not shown.
 #include "apps/view/section_cap.h"
 
 #include <cmath>
@@ -47,7 +48,7 @@ dvec3 position(const CapImage& image, int column, int row) {
          (row + 0.5) / image.rows * image.up_world;
 }
 
-/// Area of the opaque pixels of positions for which `counts` is true, mm².
+/// Returns the area (mm²) of the opaque pixels at positions for which `counts` returns true.
 double area(const CapImage& image, const std::function<bool(const dvec3&)>& counts) {
   if (image.columns == 0) return 0;
   const double pixel =
@@ -130,7 +131,8 @@ TEST(SectionCap, TheNewestRequestCounts) {
   cap.clear();
   cap.finish();
   EXPECT_FALSE(cap.take()) << "discarded";
-  // While only matter is removed, unfinished images are shown: a face follows continuous cuts.
+  // If only matter is removed between requests, the image of an earlier request is shown although a newer
+  // request waits. The cut face thus follows a continuous cut.
   cap.request(version, structures_of(scene), {dvec3(0), dvec3(0, 1, 0)});
   bool is_shown = false;
   for (int i = 0; i < 2000 && !is_shown; ++i) {

@@ -36,7 +36,7 @@ TEST_F(Command, ARecordedDrillReplaysVerifiesAndContinues) {
   const std::string steps = read(file("steps.csv"));
   EXPECT_EQ(static_cast<std::size_t>(std::count(steps.begin(), steps.end(), '\n')),
             drill["steps"].get<std::size_t>() + 1);
-  // The parts of a tick's force add up to it, and to the force of the table.
+  // The parts of the force of a tick add up to the total force of that tick.
   const Json parts = json("explain d.session --scan s.mha --at 0.5");
   double sum = 0;
   for (const Json& part : parts["parts"]) sum += part["force_world_n"][2].get<double>();
@@ -49,13 +49,13 @@ TEST_F(Command, ARecordedDrillReplaysVerifiesAndContinues) {
   EXPECT_EQ(outside.exit_code, 2);
   EXPECT_NE(outside.err.find("the time is not in the session"), std::string::npos) << outside.err;
   EXPECT_EQ(run("explain d.session --scan s.mha --at 0.5 --hand 2").exit_code, 2);
-  // Up to a time.
+  // The session is replayed up to 0.5 s only.
   const Json half = json("replay d.session --scan s.mha --until 0.5 --screenshot half.png");
   EXPECT_EQ(half["ticks"], 500);
   EXPECT_LT(half["removed_mm3_total"], replay["removed_mm3_total"]);
   EXPECT_GT(fs::file_size(folder_ / "half.png"), 2000u);
 
-  // Continued, as one session.
+  // The session is continued in its own file, and replayed as one session.
   write("more.csv", "t,x,y,z\n0,-20,0.2,46\n0.3,-20,0.2,38\n0.6,-20,0.2,36\n");
   const Json resume = json("resume d.session --scan s.mha --path more.csv");
   EXPECT_DOUBLE_EQ(resume["removed_mm3_before"], drill["removed_mm3_total"].get<double>());
@@ -64,7 +64,7 @@ TEST_F(Command, ARecordedDrillReplaysVerifiesAndContinues) {
   EXPECT_EQ(whole["is_same"], true);
   EXPECT_DOUBLE_EQ(whole["removed_mm3_total"], resume["removed_mm3_total"].get<double>());
 
-  // Another hand takes over in the middle, in a session of its own.
+  // Another path continues from 1 s of the session, and is recorded as a session of its own.
   const Json other = json("resume d.session --scan s.mha --path more.csv --at 1 --record other.session");
   EXPECT_LE(other["from_seconds"].get<double>(), 1);
   EXPECT_GT(other["from_seconds"].get<double>(), 0);
@@ -78,7 +78,7 @@ TEST_F(Command, ARecordedDrillReplaysVerifiesAndContinues) {
     EXPECT_FALSE(fs::exists(folder_ / "third.session")) << wrong;
   }
 
-  // A recording never overwrites.
+  // A recording never overwrites a file.
   const ProcessResult taken = run("drill s.mha --burr-diameter 4 --path p.csv -o d2.mha --record d.session");
   EXPECT_EQ(taken.exit_code, 2);
   EXPECT_NE(taken.err.find("already"), std::string::npos);
@@ -109,7 +109,7 @@ TEST_F(Command, TheSurfaceAtATimeEnclosesWhatWasNotRemoved) {
   EXPECT_NEAR(whole - volume_at(" --until 0.7"), half, 0.05 * half);
 }
 
-/// A session whose program was killed is offered at the next start, if it is the newest.
+/// An autosave that was not closed, because its program was killed, is found if it is the newest autosave.
 TEST_F(Command, AnInterruptedAutosaveIsFound) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1 -o s.mha").exit_code, 0);
   write_press("p.csv", 2);
@@ -169,8 +169,8 @@ TEST_F(Command, ATimelineListsStrokesCommandsAndEvents) {
   EXPECT_EQ(run("timeline nowhere.session").exit_code, 2);
   write_press("p.csv", 1);
   ASSERT_EQ(run("touch s.mha --path p.csv -o t.csv --record t.session").exit_code, 0);
-  // A path without a button column is pressed throughout; a press that changes nothing is not a stroke, as in
-  // a window.
+  // With a path without a button column, the button is pressed throughout. As in a window, a press that
+  // changes nothing is not a stroke.
   EXPECT_EQ(json("timeline t.session")["strokes"], 0);
   EXPECT_EQ(json("timeline t.session")["rows"][0]["kind"], "press");
   EXPECT_EQ(json("timeline t.session")["rows"][0]["removed_mm3"], Json());
@@ -181,7 +181,7 @@ TEST_F(Command, VerifyRefusesAChangedFileAndReportsWhere) {
   write_press("p.csv", 2);
   ASSERT_EQ(run("drill s.mha --burr-diameter 4 --path p.csv -o d.mha --record d.session --embed").exit_code,
             0);
-  EXPECT_EQ(run("replay d.session --verify").exit_code, 0) << "the scan is in it";
+  EXPECT_EQ(run("replay d.session --verify").exit_code, 0) << "the session contains the scan";
   const std::string whole = read(file("d.session"));
   // A session with a changed header is refused.
   std::string bytes = whole;
@@ -195,7 +195,8 @@ TEST_F(Command, VerifyRefusesAChangedFileAndReportsWhere) {
   bytes[bytes.size() - 100] = static_cast<char>(bytes[bytes.size() - 100] ^ 0x55);
   write("end.session", bytes);
   EXPECT_EQ(run("replay end.session --verify").exit_code, 1);
-  // Damage in the middle of the log: the part before it is the same, which is not sufficient.
+  // Damage in the middle of the log: the part before the damage is replayed and is the same, but the session
+  // as a whole is not reported as the same.
   bytes = whole;
   bytes[bytes.size() - 4500] = static_cast<char>(bytes[bytes.size() - 4500] ^ 0x55);
   write("damaged.session", bytes);
@@ -226,12 +227,13 @@ TEST_F(Command, ResumeLocksTheSessionBeforeReadingIt) {
       run("resume d.session --scan s.mha --path p.csv", "flock d.session env -u DISPLAY");
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_NE(refused.err.find("being recorded"), std::string::npos) << refused.err;
-  EXPECT_EQ(refused.err.find("note"), std::string::npos) << "it was read: " << refused.err;
+  EXPECT_EQ(refused.err.find("note"), std::string::npos) << "the session was read: " << refused.err;
   EXPECT_EQ(read(file("d.session")), before);
   EXPECT_EQ(run("resume d.session --scan s.mha --path p.csv").exit_code, 0);
 }
 
-/// On a full disk both outputs are tried, both failures reported, and old files kept; one exit code for all.
+/// A limit of the file size stands for a full disk: each command ends with exit code 3, reports the error,
+/// keeps the old files and leaves no new file.
 TEST_F(Command, AFullDiskIsReportedAndReplacesNothing) {
   ASSERT_EQ(run("phantom sphere --size 48 -o s.mha").exit_code, 0);
   write_press("p.csv", 2);
@@ -332,7 +334,7 @@ TEST_F(Command, ACaseIsASourceEverywhere) {
   EXPECT_GT(dura["visits"][0]["deepest_mm"].get<double>(), 0.3);
   EXPECT_TRUE(dura["visits"][0]["is_left"].get<bool>());
   const Json events = json("info g.session")["events"];
-  ASSERT_EQ(events.size(), 3u);  // with the damage done there
+  ASSERT_EQ(events.size(), 3u);  // the dura was entered, torn and left
   EXPECT_EQ(events[0]["text"], "The tool entered the dura while it was running.");
   EXPECT_TRUE(json("replay g.session --scan my-case --verify")["is_same"].get<bool>());
   const ProcessResult away = run("drill my-case --burr-diameter 6 --path air.csv -o o.mha --json");

@@ -56,8 +56,8 @@ TEST(Structures, AreListedWithBoneFirst) {
   EXPECT_EQ(list[3].opacity, 0) << "not a structure of the operation";
 }
 
-/// A label is not drawn where a model of soft tissue has its name; a steel tool with that word is no such
-/// model.
+/// A label is not drawn if the name of a model of soft tissue contains the name of the label, because the
+/// model is drawn. A model of steel with such a name does not replace the label.
 TEST(Structures, AModelIsDrawnInPlaceOfItsLabel) {
   haptics::TouchScene scene = shell();
   scene.items.push_back(haptics::mesh_item("left brain", nullptr));
@@ -134,10 +134,10 @@ TEST(StructureSurface, FollowsABall) {
     const auto corner = [&](std::size_t i) { return dvec3(mesh.vertices[mesh.triangles[t + i]]) - middle; };
     volume6 += glm::dot(corner(0), glm::cross(corner(1), corner(2)));
   }
-  EXPECT_LT(worst, 0.55) << "mm, half a voxel's longest side";
-  EXPECT_GT(worst_cosine, std::cos(0.20)) << "the normal, 11 degrees";
+  EXPECT_LT(worst, 0.55) << "mm, half of the longest side of a voxel";
+  EXPECT_GT(worst_cosine, std::cos(0.20)) << "error of the normal, 11 degrees";
   const double ball = 4.0 / 3 * 3.14159265 * 729;
-  EXPECT_NEAR(volume6 / 6, ball, 0.06 * ball) << "closed, and outward in the world";
+  EXPECT_NEAR(volume6 / 6, ball, 0.06 * ball) << "the surface is closed and faces outward";
 }
 
 TEST(StructureSurface, HasNoRemovedVoxels) {

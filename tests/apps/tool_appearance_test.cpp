@@ -1,4 +1,4 @@
-// ToolAppearance: a tool is drawn with its cutting shape in every window.
+// ToolAppearance: a tool is drawn with its cutting shape.
 #include "apps/view/tool_appearance.h"
 
 #include <algorithm>
@@ -73,7 +73,7 @@ TEST(ToolAppearance, ShowsFootJawsAndTheDrillAhead) {
     const rongeur::Rongeur tool{.kind = kind};
     const ToolAppearance jaws = appearance_of(tool);
     EXPECT_FALSE(jaws.is_ball);
-    // Between the jaws only rods are drawn.
+    // The faces of the jaws are `opening` apart.
     const ToolPart &one = jaws.parts[0], &other = jaws.parts[kind == rongeur::Kind::kerrison ? 1 : 2];
     const auto face = [](const ToolPart& part, bool is_far) {
       return part.at + (is_far ? part.profile.back().x : part.profile.front().x) * part.along;

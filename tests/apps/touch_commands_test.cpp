@@ -1,4 +1,4 @@
-// trephine touch: its report on forces.
+// trephine touch: its report on energy and on a tool that is stuck.
 #include <cmath>
 
 #include "tests/apps/command_fixture.h"
@@ -6,7 +6,8 @@
 namespace trephine::command_tests {
 namespace {
 
-/// A sampled and smoothed spring returns more energy than it took, up to the theoretical limit.
+/// A spring that is sampled and smoothed returns more energy than it absorbs. The surplus is at most the
+/// theoretical limit.
 TEST_F(Command, TheForceAloneReturnsNoMoreThanSamplingAllows) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1 -o s.mha").exit_code, 0);
   std::ostringstream path;
@@ -29,10 +30,11 @@ TEST_F(Command, TheForceAloneReturnsNoMoreThanSamplingAllows) {
   EXPECT_LT(passive, 0.05 * plain);
 }
 
-/// A tool that rests on a model by depth images is held by the model, and not stuck on the scan behind it.
+/// A tool that rests on a model is not reported as stuck on the scan. The model is touched by depth images or
+/// by its mesh.
 TEST_F(Command, ATouchOfAModelByImagesIsNotStuck) {
   ASSERT_EQ(run("phantom sphere --size 128 --psf 1 -o s.mha").exit_code, 0);
-  // 4 mm into the plate from above, next to the ball of the scan, and a second of rest.
+  // The path ends 4 mm in the box from above, away from the ball of the scan, and rests there for one second.
   write("box.obj",
         "v -60 -60 40\nv -40 -60 40\nv -60 -40 40\nv -40 -40 40\nv -60 -60 50\nv -40 -60 50\nv -60 -40 50\nv "
         "-40 -40 "

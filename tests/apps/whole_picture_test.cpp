@@ -51,8 +51,8 @@ Picture read(vtkRenderWindow* window) {
 
 struct Faults {
   int inside = 0;   ///< pixels well within the silhouette of the bone
-  int missing = 0;  ///< of these, with the background
-  int black = 0;    ///< darker than any bone
+  int missing = 0;  ///< pixels inside that show the background or a surface too far behind the bone
+  int black = 0;    ///< pixels inside that are darker than any bone
 };
 
 /// Voxels surrounded by solid voxels: any drawn surface encloses these.
@@ -70,8 +70,9 @@ class DeepVoxels {
           deep_[scene.base->index(x, y, z)] = is_deep;
         }
   }
-  /// Distance along the ray to the first of them, mm; negative: none is hit. Steps are a quarter of a voxel;
-  /// a ray that only grazes a voxel's corner may miss the surface drawn around it.
+  /// Returns the distance along the ray to the first deep voxel, mm; negative if the ray hits no deep voxel.
+  /// Steps are a quarter of a voxel. A voxel that the ray only grazes is not counted, because the ray may
+  /// miss the surface drawn around that voxel.
   double distance(const Ray& ray) const {
     const glm::dvec3 from = frame_.volume_from_world(ray.origin),
                      direction = frame_.vector_volume_from_world(ray.direction);
@@ -102,7 +103,7 @@ class DeepVoxels {
   std::vector<char> deep_;
 };
 
-/// Distance of the bone in a grid of pixels.
+/// Distances of the bone from the camera, in a grid of pixels.
 class Silhouette {
  public:
   Silhouette(Viewport& picture, const DeepVoxels& bone)
@@ -114,7 +115,8 @@ class Silhouette {
         bone_[i] = bone.distance(rays_[i]);
       }
   }
-  /// Largest distance of the bone (mm) within `margin` steps; negative if a pixel among them has none.
+  /// Returns the largest distance of the bone (mm) in the pixels within `margin` steps of the grid; negative
+  /// if one of these pixels has no bone.
   double farthest(int x, int y, int margin) const {
     double most = 0;
     for (int j = -margin; j <= margin; ++j)
@@ -169,8 +171,8 @@ class Subject {
     picture_->look_from(side);
     camera()->Dolly(nearer);
   }
-  /// Judges the picture in the window. A coarse surface is within a cube of four voxels, a reduced one within
-  /// six.
+  /// Judges the picture in the window. A drawn surface may be behind the bone by 0.5 voxels at full detail,
+  /// by 3 voxels if it is coarse, and by 6 voxels if it is reduced.
   Faults faults(bool is_coarse, bool is_reduced = false) {
     const glm::dvec3 spacing = scene_.base->frame.spacing();
     const double voxel = std::max({spacing.x, spacing.y, spacing.z});
@@ -207,7 +209,7 @@ void expect_whole(const haptics::TouchScene& scene, const std::string& name) {
       EXPECT_FALSE(subject.picture().view().bone().is_complete());
       subject.keep(view + "-reduced");
       const Faults reduced = subject.faults(true, true);
-      subject.picture().draw();  // all chunks are finished: ends the reduced surface
+      subject.picture().draw();  // all chunks are finished and replace the reduced surface
       subject.keep(view + "-coarse");
       const Faults coarse = subject.faults(true);
       ASSERT_TRUE(subject.picture().complete());
@@ -217,9 +219,9 @@ void expect_whole(const haptics::TouchScene& scene, const std::string& name) {
       EXPECT_GT(fine.inside, 80);
       EXPECT_EQ(reduced.missing, 0);
       EXPECT_EQ(coarse.missing, 0);
-      // One pixel of 13,000 was missing in one of eight runs, on a busy machine.
+      // The limit is 1, because one of 13,000 pixels was missing in one of eight runs on a busy machine.
       EXPECT_LE(fine.missing, 1);
-      // In the skull's base and in noisy skin some crevices are as dark.
+      // In the base of the skull and in noisy skin, some crevices are darker than the limit for black.
       EXPECT_LE(coarse.black, fine.black + coarse.inside / 5000);
       EXPECT_LE(reduced.black, fine.black + reduced.inside / 5000);
     }
@@ -283,7 +285,8 @@ TEST(WholePicture, CoarseSurfacesHaveNoFoldedTriangles) {
   EXPECT_GT(turned, 100);
 }
 
-/// One thread makes reduced surfaces before any chunk, and they are gone with the last chunk.
+/// The worker makes the reduced surfaces before the chunks, and discards them when the last chunk is
+/// finished.
 TEST(WholePicture, ReducedSurfacesComeFirst) {
   const haptics::TouchScene scene = scenes::phantom_scene("head", {});
   ChunkWorker worker(scene, 1);
@@ -305,7 +308,7 @@ TEST(WholePicture, ReducedSurfacesComeFirst) {
   EXPECT_LT(early, worker.take().size());
 }
 
-/// The finished picture is in the window as soon as it is complete, also if it was drawn in batches.
+/// As soon as the picture is complete, the window shows it at full detail, also if it was drawn in batches.
 TEST(WholePicture, ACompletePictureIsShown) {
   const haptics::TouchScene scene = scenes::phantom_scene("head", {});
   Subject subject(scene);
@@ -329,8 +332,8 @@ TEST(WholePicture, MissingPartsAreDetected) {
   EXPECT_GT(subject.faults(false).missing, 1000);
 }
 
-/// The window system redraws the window after a change of its size, before the next frame of the view. That
-/// picture has the projection of the new size, and is not complete before it is drawn at full detail.
+/// After a change of its size, the window system redraws the window before the next frame of the view. The
+/// redrawn picture has the projection of the new size. It is not complete until it is drawn at full detail.
 TEST(WholePicture, IsDrawnInTheNewSizeWhenTheWindowSystemRedrawsIt) {
   const haptics::TouchScene scene = scenes::phantom_scene("spine", {});
   Subject subject(scene);
@@ -352,7 +355,8 @@ TEST(WholePicture, IsDrawnInTheNewSizeWhenTheWindowSystemRedrawsIt) {
   EXPECT_LE(subject.faults(false).missing, 1);
 }
 
-/// A picture that is narrower than high shows the whole head, and points of it keep their rays.
+/// A picture of any aspect ratio shows the whole head. The ray through the projection of a point passes the
+/// point.
 TEST(WholePicture, ShowsTheWholeHeadInANarrowWindow) {
   const haptics::TouchScene scene = scenes::phantom_scene("head", {});
   Subject subject(scene);
@@ -377,7 +381,7 @@ TEST(WholePicture, ShowsTheWholeHeadInANarrowWindow) {
   }
 }
 
-/// Other code that fits the camera's clipping planes to the visible surface cuts nothing off.
+/// The picture stays whole if other code moves the camera's clipping planes into the head.
 TEST(WholePicture, StaysWholeWhenOthersMoveTheCamerasPlanes) {
   const haptics::TouchScene scene = scenes::phantom_scene("head", {});
   Subject subject(scene);

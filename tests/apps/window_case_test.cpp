@@ -19,7 +19,8 @@ class CaseWindow : public ToolWindow {
     QTest::keyClick(window_.get(), Qt::Key_L, Qt::ShiftModifier);
     let_run(200);
   }
-  /// Clicks at a position of the picture and returns it; the marked position is on its line of sight.
+  /// Clicks at the projection of `at` and returns `at`. The marked position is on the same line of sight, and
+  /// may differ from `at`.
   dvec3 click_at(const dvec3& at) {
     point_at(at);
     QTest::mouseClick(window_->canvas(), Qt::LeftButton, {}, pixel_of(at));
@@ -117,7 +118,7 @@ TEST_F(CaseRequests, BadOnesAreRefused) {
   request_.plan.landmarks = {{"far", {0, 0, 1e4}}};
   EXPECT_NE(error().find("outside the scan"), std::string::npos);
   request_.plan.landmarks = {{"a", {0, 0, 0}}, {"a", {1, 0, 0}}};
-  EXPECT_FALSE(workbench::case_plan_of(request_, scene_).is_ok()) << "two of one name";
+  EXPECT_FALSE(workbench::case_plan_of(request_, scene_).is_ok()) << "two landmarks have the same name";
   request_.plan.landmarks = {{"a", {0, 0, 0}}};
   request_.plan.trajectories = {{"a", {0, 0, 0}, {1, 0, 0}}};
   EXPECT_NE(error().find("two marks have the same name"), std::string::npos);

@@ -1,5 +1,5 @@
-// Objects touched by depth images in the window: shown in motion, touched by the mouse, with their images and
-// clip volume on demand.
+// Objects that are touched by depth images in the window: they are shown in motion and touched by the mouse.
+// Their images and the clip volume are shown on demand.
 
 #include "apps/bench/scenes/closed_models.h"
 #include "haptics/depth/depth_model.h"
@@ -64,11 +64,12 @@ TEST_F(Window, DepthImagesAreTouchedAndShown) {
     return has_touched;
   };
   EXPECT_TRUE(touch());
-  // Its motion is shown.
+  // The motion of the shell is shown.
   const auto seen = [&] { return window.operation()->state().overlays->at(0).surface.get(); };
   const auto* first = seen();
   EXPECT_TRUE(QTest::qWaitFor([&] { return seen() != first; }, k_patience));
-  // Its images, and the clip volume; no images are drawn for a hidden pane.
+  // The pane shows the depth images of the shell, and the picture shows the clip volume. No images are drawn
+  // for a hidden pane.
   constexpr std::size_t depths = 1;
   imaging::Panes& panes = window.pane_controller().panes();
   EXPECT_EQ(panes.image_count(depths), 0u);
@@ -85,14 +86,14 @@ TEST_F(Window, DepthImagesAreTouchedAndShown) {
   EXPECT_GT(window.operation()->viewport().overlay_count(), drawn) << "the clip volume";
   const std::uint64_t made = panes.image_count(depths);
   EXPECT_TRUE(QTest::qWaitFor([&] { return panes.image_count(depths) > made + 3; }, k_patience))
-      << "it moves";
+      << "the images follow the motion";
   child<QAction>(window, "layout_picture")->trigger();
   EXPECT_TRUE(
       QTest::qWaitFor([&] { return window.operation()->viewport().overlay_count() == drawn; }, k_patience));
   window.close();
 }
 
-/// A sheet next to the ball of bone: not solid, but drawn.
+/// A sheet above the ball of bone. It is drawn, and is touched only by the depth of the drawn picture.
 std::shared_ptr<const haptics::TouchScene> with_sheet(const haptics::TouchScene& scene, double* height) {
   haptics::TouchScene with = scene;
   const volume::Volume& scan = *scene.base;
@@ -140,14 +141,14 @@ TEST_F(Window, TheDrawnSurfaceIsTouched) {
         return on_sheet(operation.state().newest) && glm::length(operation.state().newest.force_world) > 0.2;
       },
       k_patience));
-  // On the sheet by the depth of the screen, to one step of its resolution.
+  // The proxy is on the sheet, within the resolution of the depth buffer.
   EXPECT_NEAR(operation.state().newest.proxy_world.z, height, 0.05);
   save_screenshot(window, "screen_depth");
   const ScreenDepth::Counters before = operation.viewport().view().screen_depth()->counters();
   EXPECT_GT(before.reads, 0u);
   EXPECT_LT(before.reads, 40u) << "at rest nothing is read";
-  // Pressed while the view turns, the tool stays on the sheet, and every new view is read without another
-  // frame.
+  // While the view turns, the pressed tool stays on the sheet. New views are read, and no frames are drawn
+  // for the reading alone.
   const int frames = operation.frames();
   constexpr int k_turns = 12;
   for (int i = 0; i < k_turns; ++i) {

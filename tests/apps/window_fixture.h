@@ -1,4 +1,5 @@
-// Fixture: a window over a ball of bone, recorded, with a host that opens other scenes.
+// Fixture of the window's tests: a window on a ball of bone, a recording of its session, and a host that
+// opens other scenes.
 #pragma once
 
 #include <QAction>
@@ -45,8 +46,8 @@ namespace fs = std::filesystem;
 /// Longest wait for a condition, ms. A loaded machine needs more time than an idle one.
 inline constexpr int k_patience = 600'000;
 
-/// Lets the window run for the time in which an idle machine processes events for `ms`: at least that long,
-/// and longer if its frames take long.
+/// Processes events for at least `ms` milliseconds. Waits in steps of 20 ms: if the frames of a busy machine
+/// take longer than a step, the whole wait is longer.
 inline void let_run(int ms) {
   constexpr int k_step = 20;
   for (int done = 0; done < ms; done += k_step) QTest::qWait(std::min(k_step, ms - done));
@@ -104,7 +105,7 @@ inline void answer_dialog_with(const std::string& path) {
 class Window : public ::testing::Test {
  protected:
   Window() {
-    // The pointer of the display must not be over the window at its start.
+    // The mouse pointer must not be over the window when the window opens: it would move the tool.
     QCursor::setPos(QGuiApplication::primaryScreen()->geometry().bottomRight());
     scene_ = ball(64);
     options_.title = "ball";
@@ -141,7 +142,7 @@ class Window : public ::testing::Test {
     EXPECT_NE(found, nullptr) << name;
     return found;
   }
-  /// Keeps a picture of the whole window if TREPHINE_SCREENSHOTS is set.
+  /// Saves a picture of the window as `name`.png in the folder TREPHINE_SCREENSHOTS, if this variable is set.
   static void save_screenshot(MainWindow& window, const char* name) {
     if (const char* folder = std::getenv("TREPHINE_SCREENSHOTS"))
       window.grab().save(QString("%1/%2.png").arg(folder, name));

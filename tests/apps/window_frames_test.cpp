@@ -1,4 +1,4 @@
-// Frames that a window draws, and closing by a program.
+// Frames of the window: an unchanged picture is not drawn again. Closing of the window by the program.
 #include <QTimer>
 #include <utility>
 
@@ -7,7 +7,7 @@
 namespace trephine::view {
 namespace {
 
-/// A picture equal to the last one is not drawn.
+/// A picture that equals the previous one is not drawn again.
 TEST_F(Window, DrawsNothingWithoutChanges) {
   MainWindow window(scene_, options_);
   window.show();
@@ -20,13 +20,13 @@ TEST_F(Window, DrawsNothingWithoutChanges) {
       },
       k_patience));
   const auto drawn = [&] { return window.operation()->frames() - window.operation()->frames_skipped(); };
-  // The tool comes to rest, and with it the picture.
+  // Wait until the tool, and therefore the picture, is at rest.
   int last = -1;
   ASSERT_TRUE(QTest::qWaitFor([&] { return std::exchange(last, drawn()) == drawn(); }, k_patience));
   const int frames = window.operation()->frames(), before = drawn();
   ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->frames() > frames + 20; }, k_patience));
   EXPECT_EQ(drawn(), before);
-  // Changes are drawn: the tool, the view, the names.
+  // Changes of the tool, the view, the size of the text and the size of the window are drawn.
   QTest::mouseMove(window.canvas(), middle + QPoint(9, 5));
   EXPECT_TRUE(QTest::qWaitFor([&] { return drawn() > before; }, k_patience));
   const auto is_drawn_after = [&](auto change) {
@@ -42,7 +42,8 @@ TEST_F(Window, DrawsNothingWithoutChanges) {
   EXPECT_TRUE(is_drawn_after([&] { window.resize(940, 720); }));
 }
 
-/// A signal, or the end of a given time, closes the window without a dialog, after any work.
+/// After a signal should_close() returns true. The window then closes without a dialog, although bone was
+/// cut.
 TEST_F(Window, AProgramCanCloseItWithoutWaiting) {
   std::atomic<bool> is_asked = false;
   options_.should_close = [&] { return is_asked.load(); };

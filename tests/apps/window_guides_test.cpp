@@ -1,4 +1,5 @@
-// A tool tilted by mouse and keyboard, and guided under an edge and into a burr hole.
+// Tools that mouse and keyboard move: a foot under an edge and in a burr hole, a tilted shaft, presses
+// through bone, and structures that a tool must not enter.
 #include <glm/gtc/quaternion.hpp>
 
 #include "modules/drilling/craniotome.h"
@@ -26,7 +27,7 @@ TEST_F(ToolWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
   ASSERT_TRUE(reaches([&] { return hand().state().newest.pose.position_world.y < 36; }));
   save_screenshot(*window_, "kerrison-under");
   EXPECT_EQ(hand().state().removed_mm3, 0);
-  // Keys act like buttons.
+  // PageDown slides the foot farther under the bone, and Space acts like the left button.
   QTest::keyClick(window_.get(), Qt::Key_PageDown);
   let_run(400);
   QTest::keyPress(window_.get(), Qt::Key_Space);
@@ -44,7 +45,8 @@ TEST_F(ToolWindow, AKerrisonsFootIsMovedUnderALaminaByClicksAndByKeys) {
   EXPECT_TRUE(reaches([&] { return !hand().guide().is_holding(); }));
 }
 
-/// A click where the foot finds no edge moves nothing while it is held; a press would enter the dural sac.
+/// A click is refused at positions at which the foot finds no edge: the tool stays in place while the button
+/// is held. A press at such a position would move the tool into the dural sac.
 TEST_F(ToolWindow, AKerrisonIsNotPressedWhereItsClickWasRefused) {
   workbench::SourceChoice source("spine");
   source.uses_plan = true;
@@ -64,7 +66,8 @@ TEST_F(ToolWindow, AKerrisonIsNotPressedWhereItsClickWasRefused) {
   }
 }
 
-/// Between two laminae an idle tool rests on the dural sac. It does not go through it to the vertebral body.
+/// Between two laminae an idle tool rests on the dural sac. It does not pass through the sac to the vertebral
+/// body.
 TEST_F(ToolWindow, AnIdleToolDoesNotEnterTheDuralSacBetweenLaminae) {
   workbench::SourceChoice source("spine");
   source.uses_plan = true;  // the dural sac and the nerve roots are forbidden
@@ -78,7 +81,7 @@ TEST_F(ToolWindow, AnIdleToolDoesNotEnterTheDuralSacBetweenLaminae) {
     QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
     let_run(200);
     const sim::Engine start = operation_->engine();
-    int crossings = 0;  // rays that meet bone only behind a structure
+    int crossings = 0;  // number of rays that cross a forbidden structure before they meet bone
     for (const double z : {14.5, 17.5})
       for (const double x :
            {-5.0, 3.0, 6.0, 0.0, -6.0}) {  // steps of 3 to 8 mm, over the convex dural sac too
@@ -98,7 +101,7 @@ TEST_F(ToolWindow, AnIdleToolDoesNotEnterTheDuralSacBetweenLaminae) {
       }
     EXPECT_GE(crossings, 2);
     save_screenshot(*window_, (std::string(tool_name) + "-over-dural-sac").c_str());
-    // The bone is touched as before.
+    // A lamina next to the gap is still touched.
     point_at({0, 43, 30});
     EXPECT_TRUE(reaches([&] { return hand().state().newest.has_contact; }));
     EXPECT_EQ(entries(), 0) << "on a lamina";
@@ -184,7 +187,7 @@ TEST_F(ToolWindow, ABurrThatIsPressedDeepGoesThroughTheSkull) {
       const std::uint64_t tick = hand().state().newest.tick;
       ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 150; }));
       const double now = glm::distance(hand().state().newest.proxy_world, *start);
-      EXPECT_GT(now, deepest - 0.1) << "out of its hole, pressed by " << depth << " mm";
+      EXPECT_GT(now, deepest - 0.1) << "the tool rose out of its hole at a press of " << depth << " mm";
       deepest = std::max(deepest, now);
     }
     QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(place));
@@ -211,7 +214,8 @@ TEST_F(ToolWindow, ABurrRemovesBoneWhereTheLineOfSightGrazesIt) {
   int count = 0;
   for (const double z : {2.0, 5.0, 8.0, -28.0, -25.0})
     for (const double side : {-1.0, 1.0}) {
-      // The last position next to the process before the bone ends, or continues 10 mm deeper.
+      // The outermost position at a side of the spinous process. Beyond it, the line of sight meets no bone,
+      // or meets bone 10 mm deeper.
       const double top = depth_at({0, 60, z});
       if (top < 0) continue;
       double x = 0;
@@ -231,7 +235,35 @@ TEST_F(ToolWindow, ABurrRemovesBoneWhereTheLineOfSightGrazesIt) {
   EXPECT_GT(count, 5);
 }
 
-/// Below a pressure a burr rubs. The window states the force, and how to increase it, once per rest.
+/// A press at an edge pulls the burr below the edge. There it stops, with a message, until the cursor moves.
+TEST_F(ToolWindow, ABurrThatSlidesBehindBoneStops) {
+  open("spine", drilling::burr({.diameter = 4}));
+  QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
+  let_run(300);
+  hand().set_depth(3);
+  const auto count = [&] {
+    const auto& log = hand().notices().log();
+    return std::count_if(log.begin(), log.end(), [](const auto& entry) {
+      return entry.text.starts_with("The tool slid behind bone, out of sight");
+    });
+  };
+  for (const dvec3 edge : {dvec3(-1.75, 45, -12.5), dvec3(-3.5, 45, -10)}) {
+    SCOPED_TRACE(edge.x);
+    const auto before = count();
+    point_at(edge);
+    QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(edge));
+    EXPECT_TRUE(reaches([&] { return count() == before + 1; }));
+    let_run(300);
+    const double stopped = hand().state().removed_mm3, time = hand().state().newest.t;
+    EXPECT_TRUE(reaches([&] { return hand().state().newest.t > time + 2; }));
+    EXPECT_LT(hand().state().removed_mm3, stopped + 0.5) << "it went on out of sight";
+    QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(edge));
+    let_run(100);
+  }
+}
+
+/// A burr that is pressed too lightly rubs and hardly cuts. The window reports the force, and how to
+/// increase it, once until the burr cuts again or is released.
 TEST_F(ToolWindow, ABurrThatRubsIsReported) {
   open("head", drilling::burr({.diameter = 6}));
   QTest::keyClick(window_.get(), Qt::Key_R, Qt::ShiftModifier);
@@ -258,8 +290,8 @@ TEST_F(ToolWindow, ABurrThatRubsIsReported) {
   }
 }
 
-/// A press on a cut face is refused: the hidden bone in front of it cannot be passed, and what is behind it
-/// is not visible. It tore a nerve root far behind the face.
+/// A press on a cut face is refused: the tool cannot pass the hidden bone in front of the face, and the
+/// matter behind the face is not visible. Otherwise a press can tear a nerve root far behind the face.
 TEST_F(ToolWindow, APressOnACutFaceIsRefused) {
   workbench::SourceChoice source("spine");
   source.uses_plan = true;
@@ -291,7 +323,8 @@ TEST_F(ToolWindow, APressOnACutFaceIsRefused) {
   save_screenshot(*window_, "press-on-face");
 }
 
-/// An idle burr that moves over a hole stays clear of the dura at its bottom and at its edge.
+/// An idle burr that moves over a hole does not enter the dura, neither at the bottom of the hole nor at its
+/// rim.
 TEST_F(ToolWindow, AnIdleBurrOverAHoleDoesNotEnterTheDura) {
   workbench::SourceChoice source("head");
   source.uses_plan = true;  // the dura is forbidden
@@ -333,7 +366,7 @@ TEST_F(ToolWindow, APressAtAnEdgeOfBoneDoesNotSlipToItsOtherSide) {
   int places = 0;
   for (const double x : {-9.75, 9.75, 7.0})
     for (const double z : {9.2, 6.0}) {
-      if (x == 9.75 && z == 9.2) continue;  // the joint, into whose gap a point goes
+      if (x == 9.75 && z == 9.2) continue;  // the gap of the facet joint
       const dvec3 at(x, 40, z);
       SCOPED_TRACE(testing::Message() << x << ' ' << z);
       point_at(at);
@@ -354,7 +387,7 @@ TEST_F(ToolWindow, APressAtAnEdgeOfBoneDoesNotSlipToItsOtherSide) {
   EXPECT_GE(places, 4);
 }
 
-/// A deep press does not move a craniotome whose foot has no room; it would pass through structures.
+/// A deep press does not move a craniotome whose foot has no room. The tool would pass through structures.
 TEST_F(ToolWindow, ACraniotomeIsNotPressedWhereItsFootHasNoPlace) {
   workbench::SourceChoice source("spine");
   source.uses_plan = true;
@@ -378,7 +411,7 @@ TEST_F(ToolWindow, ACraniotomeIsNotPressedWhereItsFootHasNoPlace) {
 }
 
 TEST_F(ToolWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
-  if (std::getenv("TREPHINE_WHOLE") == nullptr) GTEST_SKIP() << "50 s: set TREPHINE_WHOLE=1";
+  if (std::getenv("TREPHINE_WHOLE") == nullptr) GTEST_SKIP() << "takes 50 s: set TREPHINE_WHOLE=1 to run it";
   open("head", drilling::craniotome({}));
   hand().take_instrument(drilling::burr({.diameter = 6, .removal_rate = 400}).parameters);
   ASSERT_TRUE(reaches([&] { return holds("burr"); }));
@@ -390,8 +423,8 @@ TEST_F(ToolWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
   ASSERT_TRUE(reaches([&] { return hand().surface_point().has_value(); }));
   const dvec3 hole = *hand().surface_point();
   const auto near_hole = [&](double back, double up) { return hole + dvec3(0, back, up); };
-  // A ring, deeper and deeper, so that the foot has room on its inner side. A busy machine may release the
-  // button by a fault: it is pressed again.
+  // Drill around a ring, deeper and deeper, until the foot has room on the inner side of the bone. The button
+  // is pressed again after every 20 moves, because a fault on a busy machine may have released it.
   child<QSlider>(*window_, "depth")->setValue(16);
   for (int i = 0; i < 160; ++i) {
     const QPoint at = pixel_of(near_hole(3 * std::cos(0.4 * i), 3 * std::sin(0.4 * i)));
@@ -434,12 +467,13 @@ TEST_F(ToolWindow, TheShaftIsTiltedByTheMiddleButtonAndByKeys) {
     return std::abs(std::acos(std::min(1.0, glm::dot(before, shaft()))) * 180 / 3.14159265 - degrees) < 1;
   };
   EXPECT_TRUE(reaches([&] { return leans(20); }));
-  // Toward the right edge, which is the patient's right in the view from the back.
+  // The shaft leans toward the right edge of the picture. In the view from the back this is the patient's
+  // right.
   EXPECT_LT(glm::dot(shaft() - before, dvec3(1, 0, 0)), -0.2);
   // The tip stays in place.
   EXPECT_LT(glm::length(hand().state().newest.pose.position_world - tip), 1.5);
   save_screenshot(*window_, "tilted");
-  // Back by the mouse, which turns the shaft about the tip.
+  // A drag with the middle button turns the shaft back about its tip.
   const QPoint at = pixel_of(place);
   QTest::mousePress(window_->canvas(), Qt::MiddleButton, {}, at);
   for (int i = 1; i <= 10; ++i) QTest::mouseMove(window_->canvas(), at - QPoint(6 * i, 0));
@@ -453,7 +487,7 @@ TEST_F(ToolWindow, TheShaftIsTiltedByTheMiddleButtonAndByKeys) {
   point_at({14, 43, 4});
   let_run(500);
   EXPECT_GT(glm::dot(fixed, shaft()), 0.9999);
-  // Arrows move the tip over the bone, a millimetre each.
+  // Each press of an arrow key moves the tip over the bone by 1 mm.
   const dvec3 here = hand().state().newest.pose.position_world;
   for (int i = 0; i < 4; ++i) QTest::keyClick(window_.get(), Qt::Key_Up);
   EXPECT_TRUE(

@@ -66,7 +66,7 @@ TEST_F(MarkingWindow, ARulerIsMeasuredByTwoClicksAndDrillsNothing) {
   EXPECT_EQ(prompt(), "");
   EXPECT_EQ(window_->operation()->state().removed_mm3, 0);
   EXPECT_EQ(window_->operation()->state().strokes, 0u);
-  // In slices.
+  // The ruler also measures in slices.
   child<QAction>(*window_, "layout_slices")->trigger();
   QTest::keyClick(window_.get(), Qt::Key_M);
   ImagePane* pane = window_->panes()->pane(0);
@@ -104,7 +104,7 @@ TEST_F(MarkingWindow, APositionOfACommandIsMarkedInsteadOfTyped) {
   EXPECT_TRUE(words.startsWith("Place screw, entry: click a position.")) << words.toStdString();
   in_next_dialog([&](QDialog& dialog) {
     form_text = dialog.findChild<QLineEdit*>("entry")->text();
-    EXPECT_TRUE(dialog.findChild<QLineEdit*>("entry")->isVisible()) << "among more settings";
+    EXPECT_TRUE(dialog.findChild<QLineEdit*>("entry")->isVisible()) << "the section More settings is open";
     dialog.reject();
   });
   click({5, 5});

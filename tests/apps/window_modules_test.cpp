@@ -51,7 +51,7 @@ TEST_F(Window, OffersTheWholeCatalogue) {
   QTest::mouseMove(window.canvas(), middle);
   ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, k_patience));
   QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
-  // On a busy machine a fault removes the force and the button, until the user presses F.
+  // On a busy machine a fault switches the force off and releases the button, until the user presses F.
   const auto has_erased = [&] {
     if (!window.operation()->fault_text().empty()) window.operation()->reset_faults();
     return window.operation()->state().removed_mm3 > 5;
@@ -75,7 +75,7 @@ TEST_F(Window, OffersTheWholeCatalogue) {
   child<QAction>(window, "command_limit-eraser")->trigger();
   take("Burr");
   ASSERT_TRUE(holds("burr"));
-  EXPECT_EQ(drawn_radius(window.operation()->tool()), 3) << "as it was before";
+  EXPECT_EQ(drawn_radius(window.operation()->tool()), 3) << "the burr keeps its diameter";
   take("Eraser");
   EXPECT_TRUE(QTest::qWaitFor(
       [&] { return child<QLabel>(window, "notice")->text().contains("the eraser is used up"); }, k_patience));
@@ -100,7 +100,8 @@ void begin_flaps(std::shared_ptr<const haptics::TouchScene>& scene, const drilli
   scene = fine;
 }
 
-/// An outline is drawn by a key at the contact; its errors are shown. Another try is a branch with a name.
+/// The command add-anchor adds a point of the outline at the contact; without contact the window reports an
+/// error. A new branch of the undo history needs a new name.
 TEST_F(Window, AnOutlineIsDrawnAtTheContact) {
   begin_flaps(scene_, {}, options_);
   MainWindow window(scene_, options_);
@@ -121,7 +122,7 @@ TEST_F(Window, AnOutlineIsDrawnAtTheContact) {
     ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->surface_point().has_value(); }, k_patience));
     child<QAction>(window, "command_add-anchor")->trigger();
     ++anchors;
-    // Its number; for two of them the line between them, too.
+    // An anchor is shown with its number; two anchors are shown with the line between them, too.
     EXPECT_TRUE(QTest::qWaitFor([&] { return shown() >= static_cast<std::size_t>(anchors); }, k_patience));
   }
   const std::size_t before = shown();
@@ -149,8 +150,8 @@ TEST_F(Window, AnOutlineIsDrawnAtTheContact) {
   window.close();
 }
 
-/// An anchor follows the cursor while dragged; the flap's preview is shown. A tool stands on the bone along
-/// its surface normal, at any position.
+/// An anchor follows the cursor while it is dragged, and the preview of the flap is shown. A tool stands on
+/// the bone along the surface normal, at any position.
 TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
   begin_flaps(scene_, {.diameter = 5, .shape = drilling::Shape::cylinder}, options_);
   MainWindow window(scene_, options_);
@@ -165,7 +166,7 @@ TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
     let_run(400);
     return window.operation()->surface_point();
   };
-  // The scan's centre is the ball's.
+  // The ball is at the centre of the scan.
   const glm::dvec3 centre = scene_->base->frame.world_from_volume(0.5 * glm::dvec3(scene_->base->size - 1));
   for (const QPoint& off : {QPoint(-90, 0), QPoint(60, -70)}) {
     const std::optional<glm::dvec3> at = move_to(off);
@@ -188,7 +189,7 @@ TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
       },
       k_patience));
 
-  // Positions of the anchors, by the handles of the overlay.
+  // Positions of the anchors, from the handles of the overlays.
   const auto anchors = [&] {
     std::vector<glm::dvec3> places;
     if (window.operation()->state().overlays)
@@ -230,8 +231,8 @@ TEST_F(Window, AnchorsAreDraggedAndAToolStandsOnTheBone) {
   window.close();
 }
 
-/// A tool that touches with another ball is adopted when its offset field is ready, and drills. Then a burr
-/// is taken again, with the touch geometry of the start.
+/// A tool that touches with a ball of another radius is adopted when the offset field for this radius is
+/// ready, and drills. A burr that is taken afterwards has the touch geometry of the start.
 TEST_F(Window, AToolIsAdoptedWithItsTouchGeometry) {
   begin_flaps(scene_, {}, options_);
   MainWindow window(scene_, options_);
@@ -273,7 +274,7 @@ TEST_F(Window, AToolIsAdoptedWithItsTouchGeometry) {
   window.close();
 }
 
-/// Hardware that a test moves, in its own frame.
+/// Device that a test moves, in the frame of the device.
 class TestHand final : public haptics::Device {
  public:
   Status open() override { return std::nullopt; }
@@ -342,7 +343,7 @@ TEST_F(Window, HardwareMovesTheToolAsSeenOnTheScreen) {
   window.close();
 }
 
-/// A pedal drills in place of the left button, and is released when it is unplugged.
+/// A pedal drills like the left button of the mouse. A pedal that no longer responds counts as released.
 TEST_F(Window, APedalIsTheButtonOfTheMouse) {
   const auto pedal = std::make_shared<TestHand>();
   options_.pedal = pedal;
@@ -365,8 +366,9 @@ TEST_F(Window, APedalIsTheButtonOfTheMouse) {
   window.close();
 }
 
-/// A path drives in place of the mouse, and files saved meanwhile are of one state.
-TEST_F(Window, ADeviceDrivesAndFilesAreOfOneState) {
+/// A path moves the tool in place of the mouse. Scans and sessions that are saved while the tool drills can
+/// be opened.
+TEST_F(Window, FilesSavedWhileADeviceDrillsCanBeOpened) {
   options_.device = std::make_shared<haptics::PlaybackDevice>(
       haptics::PosePath::from_samples({{0, {{0, 0, 70}, {1, 0, 0, 0}, 0}},
                                        {0.3, {{0, 0, 46}, {1, 0, 0, 0}, 1}},
@@ -425,7 +427,7 @@ TEST_F(Window, OpensOneSceneAtATimeAndCancelsOnRequest) {
   EXPECT_EQ(child<QLabel>(window, "notice")->text(), "The scan was not opened.");
   EXPECT_FALSE(child<QProgressBar>(window, "opening")->isVisible());
   EXPECT_EQ(window.windowTitle(), "ball - trephine");
-  // Closed during opening, the window does not wait for it.
+  // A window that is closed while a scene is being opened does not wait for the scene.
   window.open_source("c");
   let_run(50);
   window.close();

@@ -1,4 +1,5 @@
-// Notices in the window: at the tool, in the log, and a force that returns automatically.
+// Notices in the window: at the tool and in the log. The force returns automatically after a fault. Sessions
+// are resumed and replayed from the menu.
 #include <QListWidget>
 #include <QMessageBox>
 #include <atomic>
@@ -34,6 +35,8 @@ TEST(Notices, AreShownForSomeSecondsAndLoggedPermanently) {
   EXPECT_EQ(notices.shown(21), "Bite of 12 mm³.");
   notices.add({22, 22, EventLevel::refusal, "No bite: thick"});
   EXPECT_EQ(notices.shown(22), "Bite of 12 mm³.\nNo bite: thick");
+  // The earlier refusals do not return when the success is no longer shown.
+  EXPECT_EQ(notices.shown(25.9 + 0.05).find("No bite: 4"), std::string::npos);
   // Undo ends the messages of the undone change. An injury stays, since undo does not erase it.
   notices.add({23, 23, EventLevel::danger, "Dura torn."});
   notices.dismiss(23);
@@ -42,7 +45,7 @@ TEST(Notices, AreShownForSomeSecondsAndLoggedPermanently) {
   EXPECT_EQ(notices.shown(24), "Dura torn.\nBite of 5 mm³.");
 }
 
-/// Stops the edit thread for longer than a servo waits for it, once.
+/// Command that stops the edit thread once, for longer than the servo waits for this thread.
 struct Sleeper {
   double seconds = 1.5;
   static const sim::Schema& schema() {
@@ -87,7 +90,8 @@ TEST_F(Window, TheForceOfAMouseReturnsAutomatically) {
   EXPECT_TRUE(QTest::qWaitFor(was_off, k_patience));
   save_screenshot(window, "force-off");
   EXPECT_TRUE(QTest::qWaitFor([&] { return operation.fault_text().empty(); }, k_patience));
-  EXPECT_TRUE(QTest::qWaitFor([&] { return at_tool->isHidden(); }, k_patience)) << "a message does not stay";
+  EXPECT_TRUE(QTest::qWaitFor([&] { return at_tool->isHidden(); }, k_patience))
+      << "the message is hidden again";
   window.close();
   EXPECT_GE(window.finish().force_faults, 1u);
 }
@@ -105,7 +109,7 @@ TEST_F(Window, AMessageAvoidsTheLabelsAroundTheTool) {
   const QPoint tip(300, 200);
   const QRect free = place("Dura torn.", tip, {});
   EXPECT_TRUE(free.left() > tip.x() && free.top() > tip.y());
-  // A shown message does not move away.
+  // A message that is shown already stays in place, although a label is at this position now.
   EXPECT_EQ(place("Dura torn.", tip, {free}), free);
   const QRect second = place("Dura touched.", tip, {free});
   EXPECT_FALSE(second.intersects(free));
@@ -114,7 +118,7 @@ TEST_F(Window, AMessageAvoidsTheLabelsAroundTheTool) {
   // Labels on all sides: it is placed beyond them.
   const QRect around(tip - QPoint(250, 60), QSize(500, 120));
   EXPECT_FALSE(place("The foot is in bone.", tip, {around}).intersects(around));
-  // At the border of the picture it changes its side.
+  // At the border of the picture the message is on the other side of the tip.
   EXPECT_LT(place("Bite of 3 mm\u00b3.", {590, 390}, {}).right(), 590);
 }
 
@@ -127,7 +131,7 @@ TEST_F(Window, AnUndoWithoutAChangeIsExplained) {
   EXPECT_TRUE(QTest::qWaitFor([&] { return at_tool->text().contains("no change"); }, k_patience));
 }
 
-TEST_F(Window, TheEffectOfABiteIsShownAtTheTool) {
+TEST_F(Window, TheResultOfABiteIsShownAtTheTool) {
   auto method = std::make_shared<haptics::SubvoxelProxy>();
   ASSERT_FALSE(method->prepare(*scene_));
   sim::HandStart hand{haptics::ServoHand(scene_, method, haptics::TouchState(nullptr)),
@@ -202,7 +206,8 @@ TEST_F(Window, APerforatorContinuesInAnUnfinishedHole) {
 }
 
 }  // namespace
-/// The window resumes a recorded session. Without earlier work it does not report a saved session.
+/// The window resumes a recorded session. If no bone was cut before, it does not report that a session was
+/// saved.
 TEST_F(Window, ASessionIsResumedFromTheMenu) {
   std::string asked;
   options_.host.resume = [&](const std::string& session, const WindowHost::Listener&) -> Result<OpenedScene> {
@@ -224,7 +229,8 @@ TEST_F(Window, ASessionIsResumedFromTheMenu) {
   window.close();
 }
 
-/// A session is played in another window. An error of it is shown in this window, whose closing stops it.
+/// A session is replayed in another window. This window shows the errors of the replay, and stops the replay
+/// when it closes.
 TEST_F(Window, ASessionIsPlayedFromTheMenu) {
   std::atomic<int> started = 0, stopped = 0;
   options_.scan = "folder";

@@ -1,4 +1,5 @@
-// Whole operations by mouse: a pedicle screw along the plan, and a skull clamp.
+// Whole operations by mouse: a pedicle screw along the plan, a skull clamp, a lifted bone flap, and the tour
+// of the window.
 #include <QToolButton>
 
 #include "modules/bone_flap/bone_flap.h"
@@ -24,7 +25,8 @@ class WholeOperation : public ToolWindow {
     });
     child<QAction>(*window_, action)->trigger();
   }
-  /// Waits for a message of the log that begins with `begin`, and returns it; empty without such a message.
+  /// Waits for a message of the log that begins with `begin`, and returns it. Without such a message, fails
+  /// with the contents of the log, and returns an empty text.
   std::string logged(const std::string& begin) {
     std::string found;
     reaches([&] {
@@ -50,14 +52,15 @@ TEST_F(WholeOperation, AProbeMakesATrackAlongThePlanForAScrewThatIsJudged) {
   ASSERT_NE(trajectory, planned.end());
   const dvec3 entry = trajectory->entry_world, ahead = glm::normalize(trajectory->target_world - entry);
   point_at(entry);
-  ASSERT_TRUE(reaches([&] { return glm::dot(shaft(), -ahead) > 0.9999; })) << "the probe stands on the plan";
+  ASSERT_TRUE(reaches([&] { return glm::dot(shaft(), -ahead) > 0.9999; }))
+      << "the probe is aligned with the plan";
   QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(entry));
   ASSERT_TRUE(reaches([&] { return glm::dot(hand().state().newest.proxy_world - entry, ahead) > 35; }));
   EXPECT_NE(hand().notice_text().find("planned target"), std::string::npos) << hand().notice_text();
   QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(entry));
   save_screenshot(*window_, "probe-in-pedicle");
   EXPECT_NE(logged("The probe entered bone."), "");
-  // It stays in its track while the picture is clipped, also with the cursor over a cut face.
+  // The probe stays in its track while the picture is clipped, also with the cursor over a cut face.
   hand().viewport().set_clip({.axis = ClipChoice::Axis::view, .share = 0.5});
   const std::uint64_t tick = hand().state().newest.tick;
   ASSERT_TRUE(reaches([&] { return hand().state().newest.tick > tick + 400; }));
@@ -105,7 +108,8 @@ TEST_F(WholeOperation, AClampIsFittedToPinsThatAreSetByPointing) {
   save_screenshot(*window_, "clamp");
 }
 
-/// A flap that is grasped stays in its place until the cursor moves, and is then lifted off the dura.
+/// A grasped flap follows the cursor off the dura. It does not enter the skull, and the tool enters no
+/// forbidden structure.
 TEST_F(WholeOperation, AFlapIsLiftedOffByTheMouse) {
   workbench::SourceChoice source("head");
   source.uses_plan = true;
@@ -131,7 +135,7 @@ TEST_F(WholeOperation, AFlapIsLiftedOffByTheMouse) {
   }));
   let_run(1000);
   save_screenshot(*window_, "flap-grasped");
-  // 15 mm to the front.
+  // Move the cursor 15 mm to the front.
   for (int i = 1; i <= 15; ++i) {
     QTest::mouseMove(window_->canvas(), pixel_of(entry - dvec3(0, i, 0)));
     let_run(50);
@@ -151,7 +155,7 @@ TEST_F(WholeOperation, AFlapIsLiftedOffByTheMouse) {
     return count;
   };
   const int in_gap = vertices_in_bone();
-  // In the view from above the cursor leads into the vault; the piece stays outside.
+  // In the view from above the cursor moves over the vault; the piece stays outside the bone.
   QTest::keyClick(window_.get(), Qt::Key_S, Qt::ShiftModifier);
   int most = 0;
   for (int i = 0; i < 30; ++i) {
@@ -191,7 +195,8 @@ TEST_F(WholeOperation, TheFirstStepsAreDoneByMouse) {
     which->setCurrentIndex(which->findText(name));
     emit which->activated(which->currentIndex());
   };
-  /// Moves to a position of the picture, shares of its size, where the tool then touches.
+  /// Moves the cursor to a position, as shares of the picture's size, waits until the tool touches there, and
+  /// returns the pixel.
   const auto touch = [&](double x, double y) {
     const QPoint at(static_cast<int>(x * window_->canvas()->width()),
                     static_cast<int>(y * window_->canvas()->height()));
@@ -201,7 +206,7 @@ TEST_F(WholeOperation, TheFirstStepsAreDoneByMouse) {
     EXPECT_TRUE(reaches([&] { return hand().surface_point().has_value(); })) << x << " " << y;
     return at;
   };
-  /// Presses a button of the next step when its conditions are met.
+  /// Waits until the button of a transition is enabled, that is, until its conditions are met, and clicks it.
   const auto go_on = [&](const char* button) {
     QPushButton* found = nullptr;
     EXPECT_TRUE(reaches([&] {
@@ -212,7 +217,7 @@ TEST_F(WholeOperation, TheFirstStepsAreDoneByMouse) {
   };
   ASSERT_TRUE(is_in_step(0));
   QTest::keyClick(window_.get(), Qt::Key_A, Qt::ShiftModifier);
-  child<QAction>(*window_, "next_step")->trigger();  // before its conditions are known
+  child<QAction>(*window_, "next_step")->trigger();  // before the conditions were judged
   ASSERT_TRUE(is_in_step(1));
   take("Burr");
   ASSERT_TRUE(reaches([&] { return holds("burr"); }));

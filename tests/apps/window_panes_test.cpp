@@ -85,10 +85,10 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   save_screenshot(window, "panes_slices");
   window.pane_controller().follows_tool = false;
   panes.set_focus(panes.focus() + 1.0 * window.operation()->state().newest.normal_world);
-  EXPECT_LT(panes.probe().value_or(0), -500) << "air is where the burr was";
+  EXPECT_LT(panes.probe().value_or(0), -500) << "the drilled hole contains air";
   ASSERT_TRUE(settle(window));
 
-  // The state before cuts, by pressing T twice: amber, then the scan.
+  // Pressing T shows the scan before the cuts. Pressing T again shows removed matter in amber.
   ImagePane* pane = window.panes()->pane(1);
   const std::size_t axial = 1;
   ASSERT_EQ(panes.kind(axial), imaging::PaneKind::axial);
@@ -129,11 +129,12 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   const glm::dvec3 fixed = *panes.world(axial, corner);
   panes.zoom(axial, 2, corner);
   EXPECT_NEAR(panes.plane(axial)->pixel, pixel / 2, 1e-12);
-  EXPECT_NEAR(glm::length(*panes.world(axial, corner) - fixed), 0, 1e-9) << "under the cursor";
+  EXPECT_NEAR(glm::length(*panes.world(axial, corner) - fixed), 0, 1e-9)
+      << "the position under the cursor stays";
   QTest::keyClick(pane, Qt::Key_R);
   EXPECT_NEAR(panes.plane(axial)->pixel, pixel, 1e-12);
 
-  // One pane maximised: no images of the others.
+  // While one pane is maximised, no images of the other panes are computed.
   QTest::mouseDClick(pane, Qt::LeftButton, {}, QPoint(100, 200));
   EXPECT_TRUE(pane->isVisible());
   EXPECT_FALSE(window.panes()->pane(0)->isVisible());
@@ -155,7 +156,7 @@ TEST_F(WindowPanes, SlicesMeetWhereTheToolTouchesAndShowWhatIsCut) {
   std::string text;
   std::getline(file, text);
   EXPECT_EQ(text.substr(0, 31), "1 slices sagittal axial coronal") << text;
-  EXPECT_LT(text.size(), 46u) << "three numbers more";
+  EXPECT_LT(text.size(), 46u) << "only three numbers follow";
 }
 
 TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
@@ -201,9 +202,9 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   EXPECT_EQ(panes.panel(xray)->columns, 256) << "the last image, no new one";
   const double dose = c_arm(window)->area_product;
   let_run(600);
-  EXPECT_LT(c_arm(window)->area_product, dose * 2) << "the rest of the last second, and no more";
+  EXPECT_LT(c_arm(window)->area_product, dose * 2) << "at most the dose of the last second is added";
 
-  // Live ends when hidden, and the held image returns with its pane.
+  // The live X-ray ends when its pane is hidden. Its held image is shown again with the pane.
   child<QToolButton>(window, "xray_live_1")->click();
   ASSERT_TRUE(panes.is_live());
   child<QAction>(window, "layout_slices")->trigger();
@@ -219,7 +220,7 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   EXPECT_EQ(panes.panel(xray)->columns, 256);
   const std::uint64_t made = panes.counters().finished;
   let_run(300);
-  EXPECT_EQ(panes.counters().finished, made) << "nothing is made while nothing changes";
+  EXPECT_EQ(panes.counters().finished, made) << "no image is computed while nothing changes";
 
   // The image of a shot is not lost when its pane is hidden before the shot is confirmed or computed.
   child<QToolButton>(window, "xray_shoot_1")->click();
@@ -231,7 +232,7 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   ASSERT_TRUE(
       QTest::qWaitFor([&] { return panes.panel(xray) && panes.panel(xray)->columns == 1024; }, k_patience));
 
-  // Another pose is shown and kept; the picture is opened at the section plane.
+  // A chosen pose becomes the pose of the C-arm. The picture is clipped at the section plane.
   auto* view = child<QComboBox>(window, "xray_view_1");
   view->setCurrentIndex(1);
   emit view->activated(1);
@@ -259,7 +260,7 @@ TEST_F(WindowPanes, SeenFromTheBackThePatientsLeftIsOnTheLeftInEveryPane) {
   };
   std::vector<imaging::Panel::Colour> first;
   auto* from_back = child<QAction>(window, "from_back");
-  EXPECT_FALSE(from_back->isChecked()) << "a ball is no spine";
+  EXPECT_FALSE(from_back->isChecked()) << "only a spine is seen from the back at first";
   for (const bool is_from_back : {false, true, false}) {
     from_back->setChecked(!is_from_back);
     from_back->trigger();
@@ -312,7 +313,8 @@ TEST_F(WindowPanes, TheScanIsRenderedWithTheViewOfThePicture) {
   ASSERT_EQ(panes.kind(drawn), imaging::PaneKind::rendering);
   EXPECT_FALSE(window.panes()->pane(0)->isVisible());
   ASSERT_NE(panes.panel(drawn), nullptr) << panes.problem(drawn);
-  EXPECT_EQ(panes.panel(drawn)->columns, window.panes()->pane(drawn)->width()) << "at rest in all pixels";
+  EXPECT_EQ(panes.panel(drawn)->columns, window.panes()->pane(drawn)->width())
+      << "at full resolution when the view is at rest";
   const auto before = panes.panel(drawn)->pixels;
   // Without changes no image is drawn.
   const std::uint64_t made = panes.image_count(drawn);
@@ -326,7 +328,7 @@ TEST_F(WindowPanes, TheScanIsRenderedWithTheViewOfThePicture) {
   ASSERT_TRUE(settle(window));
   EXPECT_NE(panes.panel(drawn)->pixels, before);
   save_screenshot(window, "panes_drawn");
-  // Opened like the picture: matter in front of the plane is hidden.
+  // The rendering is clipped like the picture: matter in front of the plane is hidden.
   const auto whole = panes.panel(drawn)->pixels;
   child<QComboBox>(window, "clip")->setCurrentIndex(4);
   ASSERT_TRUE(
@@ -377,7 +379,7 @@ TEST_F(WindowPanes, TheStatusIsReadyWhenPictureAndPanesHaveTheirSize) {
   window.close();
 }
 
-/// Panes show no times of computation.
+/// A pane does not show how long the computation of its image took.
 TEST_F(WindowPanes, AVolumeRenderingHasNoTextInItsUpperRightCorner) {
   MainWindow window(scene_, options_);
   open(window);
@@ -396,7 +398,7 @@ TEST_F(WindowPanes, AVolumeRenderingHasNoTextInItsUpperRightCorner) {
   window.close();
 }
 
-/// An X-ray shows the instrument as steel: its shaft is far darker than without it.
+/// An X-ray shows the instrument as steel: its pixels are far darker than in an X-ray without the instrument.
 TEST_F(WindowPanes, AnXrayShowsTheInstrument) {
   imaging::Panes panes(1);
   panes.set_kind(0, imaging::PaneKind::xray);
@@ -419,7 +421,7 @@ TEST_F(WindowPanes, AnXrayShowsTheInstrument) {
                                       volume::Matter::steel});
   const auto with = shoot();
   ASSERT_EQ(with.size(), bare.size());
-  // The contrast of the whole image adapts to the metal.
+  // The metal changes the contrast of the whole image, so only large differences count.
   const auto darker = std::count_if(
       with.begin(), with.end(),
       [&, p = std::size_t{0}](const auto& pixel) mutable { return pixel[0] + 60 < bare[p++][0]; });
@@ -469,7 +471,7 @@ TEST_F(WindowPanes, InvalidLayoutsAreRefused) {
     EXPECT_EQ(panes.kind(1), imaging::PaneKind::tool);
     grid.maximise(2);
     for (const QString& share : grid.save_state().section(' ', 5).split(' '))
-      EXPECT_NEAR(share.toInt(), 500, 20) << "shares before a pane was maximised";
+      EXPECT_NEAR(share.toInt(), 500, 20) << "the shares are those before a pane was maximised";
   }
 }
 

@@ -1,4 +1,5 @@
-// Detached bodies in the window: detached, shown, grasped, released, restored. Stages of the window.
+// Detached bodies in the window: detached, shown, grasped, released, restored. Tools at an opening of the
+// skull. Stages of the window.
 #include "tests/apps/window_fixture.h"
 #include "tests/sim/saw_bench.h"
 
@@ -7,7 +8,7 @@ using glm::dvec3;
 namespace trephine::view {
 namespace {
 
-/// An engine with a disk sawn out of a plate by the window's own hand.
+/// Returns an engine in which the hand of the window has sawn a disk out of a plate.
 sim::Engine sawn(const std::shared_ptr<const haptics::TouchScene>& plate) {
   auto method = std::make_shared<haptics::SubvoxelProxy>();
   EXPECT_FALSE(method->prepare(*plate));
@@ -47,7 +48,7 @@ TEST_F(Window, PiecesAreDetachedShownGraspedReleasedAndRestored) {
   ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().overlay_count() == 1; }, k_patience));
   ASSERT_EQ(operation.state().bodies.size(), 1u);
   save_screenshot(window, "piece-lies");
-  // In the air there is nothing to grasp, which is reported.
+  // Without contact the tool touches no piece that it can grasp, and the window reports this.
   if (!operation.state().newest.has_contact) {
     QTest::keyClick(&window, Qt::Key_T);
     EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("Touch a piece"));
@@ -59,17 +60,18 @@ TEST_F(Window, PiecesAreDetachedShownGraspedReleasedAndRestored) {
   ASSERT_TRUE(QTest::qWaitFor(held, k_patience));
   ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().newest.t > 7.3; }, k_patience));
   save_screenshot(window, "piece-lifted");
-  // Shift+T puts the held piece back. The first undo then leaves it released in the air.
+  // Shift+T puts the held piece back. The first undo moves the piece back into the air, where it is released.
   QTest::keyClick(&window, Qt::Key_T, Qt::ShiftModifier);
   ASSERT_TRUE(QTest::qWaitFor([&] { return !held() && height() < 1; }, k_patience)) << height();
   save_screenshot(window, "piece-put-back");
   QTest::keyClick(&window, Qt::Key_T, Qt::ShiftModifier);
-  EXPECT_NE(operation.notice_text().find("to put it back"), std::string::npos) << "in the air";
+  EXPECT_NE(operation.notice_text().find("to put it back"), std::string::npos)
+      << "no piece is held or touched";
   operation.undo();
   ASSERT_TRUE(QTest::qWaitFor([&] { return height() > 8; }, k_patience)) << height();
   EXPECT_FALSE(held());
   EXPECT_EQ(operation.viewport().overlay_count(), 1u);
-  // Back at its old position, and then attached again.
+  // The second undo moves the piece to the position at which it was detached. The third undo attaches it.
   operation.undo();
   EXPECT_TRUE(QTest::qWaitFor([&] { return height() < 1; }, k_patience)) << height();
   operation.undo();
@@ -77,8 +79,8 @@ TEST_F(Window, PiecesAreDetachedShownGraspedReleasedAndRestored) {
   window.close();
 }
 
-/// A plate with a hole of 10 mm above another one, the far side of an opened skull, whose surface is at `far`
-/// mm. Between them, if `has_dura`, a sheet of dura 3 mm under the hole.
+/// An opened skull: a plate from -4 to 0 mm with a hole of 10 mm diameter, and below it the far side of the
+/// skull, whose surface is at `far` mm. If `has_dura`, a sheet of dura lies between them, from -8 to -7 mm.
 struct Opened {
   std::shared_ptr<haptics::TouchScene> scene;
   std::shared_ptr<const sim::Forbidden> dura;
@@ -132,7 +134,8 @@ struct Opened {
   }
 };
 
-/// A tool that is pressed over an opening works at the structure in it, not at the bone close behind that.
+/// A tool that is pressed over an opening works at the structure in the opening, not at the bone behind this
+/// structure.
 TEST_F(Window, APressedToolStaysAtTheStructureInAnOpening) {
   const Opened opened(true, -14);
   opened.start(options_);
@@ -159,8 +162,7 @@ TEST_F(Window, APressedToolStaysAtTheStructureInAnOpening) {
   window.close();
 }
 
-/// A tool that slides behind bone while it is pressed is reported once; while it is in sight it is not
-/// reported.
+/// A pressed tool that slides behind bone is reported once. A pressed tool that is visible is not reported.
 TEST_F(Window, AToolThatWorksBehindBoneIsReported) {
   const Opened opened(false, -9);
   opened.start(options_);
@@ -197,8 +199,8 @@ TEST_F(Window, AToolThatWorksBehindBoneIsReported) {
   window.close();
 }
 
-/// Over an opening an idle tool rests on the structure in it, or on a plane over it, never on the far side of
-/// the skull, and no touch is reported.
+/// Over an opening an idle tool rests on the structure in the opening or, without a structure, on the plane
+/// of the bone's inner side. It does not go to the far side of the skull, and enters no forbidden structure.
 TEST_F(Window, AReleasedToolRestsOverAnOpening) {
   for (const bool has_dura : {true, false}) {
     SCOPED_TRACE(has_dura ? "over dura" : "over nothing");
@@ -224,7 +226,8 @@ TEST_F(Window, AReleasedToolRestsOverAnOpening) {
     hover(0.9, 0.5);
     hover(0.5, 0.5);
     save_screenshot(window, has_dura ? "rests-on-dura" : "rests-over-opening");
-    // Under the hole, above the dura or on the plane of the inner side; the burr's radius is 1.5 mm.
+    // At the lower end of the hole: above the dura, or on the plane of the inner side. The burr's radius is
+    // 1.5 mm.
     const double z = operation.state().newest.pose.position_world.z;
     if (has_dura) {
       EXPECT_LT(z, -3);
@@ -251,11 +254,11 @@ TEST(WindowStage, OneSceneAtATimeAndNothingUnderADialog) {
   }
   EXPECT_TRUE(stage.opened());
   EXPECT_EQ(stage.stage(), Stage::working);
-  // A cancelled scene is not adopted, though it may still arrive; then another can be opened.
+  // A cancelled scene is not adopted when it arrives. Only then can another scene be opened.
   EXPECT_TRUE(stage.open() && stage.cancel() && stage.may_replace());
   EXPECT_FALSE(stage.open() || stage.opened());
   EXPECT_TRUE(stage.open() && stage.opened());
-  // The end comes once, and nothing after it.
+  // The window closes once, and accepts nothing afterwards.
   EXPECT_TRUE(stage.open() && stage.close());
   EXPECT_FALSE(stage.close() || stage.open() || stage.cancel() || stage.opened() || stage.may_replace());
   EXPECT_EQ(stage.stage(), Stage::closing);

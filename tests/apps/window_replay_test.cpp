@@ -59,8 +59,8 @@ TEST_F(ReplayWindow, PlaysASessionPausedAtAnySpeedAndToAnyTime) {
   EXPECT_FALSE(window.replay()->seek(1.9).has_value());
   let_run(60);
   EXPECT_NEAR(window.replay()->seconds(), 1.9, 0.01);
-  // The view is from the side of the work, here from above. Events are shown at the tool, and hidden again
-  // before their time.
+  // The view is from the side of the work, here from above. An event is shown at the tool from its time on,
+  // and hidden when the replay goes back to an earlier time.
   EXPECT_LT(window.replay()->viewport().camera().forward.z, -0.7);
   EXPECT_TRUE(QTest::qWaitFor([&] { return child<QLabel>(window, "notice_at_tool")->text() == "Dura torn."; },
                               k_patience));
@@ -68,7 +68,7 @@ TEST_F(ReplayWindow, PlaysASessionPausedAtAnySpeedAndToAnyTime) {
   EXPECT_GT(late, 1);
   EXPECT_GT(glm::length(window.replay()->record().force_world), 0);
   save_screenshot(window, "replay");
-  // A click seeks to its position, or to a mark next to it.
+  // A click on the slider seeks to the time at this position, or to the time of a mark close to it.
   auto* slider = child<QSlider>(window, "session_time");
   const auto click_at = [&](double share, int pixels) {
     QTest::mouseClick(slider, Qt::LeftButton, {},
@@ -82,7 +82,7 @@ TEST_F(ReplayWindow, PlaysASessionPausedAtAnySpeedAndToAnyTime) {
   EXPECT_LT(window.replay()->engine().removed_mm3(), late);
   EXPECT_TRUE(
       QTest::qWaitFor([&] { return child<QLabel>(window, "notice_at_tool")->isHidden(); }, k_patience));
-  // The parts of the force of a paused tick, and of its neighbour.
+  // The table shows the parts of the force at the paused tick, and then at the previous tick.
   EXPECT_FALSE(window.replay()->seek(1.9).has_value());
   QTest::keyClick(&window, Qt::Key_X);
   auto* table = child<QTableWidget>(window, "force_table");
@@ -109,7 +109,8 @@ TEST_F(ReplayWindow, PlaysASessionPausedAtAnySpeedAndToAnyTime) {
   EXPECT_TRUE(QTest::qWaitFor([&] { return window.replay()->seconds() >= 2; }, k_patience))
       << "at 20 times real time";
   EXPECT_FALSE(replay.mismatch().has_value());
-  // A note is kept next to the session, shown at its time with a mark, edited, and removed by an empty text.
+  // A note is stored in a file next to the session, and shown at its time with a mark. It can be edited, and
+  // an empty text removes it.
   const auto write_note = [&](const char* text) {
     QTest::mouseClick(child<QPushButton>(window, "note"), Qt::LeftButton);
     auto* dialog = window.findChild<QInputDialog*>("note_dialog");
@@ -144,7 +145,7 @@ TEST_F(ReplayWindow, PlaysASessionPausedAtAnySpeedAndToAnyTime) {
   EXPECT_EQ(notes.value()[0].text, "Slower");
   write_note("");
   EXPECT_FALSE(std::filesystem::exists(data_tools::notes_path(session_)));
-  // The window closes with the time from which the user operates.
+  // The window closes, and reports the time from which the user takes over.
   EXPECT_FALSE(window.replay()->seek(0.7).has_value());
   let_run(60);
   QTest::mouseClick(child<QPushButton>(window, "take_over"), Qt::LeftButton);
@@ -154,7 +155,7 @@ TEST_F(ReplayWindow, PlaysASessionPausedAtAnySpeedAndToAnyTime) {
   EXPECT_NEAR(*report.taken_over_at, 0.7, 0.002);
 }
 
-/// A companion has the time and the view of its leader, and closes with it.
+/// A companion window shows the time and the view of its leader, and closes with the leader.
 TEST_F(ReplayWindow, ACompanionFollowsTheTimeAndTheViewOfItsLeader) {
   Played first(session_, scene_->base), second(session_, scene_->base);
   options_.replay = first.replay.get();

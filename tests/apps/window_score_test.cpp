@@ -80,7 +80,7 @@ TEST_F(WindowScore, ShowsTheFindingsOfACopyOfTheRecording) {
              *reported = dialog->findChild<QTableWidget*>("reported");
   ASSERT_EQ(judged->rowCount(), 4);
   ASSERT_EQ(reported->rowCount(), 1);
-  // The word of each verdict; the shapes differ.
+  // Each verdict has its word, and a symbol whose shape differs from the others.
   const char* const verdicts[] = {"good", "fair", "bad", "not judged"};
   std::vector<QImage> shapes;
   for (int row = 0; row < 4; ++row) {
@@ -174,7 +174,7 @@ TEST_F(StartPageTest, TilesChooseTheirCase) {
       EXPECT_GE(label->height(), label->heightForWidth(label->width())) << label->text().toStdString();
     }
     EXPECT_GT(tile->findChildren<QLabel*>().front()->pixmap(Qt::ReturnByValue).width(), 100)
-        << "the picture is in the library";
+        << "the tile shows its picture";
     QTest::mouseClick(tile, Qt::LeftButton);
     EXPECT_TRUE(page.isVisible()) << "until the operation's window opens";
     EXPECT_FALSE(page.isEnabled());

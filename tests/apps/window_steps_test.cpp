@@ -28,7 +28,8 @@ volume::ProcedureStep make_step(const char* name, const char* title, std::vector
   return step;
 }
 
-/// Three steps: the second one requires a cut before the third, which allows no instrument.
+/// Returns a procedure of three steps. The third step can begin after a cut in the second step, and allows no
+/// instrument.
 volume::SurgicalProcedure burr_hole() {
   volume::ProcedureStep look = make_step("look", "Examine the bone", {"burr"});
   look.hint =
@@ -82,7 +83,7 @@ class WindowSteps : public Window {
   static bool is_in_step(MainWindow& window, int step) {
     return QTest::qWaitFor([&] { return window.operation()->state().step == step; }, k_patience);
   }
-  /// Waits for the text below a button; an empty one is hidden.
+  /// Waits until the label `name` has the text `reason`. A label without text must be hidden.
   static bool has_reason(MainWindow& window, const char* name, const QString& reason) {
     return QTest::qWaitFor(
         [&] {
@@ -91,7 +92,7 @@ class WindowSteps : public Window {
         },
         k_patience);
   }
-  /// Returns a letter per step: d for done, > for the current one, - for later ones.
+  /// Returns a character per step: d for a step that is done, > for the current step, - for a later step.
   static QString marks(MainWindow& window) {
     QString all;
     for (const QLabel* row : window.findChildren<QLabel*>("step_row")) {
@@ -165,7 +166,8 @@ TEST_F(WindowSteps, WithoutAProcedureThereAreNoStepsAndAllToolsAreEnabled) {
   window.close();
 }
 
-/// Through all steps by buttons and by key, with each reason in between, and back by undo.
+/// Goes through all steps by buttons and by the action for the next step, and back by undo. The panel shows
+/// the reasons that prevent a transition.
 TEST_F(WindowSteps, ButtonsGoThroughTheStepsAndUndoGoesBack) {
   use(burr_hole());
   MainWindow window(scene_, options_);
@@ -224,8 +226,9 @@ TEST_F(WindowSteps, ButtonsGoThroughTheStepsAndUndoGoesBack) {
 
   drill(window);
   // The next step does not allow the burr, which is removed.
-  ASSERT_TRUE(has_reason(window, "reason_judge",
-                         "This step allows no tool in the hand: the tool is removed when you go on."));
+  ASSERT_TRUE(
+      has_reason(window, "reason_judge",
+                 "That step does not allow the tool in the hand: the tool is removed when you go on."));
   ASSERT_TRUE(
       QTest::qWaitFor([&] { return child<QPushButton>(window, "next_judge")->isEnabled(); }, k_patience));
   child<QAction>(window, "next_step")->trigger();
@@ -340,7 +343,8 @@ TEST_F(WindowSteps, AStepEnablesItsToolsAndCommands) {
   window.close();
 }
 
-/// No text is clipped in a large, a small and a window with large text; the height is scrolled.
+/// No text is clipped in a large window, in a small window and with large text, and the panel is not higher
+/// than the window.
 TEST_F(WindowSteps, ThePanelFitsIntoSmallWindowsAndLargeText) {
   use(burr_hole());
   MainWindow window(scene_, options_);

@@ -1,4 +1,4 @@
-// The list of structures in the window, and a panel that scrolls.
+// The list of structures in the window, and the mouse wheel over a panel.
 #include <QScrollArea>
 #include <QWheelEvent>
 
@@ -10,8 +10,9 @@ namespace {
 
 class StructureWindow : public OperationWindow {
  protected:
+  /// Number of triangles of the structures' surfaces.
   std::size_t whole_triangles() { return viewport().view().structures()->triangle_count(); }
-  /// Number of a structure in the list.
+  /// Returns the index of a structure in the list.
   std::size_t number_of(const std::string& name) {
     const auto& list = viewport().structures();
     for (std::size_t i = 0; i < list.size(); ++i)
@@ -32,8 +33,8 @@ TEST_F(StructureWindow, BoneIsMadeTranslucentAndStructuresHidden) {
   auto* bone = child<QSlider>(*window_, "opacity_0");
   ASSERT_NE(bone, nullptr);
   EXPECT_TRUE(bone->isVisible());
-  EXPECT_FALSE(bone->visibleRegion().isEmpty()) << "the menu scrolls to the list";
-  EXPECT_EQ(whole_triangles(), 0u) << "no cost before";
+  EXPECT_FALSE(bone->visibleRegion().isEmpty()) << "the action scrolls to the list";
+  EXPECT_EQ(whole_triangles(), 0u) << "no surfaces before they are shown";
   bone->setValue(30);
   EXPECT_NEAR(viewport().structures()[0].opacity, 0.3, 1e-9);
   ASSERT_TRUE(is_complete());
@@ -59,7 +60,7 @@ TEST_F(StructureWindow, AClippedHeadShowsItsStructures) {
   open("head");
   QTest::keyClick(window_.get(), Qt::Key_L, Qt::ShiftModifier);
   ASSERT_TRUE(is_complete());
-  EXPECT_EQ(whole_triangles(), 0u) << "no cost before";
+  EXPECT_EQ(whole_triangles(), 0u) << "no surfaces before they are shown";
   QTest::keyClick(window_.get(), Qt::Key_C);
   ASSERT_TRUE(is_complete());
   EXPECT_TRUE(QTest::qWaitFor([&] { return whole_triangles() > 5000; }, k_patience));
@@ -68,7 +69,7 @@ TEST_F(StructureWindow, AClippedHeadShowsItsStructures) {
   EXPECT_TRUE(QTest::qWaitFor([&] { return !viewport().view().structures()->is_active(); }, k_patience));
 }
 
-TEST_F(StructureWindow, TheWheelScrollsThePanelAndChangesNoValue) {
+TEST_F(StructureWindow, TheWheelChangesNoValueOfThePanel) {
   options_.width = 1000, options_.height = 640;
   MainWindow window(scene_, options_);
   window.show();

@@ -13,7 +13,7 @@ TEST_F(Window, DrillsNothingInTheBackground) {
       QTest::qWaitFor([&] { return window.operation()->viewport().triangle_count() > 1000; }, k_patience));
   const QPoint middle = window.canvas()->rect().center();
   for (const bool is_key : {true, false}) {
-    QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));  // a move to the same position is no event
+    QTest::mouseMove(window.canvas(), middle + QPoint(1, 0));  // a move to the same position causes no event
     QTest::mouseMove(window.canvas(), middle);
     ASSERT_TRUE(QTest::qWaitFor([&] { return window.operation()->state().newest.has_contact; }, k_patience));
     const double before = window.operation()->state().removed_mm3;
@@ -36,8 +36,7 @@ TEST_F(Window, DrillsNothingInTheBackground) {
   window.close();
 }
 
-// An undo that follows the release of the button at once: no tick of the stroke comes after it and cuts
-// again.
+// An undo directly after the release of the button restores all bone: no later tick of the stroke cuts again.
 TEST_F(Window, UndoRightAfterTheReleaseRestoresAllBone) {
   MainWindow window(scene_, options_);
   window.show();
@@ -95,7 +94,7 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
     QTest::keyClick(&window, Qt::Key_Y);
     EXPECT_TRUE(
         QTest::qWaitFor([&] { return window.operation()->state().removed_mm3 == removed; }, k_patience));
-    // For trackpads Space presses, too.
+    // Space presses like the mouse button, for users of a trackpad.
     child<QDoubleSpinBox>(window, "diameter")->setValue(6);
     QTest::keyPress(&window, Qt::Key_Space);
     EXPECT_TRUE(
@@ -150,7 +149,8 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
       box.accept();
     });
     child<QAction>(window, "quit")->trigger();
-    EXPECT_TRUE(message.contains(QString::fromStdString(session_))) << "where the session is";
+    EXPECT_TRUE(message.contains(QString::fromStdString(session_)))
+        << "the message names the file of the session";
     EXPECT_FALSE(window.isVisible());
     report = window.finish();
   }
@@ -160,7 +160,8 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
   EXPECT_GT(report.drilling_frames, 0);
   EXPECT_FALSE(report.recording_error.has_value());
   EXPECT_EQ(report.servo.faults & haptics::k_latched_faults, 0u);
-  // The session contains all work, to the bit; a copy saved in the middle is a session too.
+  // A replay of the session reproduces all work, to the bit. The copy that was saved in between can also be
+  // replayed.
   for (const std::string& file : {session_, (folder_ / "copy.session").string()}) {
     auto opened = sim::SessionReader::open(file, catalogue());
     ASSERT_TRUE(opened.is_ok()) << file;
@@ -174,7 +175,7 @@ TEST_F(Window, TouchDrillUndoSaveAndQuit) {
   }
 }
 
-/// Three strokes, earlier states by the slider, and two states side by side.
+/// Makes three strokes, selects earlier states with the slider, and compares two states side by side.
 TEST_F(Window, MovesThroughStrokesAndComparesThem) {
   MainWindow window(scene_, options_);
   window.show();
@@ -213,7 +214,7 @@ TEST_F(Window, MovesThroughStrokesAndComparesThem) {
       [&] { return child<QLabel>(window, "history_text")->text().contains("change 3 of 3"); }, k_patience));
   EXPECT_TRUE(QTest::qWaitFor([&] { return child<QLabel>(window, "history_text")->text().contains("MB"); },
                               k_patience));
-  // Dragged faster than the edits follow.
+  // The slider is dragged faster than the edit thread follows.
   const auto drag_to = [&](int to) {
     slider->setSliderPosition(to);
     emit slider->actionTriggered(QAbstractSlider::SliderMove);
@@ -248,7 +249,8 @@ TEST_F(Window, MovesThroughStrokesAndComparesThem) {
   window.close();
 }
 
-// The reason of a refusal is shown in the window: here the previous stroke is in a file that is missing.
+// The window shows the reason of a refusal. Here undo needs a state that is in a session file, and this file
+// is no longer readable.
 TEST_F(Window, ShowsWhyACommandWasRefused) {
   haptics::TouchScene scene = *scene_;
   const haptics::SubvoxelProxy method = [&scene] {
@@ -328,7 +330,7 @@ TEST_F(Window, OpensOtherScenesShowsErrorsAndChangesTheShape) {
   ASSERT_TRUE(wait_opened());
   EXPECT_TRUE(QTest::qWaitFor([&] { return window.windowTitle().startsWith("another ball"); }, k_patience));
   EXPECT_EQ(window.operation()->viewport().overlay_count(), 0u) << "no overlay of the other scene is left";
-  // All of its surface: for a while no more triangles are added.
+  // Wait for the complete surface: no triangles are added for 500 ms.
   std::size_t before = 0;
   QElapsedTimer same;
   same.start();
@@ -341,7 +343,7 @@ TEST_F(Window, OpensOtherScenesShowsErrorsAndChangesTheShape) {
       },
       k_patience));
 
-  // Another window of intensities: shown at once, used on request.
+  // Another window of intensities is shown at once, and touched only on request.
   child<QDoubleSpinBox>(window, "low")->setValue(1500);
   EXPECT_TRUE(QTest::qWaitFor(
       [&] {
@@ -388,15 +390,15 @@ TEST_F(Window, FramesCostWhatChangedInThem) {
   Viewport& picture = window.operation()->viewport();
   ASSERT_TRUE(
       QTest::qWaitFor([&] { return picture.is_complete() && picture.triangle_count() > 50000; }, k_patience));
-  // At rest no part of the bone is sent again; the picture is the same as one drawn as a whole.
+  // At rest no triangles of the bone are drawn again.
   QTest::mouseMove(window.canvas(), QPoint(5, 5));
   EXPECT_TRUE(QTest::qWaitFor([&] { return picture.view().bone().drawn_triangles() == 0; }, k_patience));
-  // From every side the kept picture equals a single drawing of everything.
+  // From each of four sides the picture, which was drawn in parts, equals one that is drawn as a whole.
   const std::string sides("APS\0", 4);
   std::vector<QImage> kept;
   const auto turn_to = [&](char side) {
     picture.look_from(side);
-    let_run(100);  // a few frames: the first notices that the view has changed
+    let_run(100);  // a few frames: the first one detects that the view has changed
     return QTest::qWaitFor(
         [&] { return picture.is_complete() && picture.view().bone().drawn_triangles() == 0; }, k_patience);
   };
@@ -426,7 +428,7 @@ TEST_F(Window, FramesCostWhatChangedInThem) {
     ASSERT_TRUE(turn_to(sides[i]));
     expect_whole(kept[i], sides[i]);
   }
-  // During drilling only the surroundings of the burr are sent.
+  // During drilling only the surroundings of the burr are drawn.
   const QPoint middle = window.canvas()->rect().center();
   QTest::mouseMove(window.canvas(), middle);
   QTest::mousePress(window.canvas(), Qt::LeftButton, {}, middle);
@@ -440,7 +442,8 @@ TEST_F(Window, FramesCostWhatChangedInThem) {
   QTest::mouseRelease(window.canvas(), Qt::LeftButton, {}, middle);
   EXPECT_GT(most, 0u);
   EXPECT_LT(most, picture.triangle_count() / 3);
-  // In the view from behind the bone is whole, although only the cut was drawn last.
+  // After drilling, the picture from another side shows all of the bone, although the last frames drew only
+  // its part near the cut.
   QTest::mouseMove(window.canvas(), QPoint(5, 5));
   let_run(100);
   ASSERT_TRUE(turn_to('P'));

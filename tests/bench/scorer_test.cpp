@@ -1,4 +1,4 @@
-// Scorer: every column of the chart is nonzero for its planted fault.
+// Scorer: each planted fault of a proxy increases the columns of the chart that measure it.
 #include "apps/bench/scorer.h"
 
 #include <cmath>
@@ -24,7 +24,7 @@ FeelScene scene_named(const std::string& id) {
   return std::move(found).value();
 }
 
-/// The default method's steps over a scene, and their score after `spoil` changed each.
+/// Steps of the default method in a scene, and their score after `spoil` has changed each step.
 class Scored {
  public:
   explicit Scored(const std::string& id) : scene_(scene_named(id)), ideal_(scene_) {
@@ -61,7 +61,7 @@ TEST(Scorer, DetectsAProxyThatSticksInAGrooveAndAtRest) {
   const Scored scored("groove-90-psf-1-circle-held");
   EXPECT_EQ(scored.score().stuck, 0);
   EXPECT_EQ(scored.score().other_rest, 0);
-  // The proxy stays behind for 40 steps, for most of which the hand is at rest.
+  // In every 300 steps the proxy stays in place for 40 steps. The hand is at rest during most of these.
   const FeelRow stuck = scored.score([&](std::size_t i, ProxyStep& step) {
     if (i % 300 >= 240 && i % 300 < 280) step.proxy_world = scored.steps()[i / 300 * 300 + 239].proxy_world;
   });
@@ -71,7 +71,7 @@ TEST(Scorer, DetectsAProxyThatSticksInAGrooveAndAtRest) {
 
 TEST(Scorer, DetectsAStuckBallInABurrHole) {
   const Scored scored("burr-hole-psf-1.5-radius-2-mm-round-its-wall");
-  // The exact proxy is in the hole, and on its wall.
+  // The exact proxy is in the hole, and touches its wall in many steps.
   long on_wall = 0;
   for (std::size_t i = 200; i < scored.exact().size(); ++i) {
     const dvec3& p = scored.exact()[i];
@@ -120,7 +120,7 @@ TEST(Scorer, DetectsAPlateThatIsPassed) {
   EXPECT_EQ(scored.score().fall_throughs, 0);
   const FeelRow row = scored.score([](std::size_t, ProxyStep& step) { step = ProxyStep{}; });
   EXPECT_GE(row.fall_throughs, 3);
-  EXPECT_GE(row.other_rest, 1);  // on the other side the hand is as free as the proxy
+  EXPECT_GE(row.other_rest, 1);  // the proxy is free behind the plate and counts as at rest elsewhere
   EXPECT_GE(row.missed, 20);
 }
 
@@ -129,7 +129,7 @@ TEST(Scorer, DetectsOneJumpAmongAllSteps) {
   const FeelRow right = scored.score();
   EXPECT_LT(right.method_error_voxels.value(), 1e-4);
   EXPECT_LT(right.max_change_n, 0.05);
-  // One step of 1500, the last one too, 3 mm along the surface.
+  // One of 1500 steps, which may be the last, is displaced by 3 mm along the surface.
   for (const std::size_t leap : {777u, 1499u}) {
     const FeelRow row = scored.score([leap](std::size_t i, ProxyStep& step) {
       if (i != leap) return;
@@ -142,7 +142,8 @@ TEST(Scorer, DetectsOneJumpAmongAllSteps) {
   }
 }
 
-/// A proxy that trembles by 0.3 mm along the surface, and one that is always half a voxel deep.
+/// A proxy that trembles by 0.3 mm along the surface, a proxy that trembles by 0.3 mm across it, and a proxy
+/// that is half a voxel too deep in each step.
 TEST(Scorer, MeasuresTremblingAndDepth) {
   const Scored scored("sphere-psf-1.5-slide-100-mm-s");
   const FeelRow right = scored.score();
@@ -157,8 +158,8 @@ TEST(Scorer, MeasuresTremblingAndDepth) {
   EXPECT_GT(trembling.rendered_rms_n.value(), right.rendered_rms_n.value() + 0.005);
   EXPECT_GT(trembling.rough_n, 2 * right.rough_n);
   EXPECT_GT(trembling.max_change_n, right.max_change_n + 0.1);
-  // Alternately nearer and farther: the length of the force trembles, also when smoothed and at voxel
-  // changes.
+  // The proxy is alternately 0.3 mm too high and too deep. The magnitude of the force alternates, also after
+  // smoothing and when the proxy enters another voxel.
   const FeelRow rough = scored.score([](std::size_t i, ProxyStep& step) {
     if (step.has_contact) step.proxy_world += (i % 2 ? 0.3 : -0.3) * glm::normalize(step.proxy_world);
   });
@@ -201,7 +202,7 @@ TEST(Scorer, CountsAProxyInMatterAsAFall) {
   const Scored point("sphere-psf-1.5-slide-100-mm-s");
   EXPECT_EQ(point.score(sunk(0.5 * point.voxel())).fall_throughs, 0);
   EXPECT_EQ(point.score(sunk(1.2 * point.voxel())).fall_throughs, 1);
-  // A ball is judged to a tenth of a voxel and 2 % of its radius.
+  // The tolerance for a ball is a tenth of a voxel plus 2 % of the radius.
   const Scored ball("sphere-psf-1.5-radius-2-mm-slide-100-mm-s");
   EXPECT_EQ(ball.score().fall_throughs, 0);
   EXPECT_EQ(ball.score(sunk(0.25 * ball.voxel())).fall_throughs, 1);

@@ -1,5 +1,5 @@
-// VoxelImages, six images of voxels: against rows queried voxel by voxel, through cuts and their undo, and
-// against the images with every layer.
+// VoxelImages, the images of a volume from six sides: compared with rows that are read voxel by voxel, after
+// cuts and their undo, and compared with images that contain every layer.
 #include "apps/bench/voxel_images.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ using glm::ivec3;
 
 data_tools::PhantomOptions odd_size() {
   data_tools::PhantomOptions o;
-  o.size = {70, 61, 37};  // partly filled words; slices 2.5 voxels thick
+  o.size = {70, 61, 37};  // words of 64 bits are partly filled; slices are 2.5 pixels thick
   o.spacing_mm = {0.6, 0.6, 1.5};
   return o;
 }

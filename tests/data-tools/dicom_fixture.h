@@ -52,7 +52,7 @@ class Dicom : public ::testing::Test {
     modality_ = opened.value().modality;
     return std::move(opened.value().volume);
   }
-  /// Expects a refusal whose message contains all of these words.
+  /// Expects a refusal with a complete error, whose message contains all of these words and no path.
   void expect_refused(const std::vector<std::string>& words, const OpenOptions& options = {},
                       const std::string& name = "") const {
     const Result<OpenedVolume> opened = open_volume(path(name), options);
@@ -68,7 +68,7 @@ class Dicom : public ::testing::Test {
   void expect_notice(const std::string& word) const {
     EXPECT_NE(notices_.find(word), std::string::npos) << notices_;
   }
-  /// Expects the values that slice_file() stores by default, slice 1 lowest.
+  /// Expects the values that slice_file() stores by default. Slice 1 has the lowest z.
   static void expect_own_values(const Volume& v, int slices = 4) {
     ASSERT_EQ(v.size, glm::ivec3(8, 8, slices));
     for (int z = 0; z < slices; ++z)

@@ -14,7 +14,7 @@ TEST_F(Dicom, TheOrderFollowsPositions) {
 }
 
 TEST_F(Dicom, ATiltedGantryGivesAnExactlyShearedVolume) {
-  // The tag is wrong, and a spacing between slices that contradicts the positions is ignored.
+  // The tags of the gantry tilt and of the spacing between slices contradict the positions. Both are ignored.
   const double tilt = 18.5 * 3.14159265358979323846 / 180;
   write_series(
       6,
@@ -43,7 +43,7 @@ TEST_F(Dicom, MissingSlicesAreRefusedAndNamedUnlessFilled) {
       {"1 slice missing", "4.000 mm between IM1003 and IM1005", "every 2.000 mm", "option resample"});
   OpenOptions options;
   options.is_resampled = true;
-  expect_own_values(open(options), 7);  // values grow evenly
+  expect_own_values(open(options), 7);  // exact, since the values are linear in z
   expect_notice("1 slice of 7 were interpolated");
 }
 
@@ -76,7 +76,7 @@ TEST_F(Dicom, ShiftedOrTurnedSlicesAreRefusedByName) {
   expect_refused({"the slices are not parallel", "IM1003"});
 }
 
-/// One slice in another plane, at any index of the stack.
+/// One slice has another pixel spacing: the first, the middle or the last slice of the stack.
 TEST_F(Dicom, AStrayImageIsRefusedByNameUnlessTheOthersAreSelected) {
   for (const int stray : {0, 2, 4}) {
     write_series(5, [&](int k, SliceSpec& s) {
@@ -90,7 +90,7 @@ TEST_F(Dicom, AStrayImageIsRefusedByNameUnlessTheOthersAreSelected) {
       EXPECT_EQ(open(options).size.z, 4);
     }
   }
-  // The position of slices in another frame of reference is unknown.
+  // Slices in another frame of reference are a volume of their own: their relative position is unknown.
   write_series(6, {}, [](int k, DicomFile& f) { f.set(0x00200052, "UI", k < 4 ? "1.2.3" : "1.2.4"); });
   EXPECT_EQ(open().size.z, 4);
   expect_notice("from 2 volumes");
@@ -117,7 +117,7 @@ TEST_F(Dicom, CopiesAreDroppedAndOtherSlicesAtOnePositionAreRefusedByName) {
   expect_own_values(open());
   expect_notice("duplicated and used once");
   expect_notice("IM1002");
-  // Equal position, other contents, and nothing to select one of them.
+  // Two slices have equal positions and different contents, and no fact selects one of them.
   SliceSpec other;
   other.number = 2, other.position = {0, 0, 2};
   other.values.assign(64, 7);
@@ -197,7 +197,7 @@ TEST_F(Dicom, SeriesAreListedAndChosen) {
   EXPECT_EQ(facts_[2].kernel, "H60s");
   EXPECT_EQ(facts_[2].size, glm::ivec3(8, 8, 5));
   EXPECT_TRUE(facts_[0].is_localizer);
-  // From the headers only.
+  // list_series(), which reads only the headers, returns the same series.
   const auto listed = list_series(path("DISK"));
   ASSERT_TRUE(listed.is_ok());
   ASSERT_EQ(listed.value().size(), facts_.size());
@@ -220,7 +220,7 @@ TEST_F(Dicom, EchoesAndPhasesAreSeparateVolumes) {
         slice.modality = "MR", slice.number = 4 * v + k + 1, slice.position = {0, 0, 2.0 * k};
         slice.values.assign(64, 10 * v + k);
         DicomFile file = slice_file(slice);
-        // In the order of numbers, not of texts or of their lengths.
+        // Volumes are sorted by the numbers 5, 12.5 and 100, not by their texts.
         if (is_echo) file.set(0x00180081, "DS", std::vector{"5", "12.5", "100"}[static_cast<std::size_t>(v)]);
         file.write(path(name_of(slice.number)));
       }
@@ -263,7 +263,7 @@ TEST_F(Dicom, FilesNamedByADisksIndexMustExist) {
   index({"SE1\\IM1001", "SE1\\IM1004", "SE1\\IM1006"});
   expect_refused({"SE1/IM1006", "index", "it is missing"});
   expect_refused({"SE1/IM1006", "index", "it is missing"}, {}, "DICOMDIR");
-  // As disks are mounted, and files copied: in lower case, with versions, with extensions.
+  // The names of a mounted or copied disk may be in lower case, and have a version or an extension.
   for (const char* added : {"", ";1", ".dcm"}) {
     fs::rename(path("SE1"), path(".before"));
     fs::create_directory(path("se1"));
@@ -280,7 +280,7 @@ TEST_F(Dicom, FilesNamedByADisksIndexMustExist) {
 TEST_F(Dicom, DisksAreReadFromArchivesAndByTheirIndex) {
   fs::create_directory(path("disk"));
   write_series(4, {}, [&](int k, DicomFile& f) {
-    if (k == 0) {  // the index is next to them
+    if (k == 0) {  // the index is next to the slices
       DicomFile index;
       index.set(0x00080016, "UI", "1.2.840.10008.1.3.10").write(path("DICOMDIR"));
     }
@@ -293,7 +293,7 @@ TEST_F(Dicom, DisksAreReadFromArchivesAndByTheirIndex) {
   ASSERT_TRUE(shell("tar cf disk/a.tar IM* && tar czf disk/a.tar.gz IM* && tar cJf disk/a.tar.xz IM*"));
   for (const char* name : {"disk/a.tar", "disk/a.tar.gz", "disk/a.tar.xz"}) expect_own_values(open({}, name));
   fs::remove_all(path("disk"));
-  // Each slice by itself, and one truncated.
+  // Each slice is compressed separately. Then one of these files is truncated.
   ASSERT_TRUE(shell("gzip IM*"));
   expect_own_values(open());
   fs::resize_file(path("IM1004.gz"), 60);
@@ -334,7 +334,7 @@ TEST_F(Dicom, AnEmptyFolderIsReported) {
   expect_refused({"no DICOM images"});
   std::ofstream(path("a.txt")) << "hello";
   expect_refused({"no DICOM images", "1 other file"});
-  // For truncated files of any length.
+  // A folder is also refused if it contains only a part of a DICOM file, of any length.
   DicomFile file = slice_file({});
   const std::string whole = file.bytes();
   for (std::size_t n = 0; n < whole.size(); n += 7) {

@@ -22,7 +22,7 @@ TEST_F(Dicom, FilesWithoutPreambleAreRead) {
   }
 }
 
-/// PackBits of each byte of the numbers, highest first, as one RLE frame.
+/// Returns an RLE frame of a slice: the high bytes of all numbers, and then their low bytes, in PackBits.
 std::string rle_frame(const SliceSpec& slice) {
   const int count = slice.size.x * slice.size.y;
   std::string planes[2];
@@ -63,8 +63,9 @@ TEST_F(Dicom, CompressedFramesInSeveralFragmentsAreWhole) {
   }
 }
 
-/// A frame that crashes the decoder is an ordinary error; found by the fuzzer.
-TEST_F(Dicom, DamagedFramesAreRefusedAlsoIfTheDecoderCrashes) {
+/// A crash of the decoder is reported as an ordinary error with the name of the slice. The fuzzer found such
+/// frames. Damage that the decoder does not detect is accepted.
+TEST_F(Dicom, ADecoderThatCrashesIsAnOrdinaryError) {
   for (std::size_t at = 0; at < 70; at += 3) {
     write_series(
         3, {},
@@ -106,7 +107,7 @@ TEST_F(Dicom, FramesOfOneFileAreSlices) {
     std::vector<std::string> fragments{""};
     std::uint32_t at = 0;
     std::string table;
-    for (int k = 3; k >= 0; --k) {  // from above
+    for (int k = 3; k >= 0; --k) {  // the highest slice first
       DicomFile place, group;
       place.set(0x00200032, "DS", "0\\0\\" + std::to_string(2 * k));
       group.set_items(0x00209113, {place});
@@ -115,7 +116,7 @@ TEST_F(Dicom, FramesOfOneFileAreSlices) {
       one.number = k + 1;
       const std::string frame = rle_frame(one);
       for (int i = 0; i < 4; ++i) table += static_cast<char>(at >> 8 * i & 0xff);
-      // Two fragments each: without a table their assignment is unknown.
+      // Each frame has two fragments. Without an offset table the frame of a fragment is unknown.
       const std::size_t half = frame.size() / 4 * 2;
       fragments.push_back(frame.substr(0, half));
       fragments.push_back(frame.substr(half));
@@ -208,7 +209,7 @@ TEST_F(Dicom, OpeningAltersNoVoxel) {
 }
 
 TEST_F(Dicom, FractionsKeepTheirScaleOrAreRefused) {
-  // One slope for all: the stored numbers, exactly, and their meaning.
+  // One slope for all slices: the stored numbers are kept exactly, and a notice states their meaning.
   write_series(4, [](int, SliceSpec& s) { s.modality = "MR", s.slope = 0.37, s.intercept = 1.5; });
   expect_own_values(open());
   expect_notice("0.37 x voxel + 1.5");
@@ -218,7 +219,7 @@ TEST_F(Dicom, FractionsKeepTheirScaleOrAreRefused) {
   EXPECT_TRUE(ct.is_hounsfield);
   EXPECT_EQ(ct.voxels[1], 51);
   expect_notice("at most 0.5 off");
-  // One slope per slice (PET): a step finer than the noise.
+  // One slope per slice (PET): the values are scaled to one step, which is finer than the noise.
   const auto pet = [](int noise) {
     return [noise](int k, SliceSpec& s) {
       s.modality = "PT", s.slope = 0.01 * (k + 1), s.is_signed = false;
@@ -234,7 +235,7 @@ TEST_F(Dicom, FractionsKeepTheirScaleOrAreRefused) {
     for (int i = 0; i < 64; ++i)
       ASSERT_NEAR(step * v.voxels[static_cast<std::size_t>(64 * k + i)],
                   0.01 * (k + 1) * (10'000 + (i * 7919 % 64) * 40 + 300 * k), 0.51 * step);
-  // Coarser than the noise: refused, unless a step is given.
+  // If the required step is coarser than the noise, the series is refused, unless the caller gives a step.
   write_series(4, [](int k, SliceSpec& s) {
     s.modality = "PT", s.slope = k == 3 ? 1.5 : 0.0001, s.is_signed = false;
     for (int i = 0; i < 64; ++i) s.values.push_back(k == 3 ? 40'000 : i % 5);

@@ -1,3 +1,4 @@
+// Geometry of DICOM stacks, files of meshes, and basic properties of phantoms.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -150,9 +151,9 @@ TEST(Phantoms, SizeAndSpacingDetermineEachOther) {
   EXPECT_FALSE(make_phantom("plane", o).value().frame.is_orthogonal());
 }
 
-// Unblurred voxels contain exactly the covered fraction of a plane; their trilinear zero set is then within
-// the known error.
-TEST(Phantoms, PlaneCoverageIsExactAndItsSurfaceIsNearTheTruth) {
+// The value of an unblurred voxel is the exact fraction of its volume below the plane. The interpolated
+// surface then has a known error, which a blur reduces.
+TEST(Phantoms, TheSurfaceOfAPlaneIsNearTheTruth) {
   PhantomOptions o;
   o.size = glm::ivec3(64);
   for (const double sigma : {0.0, 1.0, 2.0}) {
@@ -179,7 +180,7 @@ TEST(Phantoms, PlaneCoverageIsExactAndItsSurfaceIsNearTheTruth) {
     EXPECT_LT(rms, sigma == 0   ? 0.06
                    : sigma == 1 ? 0.012
                                 : 0.004)
-        << sigma;  // voxels; expected 0.043, 0.007, 0.002
+        << sigma;  // voxels; the known errors are 0.043, 0.007 and 0.002
   }
 }
 

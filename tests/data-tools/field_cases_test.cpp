@@ -34,7 +34,7 @@ class FieldCases : public testing::Test {
   scenes::Scratch scratch_;
 };
 
-/// -1000, except 1000 in the last voxel.
+/// Returns `count` values: -1000, except 1000 in the last voxel.
 std::vector<std::int16_t> values(std::size_t count) {
   std::vector<std::int16_t> v(count, -1000);
   v.back() = 1000;
@@ -108,7 +108,7 @@ TEST_F(FieldCases, ChecksCompressedMetaImages) {
                                                  opened.value().volume.voxels.span().end())),
               plain);
   }
-  // Every byte counts: a changed byte, a wrong checksum, a missing end.
+  // Damage is detected: a changed byte, a wrong checksum, a missing end.
   std::string changed = packed;
   changed[changed.size() / 2] = static_cast<char>(changed[changed.size() / 2] ^ 0x10);
   write("changed.mha", compressed_mha(changed, true));
@@ -139,7 +139,7 @@ TEST_F(FieldCases, NrrdUnitsApplyPerAxis) {
                             "kinds: RGB-color domain domain domain\n",
                             "3 5 4 3", 4, std::string(180, '\1'), "uchar"));
   EXPECT_NE(refusal("colour.nrrd").find("colours"), std::string::npos) << refusal("colour.nrrd");
-  // "space dimension" names no axes: the caller must name them.
+  // "space dimension" does not name the axes: the caller must state the voxel size, and may state the axes.
   write("unnamed.nrrd",
         nrrd("space dimension: 3\nspace directions: (1,0,0) (0,1,0) (0,0,1.5)\n", "5 4 3", 3, body));
   EXPECT_NE(refusal("unnamed.nrrd").find("option axes"), std::string::npos) << refusal("unnamed.nrrd");
@@ -186,7 +186,8 @@ TEST_F(FieldCases, AFolderOfMasksGivesLabelNames) {
   EXPECT_EQ(read.value().labels[2], 2);
 }
 
-/// Positions rounded to 0.1 mm, in a stack tilted by `tilt` degrees, `step` mm apart.
+/// Returns the positions, rounded to 0.1 mm, of slices that are `step` mm apart in a stack tilted by `tilt`
+/// degrees.
 std::vector<SlicePosition> rounded_stack(double step, double tilt) {
   std::vector<SlicePosition> places;
   const double angle = 7.71 * 3.14159265358979 / 180, lean = std::tan(tilt * 3.14159265358979 / 180);
@@ -225,7 +226,7 @@ TEST_F(FieldCases, PaddingIsNotAir) {
   EXPECT_NE(opened.value().notices.back().find("60 % padding (-3024)"), std::string::npos);
 }
 
-const char* k_prism_vertices = "0 0 0\n4 0 0\n4 1 0\n1 1 0\n1 4 0\n0 4 0\n";
+const char* k_l_shape_vertices = "0 0 0\n4 0 0\n4 1 0\n1 1 0\n1 4 0\n0 4 0\n";
 
 double area_of(const PolygonModel& model) {
   double area = 0;
@@ -240,7 +241,7 @@ TEST_F(FieldCases, ConcavePolygonsAreTriangulatedWithinTheirOutline) {
   write("l.ply", std::string("ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\n"
                              "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
                              "end_header\n") +
-                     k_prism_vertices + "6 1 2 3 4 5 0\n");
+                     k_l_shape_vertices + "6 1 2 3 4 5 0\n");
   write("l.obj",
         "v 0 0 0\nv 4 0 0\nv 4 1 0\nv 1 1 0\nv 1 4 0\nv 0 4 0\nusemtl \nf -5// -4// -3// \\\n -2// -1// "
         "-6//\nf 1// 2//\n");

@@ -16,7 +16,7 @@ inline std::string read_text(const std::string& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Returns the folder of real data, or "", for which tests are skipped.
+/// Returns the folder of real data, or "" if it is missing. Tests that need the data are then skipped.
 inline std::string real_data() {
   if (const char* given = std::getenv("TREPHINE_DATA")) return given;
   const std::filesystem::path folder = std::filesystem::path(TREPHINE_SOURCE_DIR) / ".." / "shared" / "data";

@@ -1,5 +1,6 @@
-// Files of real formats: one oblique volume through all of them, the golden figures, and every refusal.
-// Kept in one file: each format with the faults that its reader must report.
+// Files of volumes: an oblique volume survives every format, real data have their golden values, and faulty
+// files are refused. All formats are in one file, so that each format is next to the faults that its reader
+// must report.
 #include <array>
 #include <csignal>
 #include <cstdlib>
@@ -27,7 +28,7 @@ namespace fs = std::filesystem;
 using scenes::Scratch;
 using volume::Volume;
 
-/// Unpacks a .tar.xz of real data.
+/// Unpacks a .tar.xz of real data, and returns the folder in it.
 std::string unpack(const Scratch& scratch, const std::string& archive) {
   EXPECT_EQ(std::system(("tar xJf '" + archive + "' -C '" + scratch.path.string() + "'").c_str()), 0);
   for (const auto& entry : fs::directory_iterator(scratch.path))
@@ -76,7 +77,7 @@ TEST(Files, AnObliqueVolumeKeepsItsWorldCornersInEveryFormat) {
         << "a temporary file stayed";
 }
 
-TEST(Files, AShearedVolumeIsResampledToRightAnglesInPlace) {
+TEST(Files, AShearedVolumeIsResampledToRightAngles) {
   const Scratch scratch;
   PhantomOptions o;
   o.size = glm::ivec3(48);
@@ -86,7 +87,7 @@ TEST(Files, AShearedVolumeIsResampledToRightAnglesInPlace) {
   ASSERT_FALSE(write_volume(scratch / "s.mha", v).has_value());
   const Volume w = open_volume(scratch / "s.mha").value().volume;
   EXPECT_TRUE(w.frame.is_orthogonal());
-  // Every corner is within the grid.
+  // Every corner of the sheared volume is within the new grid.
   for (int corner = 0; corner < 8; ++corner) {
     const glm::dvec3 p = glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1) * glm::dvec3(v.size - 1);
     const glm::dvec3 at = w.frame.volume_from_world(v.frame.world_from_volume(p));
@@ -95,7 +96,7 @@ TEST(Files, AShearedVolumeIsResampledToRightAnglesInPlace) {
       EXPECT_LE(at[a], w.size[a] - 1 + 1e-5) << corner;
     }
   }
-  // The sphere is unchanged: its centre of mass and its volume.
+  // The centre of mass and the volume of the sphere are unchanged.
   glm::dvec3 centre(0);
   double count = 0;
   for (int z = 0; z < w.size.z; ++z)
@@ -122,7 +123,7 @@ TEST(Files, WritingIsAtomicAndRefusesImpossiblePaths) {
   EXPECT_EQ(std::distance(fs::directory_iterator(scratch.path), fs::directory_iterator{}), 1);
 }
 
-TEST(Files, NoWrittenFileContainsAPathOrAName) {
+TEST(Files, NoWrittenFileContainsTheNameOfItsFolder) {
   const Scratch scratch;
   const Volume v = oblique();
   for (const char* name : {"a.mha", "a.nrrd", "a.nii"}) {
@@ -334,7 +335,7 @@ TEST_F(Golden, ATiltedSeriesIsShearedExactlyAndAnUnevenOneIsRefusedWithFigures) 
   EXPECT_NE(opened.error().message().find("6.99"), std::string::npos) << opened.error().message();
 }
 
-TEST_F(Golden, EveryTransferSyntaxIsReadAlikeOrRefused) {
+TEST_F(Golden, EveryTransferSyntaxIsReadAndLosslessOnesAgree) {
   // The lossless encodings of one image must give the same voxels.
   std::optional<std::uint32_t> crc;
   int read = 0, refused = 0;
@@ -362,7 +363,8 @@ TEST_F(Golden, EveryTransferSyntaxIsReadAlikeOrRefused) {
   EXPECT_EQ(refused, 0);
 }
 
-/// Frames in several fragments, with and without an offset table: one slice twice, as other programs read it.
+/// Frames in several fragments, with and without an offset table. The first two files contain the same slice;
+/// the checksum of its voxels is that of other programs.
 TEST_F(Golden, FramesInFragmentsAreWholeAndMosaicsAreRefused) {
   for (const char* name : {"CT1_UNC.fragmented_bot_jpeg_ls.80.dcm", "D_CLUNIE_CT1_RLE_FRAGS.dcm"}) {
     const auto opened = open_volume(real_data() + "/hard_cases/" + name);
@@ -381,7 +383,7 @@ TEST_F(Golden, MissingDuplicateAndMixedSlicesAreReportedOrRefused) {
   for (const auto& entry : fs::directory_iterator(source)) files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   {
-    const Scratch scratch;  // every file but one in the middle
+    const Scratch scratch;  // one file in the middle is missing
     for (std::size_t i = 0; i < files.size(); ++i)
       if (i != 7) fs::copy(files[i], scratch.path / files[i].filename());
     expect_refused(scratch.path.string(), "1 slice missing");

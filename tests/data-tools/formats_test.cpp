@@ -108,7 +108,8 @@ TEST_F(Formats, AMissingPositionIsRefusedUnlessGiven) {
   expect_refused("right.nrrd", {"right.nrrd"}, options);  // a space that the format does not have
 }
 
-/// sform: along the axes, `shift` mm to the right; qform: turned by `degrees` about z, if present.
+/// Returns a NIfTI file with voxels of 2 mm. The sform is along the axes, `shift` mm to the right. The qform,
+/// if present, is turned by `degrees` about z.
 std::string nifti(const std::vector<std::string>& bricks, short type, short bits, const glm::ivec3& size,
                   double shift = 0, double degrees = 0, bool has_qform = false) {
   nifti_1_header h{};
@@ -136,7 +137,7 @@ TEST_F(Formats, ANiftiThatContradictsItselfIsRefusedUntilTheUserDecides) {
   EXPECT_EQ(open("agree.nii").voxels[23], 23);
   put("shifted.nii", nifti({voxels}, DT_INT16, 16, {4, 3, 2}, 0.2, 0, true));
   expect_refused("shifted.nii", {"0.20 mm apart", "option sform, option qform"});
-  // About a corner: the origin and the corner opposite along z are fixed.
+  // The turn is about the z axis through the origin: corners on this axis agree, and the others do not.
   put("turned.nii", nifti({voxels}, DT_INT16, 16, {4, 3, 2}, 0, 5, true));
   expect_refused("turned.nii", {"apart", "option sform"});
   OpenOptions options;
@@ -187,7 +188,7 @@ TEST_F(Formats, FaultsOfAnNrrdHeaderAreNamed) {
   fault("(0,0,1)", "(0,0,nan)", "space directions");
 }
 
-/// Separate header and voxels; Analyze, which states no position; NIfTI-2.
+/// Files with a separate header, files of Analyze, which states no position, and files of NIfTI-2.
 TEST_F(Formats, VariantsOfNiftiAreRead) {
   const std::string voxels = bytes_of(ramp<std::int16_t>());
   std::string pair = nifti({}, DT_INT16, 16, {4, 3, 2}).substr(0, 348);
@@ -218,7 +219,7 @@ TEST_F(Formats, VariantsOfNiftiAreRead) {
   h.sform_code = 1, h.srow_x[0] = h.srow_y[1] = h.srow_z[2] = 1, h.srow_x[3] = 0.1;
   put("c.nii", std::string(reinterpret_cast<const char*>(&h), sizeof h) + std::string(4, '\0') + voxels);
   EXPECT_EQ(open("c.nii").voxels[23], 23);
-  EXPECT_EQ(open("c.nii").frame.origin().x, -0.1) << "as exact as the file";
+  EXPECT_EQ(open("c.nii").frame.origin().x, -0.1) << "in double precision, as in the file";
 }
 
 TEST_F(Formats, OneOfSeveralVolumesIsSelected) {
@@ -276,7 +277,8 @@ TEST_F(Formats, FractionsLoseLessThanTheirNoiseOrAreRefused) {
     }
     return values;
   };
-  // Large noise: whole units. Small values: their own step.
+  // Values with large noise are rounded to whole units. Small values are stored in a smaller step:
+  // its entry is 0 here, because the notice states it.
   for (const auto& [level, sigma, step] : {std::tuple{1000.0, 20.0, 1.0}, {0.7, 0.01, 0.0}}) {
     const std::vector<float> values = noisy(level, sigma);
     put("a.nii", nifti({bytes_of(values)}, DT_FLOAT32, 32, size));
@@ -335,7 +337,8 @@ TEST_F(Formats, HounsfieldUnitsNeedEvidence) {
 TEST_F(Formats, LabelsAreResampledOntoTheScansGridWithTheirNames) {
   Volume scan =
       volume::make_volume({8, 8, 8}, volume::Frame::from_spacing({0, 0, 0}, {1, 1, 1}).value()).value();
-  // Half as fine, starting at (2, 2, 2): 2 x 2 x 2 voxels of 2 mm, the last one another segment.
+  // The label map has 2 x 2 x 2 voxels of 2 mm, and starts at voxel (2, 2, 2) of the scan. Its last voxel
+  // belongs to another segment than the first seven.
   const std::string space =
       "space: left-posterior-superior\nspace directions: (2,0,0) (0,2,0) (0,0,2)\nspace "
       "origin: (2.5,2.5,2.5)\n";
@@ -356,7 +359,7 @@ TEST_F(Formats, LabelsAreResampledOntoTheScansGridWithTheirNames) {
         const int expected = a < 0 || b < 0 || c < 0 ? 0 : a + b + c == 3 ? 2 : 1;
         ASSERT_EQ(read.value().labels[scan.index(x, y, z)], expected) << x << y << z;
       }
-  // Two layers: if disjoint both are read, if overlapping they are refused.
+  // Two layers: disjoint segments keep their labels. Voxels that belong to both segments get the label "a+b".
   const std::string layered =
       "space: left-posterior-superior\nspace directions: none (2,0,0) (0,2,0) (0,0,2)\nspace "
       "origin: (2.5,2.5,2.5)\nkinds: list domain domain domain\nSegment0_Name:=a\nSegment0_"
@@ -378,7 +381,7 @@ TEST_F(Formats, LabelsAreResampledOntoTheScansGridWithTheirNames) {
   EXPECT_EQ(over.value().names, (std::vector<std::string>{"background", "a", "b", "a+b"}));
   EXPECT_EQ(over.value().labels[scan.index(5, 5, 5)], 2);
   EXPECT_EQ(std::count(over.value().labels.span().begin(), over.value().labels.span().end(), 3), 8);
-  // Out of reach, empty, negative.
+  // Label maps outside the scan, without a label, or with negative labels are refused.
   put("far.nrrd",
       nrrd("space: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: "
            "(100,0,0)\n",
@@ -390,6 +393,24 @@ TEST_F(Formats, LabelsAreResampledOntoTheScansGridWithTheirNames) {
             std::string::npos);
   put("minus.nrrd", nrrd(space, "short", "2 2 2") + bytes_of(std::vector<std::int16_t>(8, -1)));
   EXPECT_FALSE(read_labels(path("minus.nrrd"), scan).is_ok());
+}
+
+/// A header may not name voxels outside its folder, in any spelling that the library reads.
+TEST(Nrrd, VoxelsOutsideTheFolderAreRefused) {
+  const scenes::Scratch scratch;
+  fs::create_directory(scratch.path / "in");
+  write_text(scratch / "secret.raw", std::string(64, 'x'));
+  write_text(scratch / "in/own.raw", std::string(64, 'x'));
+  const auto is_refused = [&](const std::string& line) {
+    write_text(scratch / "in/a.nhdr",
+               "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 4 4\nencoding: raw\n" + line + "\n");
+    const auto opened = open_volume(scratch / "in/a.nhdr");
+    return !opened && opened.error().message().find("outside its folder") != std::string::npos;
+  };
+  for (const char* name : {"data file:", "datafile:", "Data File:", "DATA FILE:", "data file:\t"}) {
+    EXPECT_FALSE(is_refused(std::string(name) + " own.raw")) << name;
+    EXPECT_TRUE(is_refused(std::string(name) + " ../secret.raw")) << name;
+  }
 }
 
 }  // namespace

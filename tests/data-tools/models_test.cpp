@@ -46,6 +46,24 @@ TEST(PolygonModels, RoundTripThroughEveryFormat) {
   }
 }
 
+/// The frame in the header of a compressed model counts, too.
+TEST(PolygonModels, TheFrameOfACompressedModelIsRead) {
+  const Scratch scratch;
+  const std::string ply =
+      "ply\nformat ascii 1.0\ncomment SPACE=RAS\nelement vertex 3\nproperty double x\nproperty double y\n"
+      "property double z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+      "10 0 0\n0 20 0\n0 0 30\n3 0 1 2\n";
+  write_text(scratch / "m.ply", ply);
+  gzFile packed = gzopen((scratch / "m.ply.gz").c_str(), "wb");
+  ASSERT_EQ(gzwrite(packed, ply.data(), static_cast<unsigned>(ply.size())), static_cast<int>(ply.size()));
+  gzclose(packed);
+  for (const char* name : {"m.ply", "m.ply.gz"}) {
+    const auto model = read_polygon_model(scratch / name, 1);
+    ASSERT_TRUE(model) << model.error().message();
+    EXPECT_EQ(model.value().vertices[0], glm::dvec3(-10, 0, 0)) << name;
+  }
+}
+
 /// VTK 9.1 writes past the end of an array of texts longer than its declared size; found by the fuzzer.
 TEST(PolygonModels, ACrashOfTheLibraryDoesNotEndTheProgram) {
   const Scratch scratch;

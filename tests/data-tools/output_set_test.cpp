@@ -72,15 +72,18 @@ TEST_F(Outputs, AreNeverInputsNorEachOther) {
   put("scan/1.dcm", "slice");
   put("a.hdr", "x"), put("a.img", "x"), put("other.img", "x");
   put("b.mhd", "ElementDataFile = b-%02d.csv 1 9 1\n"), put("b-01.csv", "x");
+  // The library reads field names of NRRD headers in any case, with tabs.
+  put("c.nhdr", "NRRD0004\nData File:\tc.raw\n\n"), put("c.raw", "x");
   fs::create_hard_link(folder_ / "scan/1.dcm", folder_ / "same.csv");
   fs::create_symlink("scan", folder_ / "linked");
   const struct {
     const char *input, *output;
     bool is_allowed;
-  } cases[] = {
-      {"scan", "scan/1.dcm", false},  {"scan/", "linked/1.dcm", false}, {"scan/1.dcm", "same.csv", false},
-      {"scan", "scan/new.csv", true}, {"a.hdr", "a.img", false},        {"a.hdr", "other.img", true},
-      {"b.mhd", "b-01.csv", false},   {"b.mhd", "b.csv", true},         {"none", "none", false}};
+  } cases[] = {{"scan", "scan/1.dcm", false},     {"scan/", "linked/1.dcm", false},
+               {"scan/1.dcm", "same.csv", false}, {"scan", "scan/new.csv", true},
+               {"a.hdr", "a.img", false},         {"a.hdr", "other.img", true},
+               {"b.mhd", "b-01.csv", false},      {"b.mhd", "b.csv", true},
+               {"none", "none", false},           {"c.nhdr", "c.raw", false}};
   for (const auto& c : cases) {
     OutputSet outputs;
     outputs.add_input(file(c.input));
@@ -138,8 +141,8 @@ TEST_F(Outputs, AFullDiskReplacesNothing) {
   EXPECT_EQ(count(), 1u);
 }
 
-/// A signal that ends the program leaves no partial file; the files of a killed program are removed by the
-/// next one, but only those of processes that have ended.
+/// A signal that ends the program leaves no partial file. A later program removes the partial files of a
+/// killed program, if they are older than an hour and their process has ended.
 TEST_F(Outputs, NoPartialFileRemains) {
   const auto end_in_the_middle = [&](bool is_catchable) {
     const pid_t child = ::fork();

@@ -1,4 +1,4 @@
-// Phantoms: their measures by other methods than those that built them.
+// Phantoms: their dimensions, measured by other methods than those that construct the phantoms.
 #include "data-tools/phantoms/phantoms.h"
 
 #include <array>
@@ -21,7 +21,7 @@ using volume::Volume;
 
 constexpr double k_pi = 3.14159265358979323846;
 
-/// Volume of the solid, by the fraction of it in each voxel (unblurred).
+/// Returns the volume of the solid in a phantom without blur: the sum of the solid fractions of all voxels.
 double solid_mm3(const Volume& v) {
   double sum = 0;
   for (const std::int16_t hu : v.voxels.span()) sum += (hu + 1000) / 2600.0;
@@ -33,7 +33,7 @@ TEST(Phantoms, BoxPegAndHoleHaveTheirVolumes) {
   options.size = glm::ivec3(120);
   options.parameters = {{"width", 50}, {"depth", 30}, {"height", 22}};
   EXPECT_NEAR(solid_mm3(make_phantom("box", options).value()), 50 * 30 * 22, 0.002 * 50 * 30 * 22);
-  // A peg protrudes by as much as a hole of its size removes.
+  // A peg adds the volume that a hole of the same size removes.
   options.parameters = {{"radius", 9}, {"height", 18}};
   const double peg = solid_mm3(make_phantom("peg", options).value());
   options.parameters = {{"radius", 9}, {"depth", 18}};
@@ -66,7 +66,7 @@ double vault_ripple(const Volume& v) {
   std::vector<double> radii;
   for (int i = -140; i <= 140; ++i) {
     const double angle = i * 0.25 * k_pi / 180;
-    // Off the sutures and the axes of the grid.
+    // The meridian avoids the sutures and the axes of the grid.
     const dvec3 direction = glm::normalize(dvec3(std::sin(angle), 0.55, std::cos(angle)));
     double r = 130;
     while (r > 40 && value_at(v, r * direction) < 300) r -= 0.25;
@@ -85,7 +85,8 @@ double vault_ripple(const Volume& v) {
   return std::sqrt(sum / count);
 }
 
-/// Kocher's point by another measure: a tape over the vault, made of short chords.
+/// Measures the distances to Kocher's point by another method: with a tape over the vault, made of short
+/// chords.
 TEST(Phantoms, LandmarksOfTheHeadLieWhereAnatomistsPutThem) {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
     SCOPED_TRACE(seed);
@@ -94,7 +95,8 @@ TEST(Phantoms, LandmarksOfTheHeadLieWhereAnatomistsPutThem) {
     const dvec3& kocher = marks.left.kochers_point;
     EXPECT_EQ(marks.right.kochers_point, kocher * dvec3(-1, 1, 1)) << "the vault is symmetric";
     EXPECT_NEAR(vault_distance(kocher, anatomy), 0, 0.01);
-    // A tape of short chords on a surface: each point is moved onto it by its first-order distance.
+    // onto() moves a point to the vault along the gradient of the distance. tape() joins such points by
+    // chords.
     const auto onto = [&](dvec3 p) {
       for (int i = 0; i < 20; ++i) {
         dvec3 slope;
@@ -116,7 +118,8 @@ TEST(Phantoms, LandmarksOfTheHeadLieWhereAnatomistsPutThem) {
       }
       return length;
     };
-    // The midline point from which Kocher's point is 3 cm aside: on the plane through the centre's x axis.
+    // The midline point in the plane through the x axis and Kocher's point. Kocher's point is 3 cm lateral of
+    // it.
     const double turn = std::atan2(kocher.z, -kocher.y);
     double low = 50, high = 120;
     while (high - low > 1e-6) {
@@ -136,7 +139,7 @@ TEST(Phantoms, LandmarksOfTheHeadLieWhereAnatomistsPutThem) {
     }
     EXPECT_LT(marks.nasion.z, marks.glabella.z);
     EXPECT_LT(marks.nasion.y, -70);
-    // Ventricles are inside the brain: no bone, dura or fluid around them is nearer than 10 mm.
+    // Ventricles are inside the brain: points above and below a ventricle are in brain tissue.
     for (double y = -26; y <= 30; y += 4)
       for (double up = -1; up <= 1; up += 2) {
         const dvec3 p = dvec3(9, y, 10 + 16 * up) * anatomy.size;
@@ -155,7 +158,8 @@ TEST(Phantoms, TheHeadsVaultIsTwoToNineMillimetresThickWithoutRings) {
       const double ripple = vault_ripple(v);
       EXPECT_LT(ripple, 0.03) << "mm";
       options.psf_sigma_voxels = 0.3;  // nearly without blur
-      EXPECT_GT(vault_ripple(make_phantom("head", options).value()), 2 * ripple) << "the judge detects rings";
+      EXPECT_GT(vault_ripple(make_phantom("head", options).value()), 2 * ripple)
+          << "vault_ripple() detects rings";
     }
     const HeadAnatomy anatomy = head_anatomy(seed);
     double thinnest = 1e3, thickest = 0;

@@ -1,4 +1,5 @@
-// Stacks of pictures: in the order of their numbers, with exact numbers, complete or refused.
+// Stacks of pictures: they are read in the order of the numbers in their names, with exact grey values.
+// Incomplete stacks are refused.
 #include <csignal>
 #include <cstring>
 #include <filesystem>
@@ -89,7 +90,8 @@ TEST(Pictures, RefusesGapsDuplicatesAndMixedNamesAndSkipsHiddenFiles) {
   EXPECT_EQ(open_volume(scratch / "one").value().volume.size, one.size);
 }
 
-/// A plain TIFF of grey and alpha, as painting programs write it; or of grey with `grey_bits` bits, packed.
+/// Writes a plain TIFF of grey and alpha, as painting programs do, or of packed grey values if `grey_bits` is
+/// positive. `next_page`: offset of another page in the file. `photometric`: 0 for inverted grey values.
 void write_tiff(const std::string& path, int width, int height, const std::string& pixels, int grey_bits = 0,
                 std::uint32_t next_page = 0, std::uint32_t photometric = 1) {
   std::string bytes("II*\0\x08\0\0\0", 8);
@@ -113,7 +115,7 @@ void write_tiff(const std::string& path, int width, int height, const std::strin
                                     {279, k_long, 1, size},
                                     {284, k_short, 1, 1},
                                     {338, k_short, 1, 2}};
-  const std::uint32_t used = grey_bits > 0 ? k_entries - 1 : k_entries;  // alpha's is the last
+  const std::uint32_t used = grey_bits > 0 ? k_entries - 1 : k_entries;  // the last entry describes alpha
   put(used, 2);
   for (const Entry& e : std::span(entries, used))
     put(e.tag, 2), put(e.type, 2), put(e.count, 4), put(e.value, 4);
@@ -162,7 +164,7 @@ TEST(Pictures, KeepsGreyValuesOfOneFourAndTwelveBits) {
     const auto read = open_volume(scratch / path, options);
     return read ? std::string("it was read") : read.error().message();
   };
-  // Slices of two depths, a file whose other pages were cut off, and inverted pictures are not stacks.
+  // Slices of two bit depths, a file whose other pages are missing, and inverted pictures are refused.
   write_tiff(scratch / "four/2.tif", 4, 1, std::string("\x00\x01\x02\x03", 4), 8);
   EXPECT_NE(refusal("four").find("8 bits"), std::string::npos) << refusal("four");
   write_tiff(scratch / "cut.tif", 4, 1, std::string("\x00\x01\x02\x03", 4), 8, 4000);

@@ -32,7 +32,7 @@ class Plans : public ::testing::Test {
   scenes::Scratch scratch_;
 };
 
-/// As 3D Slicer 5.6 saves a line and a list of points.
+/// Returns a line and a list of points as 3D Slicer 5.6 saves them.
 std::string markups(const std::string& frame) {
   const std::string place = "\"coordinateSystem\": \"" + frame + "\", \"coordinateUnits\": \"mm\"";
   return "{\"@schema\": \"https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/"
@@ -236,15 +236,15 @@ TEST_F(Plans, CasesKeepTheColoursOfLabels) {
   }
 }
 
-/// A DICOM segmentation: two segments of single bits, whose empty slices have no frame.
-struct SegmentationOf {
-  int bits = 1;
+/// Options of a DICOM segmentation with two segments. A slice without voxels of a segment has no frame of it.
+struct SegmentationOptions {
+  int bits = 1;  ///< per voxel: 1, or 8 for fractions
   bool overlaps = false;
   double third_frame_z = 16;  ///< mm; slices are 2 apart, starting at 10
   bool has_colours = false;
   scenes::Syntax syntax = scenes::Syntax::explicit_little;
 };
-std::string segmentation(const SegmentationOf& of) {
+std::string segmentation(const SegmentationOptions& of) {
   using scenes::DicomFile;
   DicomFile file;
   file.set(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.66.4")
@@ -264,7 +264,7 @@ std::string segmentation(const SegmentationOf& of) {
                     {stored(lab[0] / 100), stored((lab[1] + 128) / 255), stored((lab[2] + 128) / 255)});
     return one;
   };
-  // sRGB's red and blue in CIELab under D50, as colour tables encode them.
+  // The red and the blue of sRGB as CIELab values for D50, the encoding of colours in DICOM.
   file.set_items(0x00620002, {segment(1, "skull", {54.2917, 80.8125, 69.8851}),
                               segment(4, "dura mater", {29.5676, 68.2986, -112.0294})});
   DicomFile shared;
@@ -296,7 +296,7 @@ std::string segmentation(const SegmentationOf& of) {
 TEST_F(Plans, DicomSegmentationsAreLabelsWithNames) {
   const auto frame = volume::Frame::from_spacing({-3, 4, 10}, {0.25, 0.5, 2}).value();
   const volume::Volume scan = volume::make_volume({7, 5, 4}, frame).value();
-  const auto write = [&](const SegmentationOf& of) {
+  const auto write = [&](const SegmentationOptions& of) {
     std::ofstream(scratch_ / "s.dcm", std::ios::binary) << segmentation(of);
     return read_labels(scratch_ / "s.dcm", scan);
   };
@@ -319,7 +319,7 @@ TEST_F(Plans, DicomSegmentationsAreLabelsWithNames) {
   ASSERT_TRUE(coloured.is_ok()) << coloured.error().message();
   ASSERT_EQ(coloured.value().colours.size(), 5U);
   const auto expect_near = [](const glm::ivec3& found, const glm::ivec3& expected) {
-    for (int a = 0; a < 3; ++a) EXPECT_NEAR(found[a], expected[a], 1) << "of " << a;
+    for (int a = 0; a < 3; ++a) EXPECT_NEAR(found[a], expected[a], 1) << "channel " << a;
   };
   expect_near(coloured.value().colours[1], {255, 0, 0});
   expect_near(coloured.value().colours[4], {0, 0, 255});
@@ -333,7 +333,7 @@ TEST_F(Plans, DicomSegmentationsAreLabelsWithNames) {
         0)
         << bits;
   }
-  const auto refusal = [&](const SegmentationOf& of) {
+  const auto refusal = [&](const SegmentationOptions& of) {
     const auto labels = write(of);
     return labels ? std::string("it was read") : labels.error().message();
   };

@@ -40,7 +40,7 @@ const std::string k_small =
     "on_entry = [\"note text=over\"]\n"                         // 20
     "end = true\n";                                             // 21
 
-/// The text with the first `from` replaced.
+/// Returns the text with the first occurrence of `from` replaced.
 std::string changed(const std::string& from, const std::string& to, std::string text = k_small) {
   const std::size_t at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
@@ -210,7 +210,7 @@ class ProcedureCase : public ::testing::Test {
 };
 
 TEST_F(ProcedureCase, CarriesItsProcedureAndItsScore) {
-  // A procedure of its own goes into a file, a shipped one is named.
+  // A procedure that is not shipped is written to a file of the case. A shipped procedure is only named.
   CasePlan own = plan(), shipped = plan();
   own.procedure = parse_procedure(k_small, "small").value().procedure;
   shipped.procedure = shipped_procedure("craniotomy").value().procedure;
@@ -229,7 +229,7 @@ TEST_F(ProcedureCase, CarriesItsProcedureAndItsScore) {
     EXPECT_EQ(again.value().plan.procedure, written.procedure);
     EXPECT_EQ(again.value().plan.procedure_file, opened.value().plan.procedure_file);
   }
-  // An error in the file of a case has the line of that file.
+  // An error in the procedure file of a case names the line in this file.
   std::ofstream(scratch_ / "small/procedure.toml") << changed("hint", "hnt");
   const auto refused = open_case(scratch_ / "small");
   ASSERT_FALSE(refused.is_ok());

@@ -1,6 +1,6 @@
-"""Reads files of trephine by pydicom, nibabel and dcmtk, as far as these are installed.
+"""Reads files of trephine with pydicom, nibabel and dcmtk, if these are installed.
 
-usage: read_back.py TREPHINE FOLDER; exit code 77: none of these, or no numpy, is installed.
+usage: read_back.py TREPHINE FOLDER; exit code 77: numpy is missing, or all three are missing.
 """
 import glob
 import os
@@ -91,7 +91,7 @@ def main(trephine, folder):
     if shutil.which("dcmdump"):
         check_dcmtk(folder)
         readers.append("dcmtk")
-    print("read the same by:", ", ".join(readers) or "no program, since none is installed")
+    print("read with equal values by:", ", ".join(readers) or "no program, since none is installed")
     shutil.rmtree(folder)
     return 0 if readers else 77
 

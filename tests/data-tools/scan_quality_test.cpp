@@ -67,7 +67,8 @@ TEST(ScanQuality, OfAHeadEqualsThatOfItsPhantom) {
   const ScanQuality q = scan_quality(make_phantom("head", options).value(), volume::Shape{});
   ASSERT_TRUE(q.noise && q.blur_in_plane && q.blur_across);
   EXPECT_NEAR(*q.noise / 20, 1, 0.1);
-  // The phantom's edges are soft before they are blurred: a third-order step over 1.7 voxels.
+  // The edges of the phantom are soft before they are blurred: a cubic step over 1.7 voxels, whose variance
+  // is that width squared / 20. A voxel is 0.8 mm wide.
   const double drawn = 1.7 / std::sqrt(20.0), expected = 0.8 * std::sqrt(blur * blur + drawn * drawn);
   EXPECT_NEAR(*q.blur_in_plane / expected, 1, 0.1);
   EXPECT_NEAR(*q.blur_across / expected, 1, 0.13) << "across, its vault has layers as thin as the blur";
@@ -90,7 +91,8 @@ TEST(ScanQuality, TheNoiseOfASmallScanExcludesItsEdges) {
   EXPECT_NEAR(*q.noise, 10, 2);
 }
 
-/// The ends of the vertebrae are shells over softer bone, and few: no blur across slices is reported.
+/// The vertebrae have few end plates, and these are thin shells over softer bone. Therefore no blur across
+/// slices is reported.
 TEST(ScanQuality, OfASpineReportsNoBlurAcrossSlices) {
   PhantomOptions options;
   options.spacing_mm = glm::dvec3(0.9);
@@ -122,7 +124,7 @@ double least_of(const Condition& condition) {
 
 /// The thinnest plate that exists, and the narrowest slot that is open, by bisection.
 TEST(ScanQuality, LeastWallAndGapEqualThoseOfPhantoms) {
-  const double blur = 2;  // voxels: fine enough to make positions irrelevant
+  const double blur = 2;  // voxels: so large that the position in the grid is irrelevant
   Known known{glm::dvec3(0.4), blur, 0, 0, "plate", {}};
   const ScanQuality q =
       scan_quality(make({glm::dvec3(0.4), blur, 0, 0, "sphere", {{"radius", 20}}}), volume::Shape{});
@@ -135,13 +137,14 @@ TEST(ScanQuality, LeastWallAndGapEqualThoseOfPhantoms) {
     return solid > 1000;
   };
   const double wall = least_of(is_there);
-  // Plates are 1600 HU in air, and bone's median is a little lower.
+  // The plates have 1600 HU in air. scan_quality() uses the median intensity of bone, which is a little
+  // lower.
   EXPECT_NEAR(*q.min_wall / wall, 1, 0.1);
   Known slot{glm::dvec3(0.4), blur, 0, 0, "slot", {{"width", 1}, {"depth", 15}}};
   const auto is_open = [&](double width) {
     slot.parameters["width"] = width;
     const Volume v = make(slot);
-    // Deep in the slot, in the middle of it.
+    // 8 mm below the opening of the slot, in the middle of its width. `up` is the upward axis of the phantom.
     const glm::dvec3 up(0.055787151254673206, -0.18247154975911864, 0.981627183447664);
     const glm::ivec3 at(glm::floor(v.frame.volume_from_world(-8.0 * up) + 0.5));
     std::int16_t least = 3000;

@@ -1,4 +1,5 @@
-// Notes of a session: every value survives a round trip, errors have their line, no notes leave no file.
+// Notes of a session: every value survives a round trip, errors state their line, and an empty list removes
+// the file.
 #include "data-tools/cases/session_notes.h"
 
 #include <filesystem>

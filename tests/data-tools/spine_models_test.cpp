@@ -1,5 +1,5 @@
-// Models of the spine's case: discs, dural sac and nerve roots as closed surfaces, against the closed form
-// and the labels.
+// Models in the case of the spine: discs, dural sac and nerve roots as closed surfaces, compared with the
+// closed form and with the labels.
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -55,13 +55,13 @@ struct Surface {
     return open;
   }
   /// Returns the surface in steps of 0.1 um, for the judge.
-  verify::IntegerMesh whole() const {
+  verify::IntegerMesh to_integers() const {
     verify::IntegerMesh mesh;
-    for (const dvec3& p : vertices) mesh.corners.push_back(whole(p));
+    for (const dvec3& p : vertices) mesh.corners.push_back(to_integers(p));
     mesh.triangles = triangles;
     return mesh;
   }
-  static std::array<std::int64_t, 3> whole(const dvec3& p) {
+  static std::array<std::int64_t, 3> to_integers(const dvec3& p) {
     return {std::llround(1e4 * (p.x + 1000)), std::llround(1e4 * (p.y + 1000)),
             std::llround(1e4 * (p.z + 1000))};
   }
@@ -89,7 +89,7 @@ TEST(SpineModels, AreClosedAndLieWhereTheClosedFormPutsThem) {
       EXPECT_LT(sum / static_cast<double>(surface.vertices.size()), 0.02);
       EXPECT_LT(worst, 0.35);
     }
-    // The planted faults of these checks.
+    // Planted faults: a missing triangle and a shifted surface are detected.
     Surface open(surfaces[3]);
     open.triangles.resize(open.triangles.size() - 3);
     EXPECT_EQ(open.open_edges(), 3);
@@ -114,7 +114,7 @@ TEST(SpineModels, EncloseTheVolumeOfTheLabelsAndTheirPoints) {
     const auto is_labelled = [&](const dvec3& p) {
       return spine.sample(p, 0.1).tissue == part.tissue && part.side * p.x >= 0;
     };
-    // Volume by points of the labels, in steps of 0.5 mm.
+    // The volume of the label, from points in steps of 0.5 mm.
     const Surface surface(surfaces[i]);
     constexpr double k_step = 0.5;
     const dvec3 low = glm::max(part.low_world, k_spine_low), high = glm::min(part.high_world, k_spine_high);
@@ -126,12 +126,12 @@ TEST(SpineModels, EncloseTheVolumeOfTheLabelsAndTheirPoints) {
             labelled += k_step * k_step * k_step;
     EXPECT_NEAR(surface.mm3(), labelled, 0.02 * labelled + 2);
     // The judge of closed surfaces finds the points of the label inside, and no others.
-    const verify::IntegerMesh mesh = surface.whole();
+    const verify::IntegerMesh mesh = surface.to_integers();
     for (int n = 0; n < 200; ++n) {
       const dvec3 p = low + (high - low) * dvec3(share(random), share(random), share(random));
       const double distance = spine.part_distance(part, p);
       if (std::abs(distance) < 0.4 || distance > 4) continue;
-      const bool is_inside = verify::winding(mesh, Surface::whole(p)) == 1;
+      const bool is_inside = verify::winding(mesh, Surface::to_integers(p)) == 1;
       EXPECT_EQ(is_inside, is_labelled(p)) << p.x << " " << p.y << " " << p.z;
       ++compared, inside += is_inside;
     }

@@ -20,7 +20,8 @@ void require(bool condition) {
 
 bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
-/// Calls with pieces of the bytes; the first byte of the rest is the size of the pieces.
+/// Calls each(piece) for the bytes after the first one, in order. The first byte plus 1 is the size of a
+/// piece.
 template <class Each>
 void in_pieces(std::span<const std::uint8_t> bytes, const Each& each) {
   if (bytes.empty()) return;

@@ -10,7 +10,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::istringstream in(std::string(reinterpret_cast<const char*>(data), size));
   const auto read = haptics::PosePath::read_csv(in, "fuzz");
   if (!read) return 0;
-  // An accepted path can be sampled and written, and is read again identically.
+  // An accepted path can be sampled and written, and the written path is read again with as many samples.
   const haptics::PosePath& path = read.value();
   (void)path.at(path.start_time());
   (void)path.at(0.5 * (path.start_time() + path.end_time()));

@@ -58,13 +58,13 @@ std::string as_session(const std::uint8_t* data, std::size_t size) {
   header.structures.emplace_back();
   header.hands.emplace_back(drilling::burr({3}));
   sim::describe(catalogue(), header);
-  // The first byte selects the kind of the rest.
+  // The lowest two bits of the first byte select the kind of block that contains the rest.
   const std::string payload(reinterpret_cast<const char*>(data) + 1, size - 1);
   if (data[0] & 8) {  // a round tool
     header.hands.back().tool = std::make_shared<const haptics::ToolShape>(1);
     header.hands.back().parameters += " round=yes";
   }
-  if (data[0] & 16) {  // words after a valid header
+  if (data[0] & 16) {  // the rest is appended to a valid header
     add(sim::BlockKind::header, sim::encode(header) + payload);
     return bytes;
   }
@@ -88,7 +88,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const std::string k_path =
       (std::filesystem::temp_directory_path() / "trephine-fuzz-session-").string() + std::to_string(getpid());
   static const auto k_scan = small_scan();
-  // Bit 2 of the first byte: the other bytes are a raw file, or are within valid blocks.
+  // Bit 2 of the first byte selects whether the other bytes are a raw file or the contents of valid blocks.
   const std::string bytes =
       data[0] & 4 ? as_session(data, size) : std::string(reinterpret_cast<const char*>(data) + 1, size - 1);
   std::ofstream(k_path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));

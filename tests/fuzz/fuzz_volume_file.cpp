@@ -1,5 +1,5 @@
-// Fuzzes volume files of every format that is read in this process with any bytes: our own parsers, and the
-// library behind them. Some are read as labels, too.
+// Fuzzes the formats of volume files that are read in this process with any bytes: the parsers of this
+// project, and the libraries that they call. Files of segmentations (.seg.nrrd, .dcm) are read as labels.
 #include <array>
 #include <cstdint>
 #include <filesystem>

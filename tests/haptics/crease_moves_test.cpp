@@ -1,5 +1,5 @@
-// Balls in creases: random motions in grooves and pits. The judge is the closed form of the distance; a ball
-// must not rest while a free path leads nearer to the hand.
+// Balls in creases: random motions in grooves and pits. The judge uses the closed form of the distance to the
+// solid. A ball hangs if it rests although a free path leads nearer to the hand.
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -20,11 +20,11 @@ using volume::Volume;
 
 constexpr double k_degree = 0.017453292519943295;
 
-/// Free space between planes: the distance of a free point to the solid is that to the nearest plane.
+/// Free space between planes. The distance of a free point to the solid is its distance to the nearest plane.
 struct Crease {
   const char* name;
   std::vector<dvec3> normals;  ///< into free space; all planes contain the origin
-  double radius;
+  double radius;               ///< of the ball, mm
   double distance(const dvec3& p) const {
     double least = 1e9;
     for (const dvec3& n : normals) least = std::min(least, glm::dot(n, p));
@@ -44,13 +44,13 @@ Crease crease(const char* name, int flanks, double degrees, double radius, const
 
 struct Moves {
   int contacts = 0, hangs = 0;  ///< steps in contact; steps in which the ball hangs
-  int resting = 0;              ///< rests that were judged
-  double deepest = 0;           ///< mm of penetration of the ball
+  int resting = 0;              ///< number of searches for a free path from a ball at rest
+  double deepest = 0;           ///< largest penetration of the ball, mm
 };
 
 /// Moves the hand at random around the crease, and counts the steps in which the ball rests although the
-/// exact solid has a free path to a position that is 0.25 mm nearer to the hand. `has_fault`: the proxy is
-/// held at times.
+/// exact solid has a free path to a position that is 0.25 mm nearer to the hand. `has_fault`: planted fault,
+/// a proxy in contact is not stepped in a quarter of the ticks.
 Moves move_in(const Crease& crease, const glm::dmat3& axes, bool has_noise, const char* method_name,
               int steps, bool has_fault = false) {
   const ivec3 size(glm::ceil(14.0 / dvec3(glm::length(axes[0]), glm::length(axes[1]), glm::length(axes[2]))));
@@ -110,8 +110,8 @@ Moves move_in(const Crease& crease, const glm::dmat3& axes, bool has_noise, cons
     if (still == 0) is_hanging = false;
     if (still >= 15 && still % 15 == 0 && glm::length(hand - ball) > 0.3) {
       ++result.resting;
-      // Lifts the ball off by as much as noise may move the surface, and descends toward the hand by random
-      // steps in free space.
+      // The search lifts the ball off the surface by the distance by which noise may move the surface. Then
+      // it approaches the hand by random steps in free space.
       const double lift = has_noise ? 0.06 : 0.02;
       const auto is_free = [&](const dvec3& p) { return crease.distance(p) > crease.radius + 0.5 * lift; };
       dvec3 at = ball;
@@ -162,15 +162,17 @@ TEST(BallsInCreases, FollowTheHandWhereverTheClosedFormIsFree) {
   EXPECT_GT(faulty.hangs, faulty.contacts / 50) << "planted: the proxy is held";
 }
 
-/// Errors of a traverse along a groove by the closed form; distances in mm.
+/// Errors of a ball that is moved along a groove, judged by the closed form; distances in mm.
 struct Traverse {
-  double lag = 0;     ///< behind the hand, along the groove
-  double height = 0;  ///< of the centre at rest, above that of the formula
-  int outside = 0;    ///< contacts with one flank whose force is outside the friction cone
+  double lag = 0;     ///< largest distance from the hand, along the groove
+  double height = 0;  ///< largest difference from the height of the resting position by the formula
+  int outside = 0;    ///< contacts with one flank in which the force is outside the friction cone
   int one_flank = 0;  ///< contacts with one flank
 };
 
-/// Moves the hand along an endless groove, oblique to the voxels, and back; 2 mm below the position at rest.
+/// Moves the hand along an endless groove, oblique to the voxels, and back, 2 mm below the resting position
+/// of the ball; then up over one flank. `has_fault`: planted fault, the proxy is held in three fifths of the
+/// ticks. `judged_friction`: coefficient of the cone by which forces are judged.
 Traverse traverse(double degrees, double radius, int seed, double friction, double judged_friction,
                   bool has_fault = false) {
   std::mt19937_64 random(static_cast<std::uint64_t>(seed));
@@ -230,14 +232,14 @@ Traverse traverse(double degrees, double radius, int seed, double friction, doub
   leg(-3.0 * along + 0.7 * up, -3.0 * along + deep, 60, false);
   leg(-3.0 * along + deep, 3.0 * along + deep, 150, true);
   leg(3.0 * along + deep, -3.0 * along + deep, 150, true);
-  // Over one flank, and back.
+  // Up over one flank.
   const dvec3 aside = glm::normalize(glm::cross(up, along));
   leg(-3.0 * along + deep, 2.0 * along + 2.0 * aside - 0.5 * up, 150, false);
   return result;
 }
 
-/// The bottom of a wide groove is rounded, with normals between those of the flanks. Its points must not
-/// count where the ball cannot touch them.
+/// The bottom of a wide groove is rounded in the volume, with normals between those of the two flanks. Points
+/// of this bottom must not act as walls where the ball cannot touch them.
 TEST(BallsInCreases, FollowTheHandAlongWideGrooves) {
   Traverse worst;
   for (const double degrees : {60.0, 82.0, 96.0, 108.0})
@@ -249,11 +251,12 @@ TEST(BallsInCreases, FollowTheHandAlongWideGrooves) {
         worst.lag = std::max(worst.lag, one.lag), worst.height = std::max(worst.height, one.height);
       }
   EXPECT_GT(traverse(82, 1, 1, 0, 0, true).lag, 0.5) << "planted: the proxy is held";
-  std::printf("36 grooves: %.3f mm behind the hand, %.3f mm off the height at rest\n", worst.lag,
+  std::printf("36 grooves: at most %.3f mm behind the hand, %.3f mm from the resting height\n", worst.lag,
               worst.height);
 }
 
-/// Only the touched flank holds a ball, not the bottom of the groove next to it.
+/// If a ball touches only one flank, the friction is that of this flank: the near bottom of the groove adds
+/// no friction.
 TEST(BallsInCreases, FrictionIsThatOfTheTouchedFlank) {
   int contacts = 0, outside = 0;
   for (int seed = 0; seed < 8; ++seed) {
@@ -267,7 +270,8 @@ TEST(BallsInCreases, FrictionIsThatOfTheTouchedFlank) {
   EXPECT_GT(rough.outside, rough.one_flank / 20) << "planted: twice the friction";
 }
 
-/// A hand may leap to a position at which rounding exceeds the distance that a proxy keeps from a wall.
+/// A hand may leap so far that rounding errors exceed the distance that a proxy keeps from a wall. The proxy
+/// must stay outside the solid nevertheless.
 TEST(LongLeaps, EndOutsideTheSolid) {
   const ivec3 size(30);
   Volume volume = volume::make_volume(size, Frame::from_axes(dvec3(-7.25), glm::dmat3(0.5)).value()).value();

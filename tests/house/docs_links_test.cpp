@@ -1,4 +1,5 @@
-// Links between pages: each relative link of a Markdown file leads to a file, and to a heading of it.
+// References of the documentation: links to files and headings, samples of a program, decisions that sources
+// name, and tests that pages cite.
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
@@ -37,7 +38,7 @@ std::set<std::string> anchors_of(const std::string& page) {
   return anchors;
 }
 
-/// Returns the relative links of a page, as "TARGET" or "TARGET#ANCHOR".
+/// Returns the relative links of a page, as "TARGET", "TARGET#ANCHOR" or "#ANCHOR".
 std::vector<std::string> links_of(const std::string& page) {
   static const std::regex link(R"(\]\(([^)\s]+)\))");
   std::vector<std::string> links;
@@ -46,7 +47,7 @@ std::vector<std::string> links_of(const std::string& page) {
   return links;
 }
 
-/// Returns the fault of a link of a page, or an empty text.
+/// Returns the fault of a link in `page`; an empty text if the link is valid.
 std::string fault_of(const std::string& link, const fs::path& page) {
   const std::size_t hash = std::min(link.find('#'), link.size());
   const fs::path target = hash == 0 ? page : page.parent_path() / link.substr(0, hash);
@@ -102,7 +103,7 @@ TEST(DocsLinks, SamplesOfConceptsAreThoseOfTheProgram) {
             (std::vector<std::string>{"int a;"}));
 }
 
-/// Sources name decisions by their file: docs/decisions/0003-the-burr-follows-the-hip.md.
+/// Sources name a decision by its path, such as docs/decisions/0003-the-burr-follows-the-hip.md.
 TEST(DocsLinks, DecisionsThatSourcesNameExist) {
   const fs::path root = TREPHINE_SOURCE_DIR;
   static const std::regex decision(R"(docs/decisions/[0-9]{4}[a-z0-9-]*(\.md)?)");
@@ -117,7 +118,8 @@ TEST(DocsLinks, DecisionsThatSourcesNameExist) {
     }
 }
 
-/// Pages cite tests as `Suite.Name`, or `Suite.Begin*`.
+/// Pages cite tests as `Suite.Name`, or `Suite.Begin*`. Names of an unknown suite are ignored, since they may
+/// denote something other than a test.
 TEST(DocsLinks, TestsThatPagesCiteExist) {
   const fs::path root = TREPHINE_SOURCE_DIR;
   static const std::regex test(R"(TEST(?:_F|_P)?\((\w+),\s*(\w+)\))");

@@ -1,5 +1,6 @@
-// Tests that few headers are installed, that headers outside the lists of the CMakeLists.txt are private to
-// their libraries, and that long files state the reason.
+// Tests that few headers are installed, that headers outside the lists in each CMakeLists.txt are private to
+// their library, that docs/layout.md names the installed headers, that the version of modules is that of the
+// project, and that long files state the reason for their length.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -17,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The lists of headers in CMakeLists.txt, as paths that are included.
+/// The headers that the CMakeLists.txt files list, as paths from the root of the tree.
 struct Headers {
   std::set<std::string> installed;  ///< HEADERS and FRONT
   std::set<std::string> shared;     ///< SHARED: for the other libraries of this tree
@@ -26,7 +27,7 @@ struct Headers {
   }
 };
 
-/// Adds the headers that a CMakeLists.txt names; `folder` is its own.
+/// Adds the headers that a CMakeLists.txt in `folder` names.
 void add_headers_in(const std::string& cmake, const std::string& folder, Headers& headers) {
   static const std::regex list(
       R"(\b(HEADERS|FRONT|SHARED)\b([^)]*?)(?=\b(SOURCES|HEADERS|FRONT|SHARED|USES|LINKS|PACKAGE)\b|\)))");
@@ -37,9 +38,10 @@ void add_headers_in(const std::string& cmake, const std::string& folder, Headers
   }
 }
 
-/// Returns the fault of an include of `header` in `file`, or an empty text. A header is private to its
-/// library unless it is listed. Listed headers need listed ones, and installed headers need installed ones.
-/// Libraries without a list share their headers in apps. Benchmarks may measure private parts.
+/// Returns the fault of an include of `header` in `file`; an empty text if the include is allowed. A header
+/// is private to its library unless it is listed. A listed header may include only listed headers, and an
+/// installed header only installed headers. All files in apps/ may include headers of a library without a
+/// list. Benchmarks may include private headers, to measure parts of a library.
 std::string fault(const std::string& file, const std::string& header, const Headers& headers,
                   const std::map<std::string, std::string>& library_of) {
   const auto owner = library_of.find(header);
@@ -58,8 +60,8 @@ std::string fault(const std::string& file, const std::string& header, const Head
   return header + " is private to " + owner->second + ", and " + file + " includes it";
 }
 
-/// Returns the faults of all includes in the text of `file`. A name is searched from the root of the tree,
-/// and in the folder of the file.
+/// Returns the faults of all includes in the text of `file`. A name is searched in the folder of the file,
+/// and then from the root of the tree.
 std::vector<std::string> faults_in(const std::string& file, const std::string& text, const Headers& headers,
                                    const std::map<std::string, std::string>& library_of) {
   static const std::regex include_of(R"re(#\s*include\s*[<"]([^">]+)[">])re");
@@ -72,11 +74,11 @@ std::vector<std::string> faults_in(const std::string& file, const std::string& t
   return faults;
 }
 
-/// Each installed header is a promise to programs outside this tree, so there are few.
+/// Largest number of installed headers. Programs outside this tree depend on each of them.
 constexpr std::size_t k_max_installed = 48;
 
-/// Reads the lists and the libraries of the tree. `library_of`: output, for each file the folder of the
-/// library that it belongs to.
+/// Reads the lists of headers of the tree. `library_of`: output; for each source file, the folder of the
+/// library to which the file belongs.
 Headers read_lists(const fs::path& root, std::map<std::string, std::string>& library_of) {
   Headers headers;
   for (const char* room : {"volume", "haptics", "sim", "modules", "data-tools", "apps"})
@@ -107,7 +109,8 @@ TEST(House, PublicHeadersAreListedAndNeedNoOthers) {
       ADD_FAILURE() << found;
 }
 
-/// Returns the headers that the section "Installed headers" of docs/layout.md names, as paths.
+/// Returns the headers that the table in section "Installed headers" of docs/layout.md names, as paths from
+/// the root of the tree.
 std::set<std::string> headers_in_layout(const std::string& page) {
   const std::size_t begin = page.find("| of | headers |");
   std::istringstream rows(page.substr(begin, page.find("\n\n", begin) - begin));
@@ -170,7 +173,8 @@ TEST(House, VersionOfModulesIsThatOfTheProject) {
   EXPECT_EQ(project[1], module[1]);
 }
 
-/// Returns true if the comment at the head of a file states why it is "one file".
+/// Returns true if the comment at the start of a file has the words "One file", which begin the reason for
+/// its length.
 bool states_reason(const std::string& text) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line) && line.starts_with("//");)

@@ -1,4 +1,4 @@
-// read_file: the text of a file of this tree.
+// read_file(): the contents of a file of this tree; empty if the file cannot be read.
 #pragma once
 
 #include <filesystem>

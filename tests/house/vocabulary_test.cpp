@@ -1,5 +1,5 @@
-// The words of docs/glossary.md in comments, messages and docs. Each folder has a count of phrases that the
-// glossary does not write, which must not increase.
+// Counts the phrases in comments, messages and docs that docs/glossary.md does not write. The count of each
+// folder must equal its entry in k_max_phrases.
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -42,13 +42,15 @@ const std::map<std::string, int> k_max_phrases{
     {"data-tools", 0}, {"apps", 0},    {"tests", 0},   {"docs", 0},          {"cmake", 0},
     {"packaging", 0},  {"demo.sh", 0}, {"test.sh", 0}, {"CMakeLists.txt", 0}};
 
+/// A text that is checked. Kind::comment: the first line of a comment, whose opening is checked too.
+/// Kind::doc: a further line of a comment, or a line of a page.
 struct Text {
   enum class Kind { comment, string, doc } kind;
   int line;
   std::string words;
 };
 
-/// Returns the comments and the string literals with more than one word of a C++ file.
+/// Returns the comments of a C++ file, and its string literals of more than one word.
 std::vector<Text> texts_of_code(const std::string& code) {
   static const std::regex comment(R"((^|[^:"])//[/!]?<?[ \t]*(.*)$)"), literal(R"re("((?:[^"\\]|\\.)*)")re");
   std::vector<Text> texts;
@@ -88,7 +90,8 @@ std::vector<Text> texts_of_page(const std::string& page) {
   return texts;
 }
 
-/// Returns the comments of a script, and the texts in a TOML file: title, caption, summary, help.
+/// Returns the comments of a script, and the values of title, caption, summary, help and question of a TOML
+/// file.
 std::vector<Text> texts_of_script(const std::string& script) {
   static const std::regex comment(R"(^\s*#+[ \t]+(.*)$)"),
       text(R"re(^\s*(?:title|caption|summary|help|question)\s*=\s*"((?:[^"\\]|\\.)*)")re");
@@ -109,7 +112,7 @@ std::vector<Text> texts_of_script(const std::string& script) {
   return texts;
 }
 
-/// Returns the texts of a file; nullopt if its kind has none.
+/// Returns the texts of a file; nullopt if files of its type are not checked.
 std::optional<std::vector<Text>> texts_of(const fs::path& path) {
   const std::string extension = path.extension().string();
   const auto is_one_of = [&](std::initializer_list<const char*> extensions) {
@@ -165,7 +168,7 @@ TEST(Vocabulary, IsThatOfTheGlossary) {
     EXPECT_LE(count, limit) << room << " has new phrases that docs/glossary.md does not write. Among these:\n"
                             << first;
     EXPECT_GE(count, limit) << room
-                            << " has fewer of them: lower its count in tests/house/vocabulary_test.cpp";
+                            << " has fewer such phrases: lower its count in tests/house/vocabulary_test.cpp";
   }
 }
 

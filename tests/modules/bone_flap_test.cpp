@@ -21,7 +21,7 @@ TEST(BoneFlap, AreaWallsAndKerfEqualAShells) {
     EXPECT_NEAR(flap.area / outline.area(), 1, 0.01);
     EXPECT_NEAR(flap.wall / outline.wall(), 1, 0.01);
     EXPECT_NEAR(flap.kerf_size / (outline.wall() * 1.6), 1, 0.02);
-    // Half of the kerf belongs to the flap.
+    // The kerf is centred on the outline: half of it is cut from the flap.
     const double shell = (k_outer * k_outer * k_outer - k_inner * k_inner * k_inner) / 3;
     EXPECT_NEAR(flap.flap_size / (outline.solid_angle() * shell - 0.5 * outline.wall() * 1.6), 1, 0.03);
     ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
@@ -29,12 +29,14 @@ TEST(BoneFlap, AreaWallsAndKerfEqualAShells) {
   }
 }
 
-/// Points of bone in the lattice's cells, by outcome. A recount must give the numbers of the ledger.
+/// Numbers of points of bone in the cells of the cut lattice, by outcome, in units of the masks. The ledger
+/// of the version is compared with them.
 struct Points {
   std::int64_t before = 0, kerf = 0, flap = 0, rest = 0, elsewhere = 0;
 };
 
-/// Counts all points one by one, in units of the masks, on a lattice of voxels.
+/// Counts all points of the cut lattice one by one. `left`: the version after the cut. `sheet`: the surface
+/// of the cut. `width`: of the saw, mm.
 Points count_points(const Vault& vault, const volume::Version& left, const CutSurface& sheet, double width) {
   Points points;
   const volume::Field& bone = vault.scene.items[0].field;
@@ -75,7 +77,7 @@ Points count_points(const Vault& vault, const volume::Version& left, const CutSu
                   points.kerf += units;
                 else if (sheet.pyramid().contains(world))
                   points.flap += units;
-                else if (from_saw > 0.1)  // between samples distances are linear: less at corners
+                else if (from_saw > 0.1)  // mm: interpolated distances may be smaller at corners
                   points.elsewhere += units;
               }
             }
@@ -84,7 +86,7 @@ Points count_points(const Vault& vault, const volume::Version& left, const CutSu
 }
 
 TEST(BoneFlap, AFlapIsFoundFromTheBoneNearestToItsCentre) {
-  // An outline around a burr hole at its centre, and a horseshoe whose centre is outside.
+  // One outline has a burr hole at its centre. The other is a horseshoe, and its centre lies outside it.
   CutFlap horseshoe;
   for (const auto& [x, y] : std::initializer_list<std::pair<double, double>>{
            {-15, -15}, {15, -15}, {15, 15}, {9, 15}, {9, -9}, {-9, -9}, {-9, 15}, {-15, 15}})
@@ -126,15 +128,15 @@ TEST(BoneFlap, FlapKerfAndRestAddUpToTheOriginalBone) {
   const std::int64_t removed = left.ledger().units_by_label[0], freed = left.ledger().detached_units;
   EXPECT_GT(removed, 0);
   EXPECT_GT(freed, 0);
-  // Exactly, in whole points; the split depends on the distance from the saw, to within a fraction of its
-  // edge.
+  // The sum is exact, in whole points. The division into kerf and flap is approximate, because distances are
+  // interpolated at the edge of the kerf.
   EXPECT_EQ(points.before, removed + freed + points.rest);
   EXPECT_EQ(points.elsewhere, 0);
   EXPECT_NEAR(static_cast<double>(points.kerf) / static_cast<double>(removed), 1, 0.005);
   EXPECT_NEAR(static_cast<double>(points.flap) / static_cast<double>(freed), 1, 0.01);
 }
 
-/// A cut by single lines from the apex: the number of paths left through the cut.
+/// A cut of the voxels on single lines from the apex leaves holes. Lines farther apart leave more of them.
 TEST(BoneFlap, VoxelsOnLinesLeaveHoles) {
   const Outline outline(10, 5);
   const Vault vault(dvec3(0.45), 6.5, Vault::shell, 22);
@@ -169,7 +171,7 @@ TEST(BoneFlap, VoxelsOnLinesLeaveHoles) {
   EXPECT_NE(cut(run, outline.request(Saw::w1_2)).find("too narrow"), std::string::npos);
 }
 
-/// A skull whose diploe is wide and darker than the threshold: the label joins its two tables.
+/// A label of bone joins the two tables of a skull with a wide diploe that is darker than the threshold.
 TEST(BoneFlap, ALabelJoinsTablesAcrossWideDiploe) {
   const auto hollow = [](const dvec3& p) {
     const double r = glm::length(p), table = std::max(std::min(r - k_inner, k_inner + 1 - r),
@@ -205,7 +207,7 @@ TEST(BoneFlap, ALabelJoinsTablesAcrossWideDiploe) {
   EXPECT_NEAR(labelled.x, k_inner, 0.1);
   EXPECT_NEAR(labelled.y, k_inner, 0.1);
   scan.label_names = {"", "brain"};
-  EXPECT_GT(inner_of(scan).x, k_outer - 1.2) << "a label that names no bone joins nothing";
+  EXPECT_GT(inner_of(scan).x, k_outer - 1.2) << "a label that does not name bone joins no tables";
 }
 
 /// A refusal states its reason and location, and changes nothing.
@@ -216,7 +218,7 @@ TEST(BoneFlap, ReportsReasonAndLocationOfInvalidOutlinesAndCutsNothing) {
     CutFlap request;
     Vault::Hounsfield hounsfield;
     dvec3 place;
-    double reach;  ///< mm
+    double reach;  ///< mm, largest distance of the reported location from `place`
   };
   std::vector<Case> cases;
   const auto add = [&](const char* words, const dvec3& place, double reach, auto&& change,
@@ -243,7 +245,7 @@ TEST(BoneFlap, ReportsReasonAndLocationOfInvalidOutlinesAndCutsNothing) {
       [](const dvec3& p) {
         return std::max(Vault::shell(p), 300 + 400 * (2 - glm::length(p - dvec3(0, 0, 45.5))));
       });
-  // A hole of 8 mm between the first and the second anchor, where the bone ends.
+  // The bone has a hole of 8 mm between the first and the second anchor.
   const dvec3 between = k_outer * glm::normalize(a[0] + a[1]);
   const auto distance_off_line = [between](const dvec3& p) {
     return glm::length(p - glm::dot(p, between) / glm::dot(between, between) * between);
@@ -255,8 +257,9 @@ TEST(BoneFlap, ReportsReasonAndLocationOfInvalidOutlinesAndCutsNothing) {
       [](CutFlap& w) {
         for (dvec3& anchor : w.anchors) anchor *= 1.12;
       },
-      [](const dvec3& p) { return Vault::shell(p / 1.12); });  // its top is beyond the last slice
-  // Solid below: no calvaria. A post under the flap that leads to the side keeps it connected.
+      [](const dvec3& p) { return Vault::shell(p / 1.12); });  // top of the skull: beyond the last slice
+  // A head of solid bone is thicker than a calvaria. In the case after that, a post and a beam below the flap
+  // keep it connected with the bone outside.
   add("is thicker than 25 mm", between, 30, no_change,
       [](const dvec3& p) { return 300 + 400 * (k_outer - glm::length(p)); });
   add("deeper than the saw went", dvec3(0, 0, 58), 30, no_change, [](const dvec3& p) {
@@ -289,7 +292,7 @@ TEST(BoneFlap, ReportsReasonAndLocationOfInvalidOutlinesAndCutsNothing) {
     EXPECT_EQ(run.engine().current()->content_hash(), before);
     EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
     EXPECT_FALSE(run.engine().can_undo());
-    // The error is shown until a flap is cut.
+    // A warning shows the error.
     bool is_shown = false;
     for (const sim::Overlay& overlay : run.engine().overlays())
       is_shown = is_shown || (overlay.kind == sim::Overlay::Kind::warning && !overlay.labels.empty());
@@ -298,7 +301,7 @@ TEST(BoneFlap, ReportsReasonAndLocationOfInvalidOutlinesAndCutsNothing) {
 }
 
 TEST(BoneFlap, PiecesAreNamedDetachedOrKeptAndRestored) {
-  // A seam through the vault, a millimetre wide, to one side of the flap's centre.
+  // A seam of 1.8 mm crosses the vault at x = 3 mm, to one side of the flap's centre.
   const Vault vault(
       dvec3(0.9), 6.5,
       [](const dvec3& p) { return std::min(Vault::shell(p), 300 + 400 * (std::abs(p.x - 3) - 0.5 - 0.4)); },
@@ -317,7 +320,7 @@ TEST(BoneFlap, PiecesAreNamedDetachedOrKeptAndRestored) {
   EXPECT_TRUE(pieces[0].first.is_detached && pieces[0].first.is_seed && !pieces[0].first.is_at_border);
   EXPECT_FALSE(pieces[1].first.is_detached);
   ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
-  // The kept piece is bone, the detached piece is not.
+  // The version still has the matter of the kept piece, but not that of the detached piece.
   const volume::Version& left = *run.engine().current();
   const auto is_kept = [&](const dvec3& p) {
     return left.distance(vault.scene.base->frame.volume_from_world(p)) > 0;
@@ -325,7 +328,8 @@ TEST(BoneFlap, PiecesAreNamedDetachedOrKeptAndRestored) {
   EXPECT_FALSE(is_kept(pieces[0].second));
   EXPECT_TRUE(is_kept(pieces[1].second));
 
-  // Lifted and put back by undoable commands; its original position is the one of the detachment.
+  // PlaceBody, which can be undone, lifts the body. Without a position it returns the body to its pose at the
+  // detachment.
   const sim::Id body = run.engine().now().undoable.bodies[0].id;
   EXPECT_FALSE(run.apply({sim::PlaceBody{body, dvec3(0, 0, 40)}, 0}).refused);
   EXPECT_EQ(run.engine().now().undoable.bodies[0].placement.position_world, dvec3(0, 0, 40));
@@ -342,7 +346,7 @@ TEST(BoneFlap, PiecesAreNamedDetachedOrKeptAndRestored) {
   EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
   EXPECT_EQ(run.engine().now().undoable_of<FlapState>()->flaps, 0);
   EXPECT_EQ(run.engine().current()->content_hash(), before);
-  // Detached together.
+  // A request without `leave` detaches both pieces.
   request.leave.clear();
   ASSERT_EQ(cut(run, request), "");
   EXPECT_EQ(run.engine().now().undoable.bodies.size(), 2u);
@@ -368,7 +372,7 @@ TEST(BoneFlap, AnOutlineIsDrawnAnchorByAnchor) {
   EXPECT_FALSE(run.apply({MoveAnchor{2, 2.0 * outline.anchors[1]}, 0}).refused);
   EXPECT_TRUE(refused(MoveAnchor{6, dvec3(0)}, "unknown anchor"));
   EXPECT_FALSE(run.engine().can_undo());
-  // Anchors are numbered; errors are reported, and can be corrected.
+  // Anchors have numbers. An error is reported, and the anchor can then be corrected.
   ASSERT_FALSE(run.engine().overlays().empty());
   EXPECT_EQ(run.engine().overlays()[0].labels.size(), 5u);
   CutFlap no_shape = outline.request();
@@ -380,7 +384,7 @@ TEST(BoneFlap, AnOutlineIsDrawnAnchorByAnchor) {
   EXPECT_EQ(drawn().size(), 5u);
   EXPECT_FALSE(run.apply({MoveAnchor{2, outline.anchors[1]}, 0}).refused);
   EXPECT_EQ(cut(run, request), "");
-  // The outline is kept for another attempt after undo; anchors of a request do not mix with it.
+  // The outline is kept for another attempt after an undo. The anchors of a request do not change it.
   EXPECT_EQ(drawn(), outline.anchors);
   run.undo();
   EXPECT_EQ(cut(run, request), "");
@@ -398,7 +402,8 @@ TEST(BoneFlap, AnOutlineIsDrawnAnchorByAnchor) {
   EXPECT_TRUE(drawn().empty());
 }
 
-/// Edges are rounded by a Gaussian's effect on a right angle; walls and the surface of the skull are not.
+/// Smoothing rounds the edges of the rim as a Gaussian rounds a right angle. Walls and the surface of the
+/// skull stay as they are.
 TEST(BoneFlap, ARimIsSmoothedAtItsEdges) {
   const Outline outline(10, 6);
   const Vault vault(dvec3(0.45), 6.5, Vault::shell, 22);
@@ -411,8 +416,9 @@ TEST(BoneFlap, ARimIsSmoothedAtItsEdges) {
                 other = events_of<FlapCut>(smooth.engine())[0].first;
   EXPECT_EQ(one.rim_size, 0);
   EXPECT_EQ(one.kerf_size, other.kerf_size);
-  // Area removed from a right angle, times the length of both edges: where (P(x) P(y) - 1/2) sqrt(2 pi) is
-  // below the spared margin.
+  // The expected volume is the area that is removed from a right angle, times the length of both edges. Let x
+  // and y be the distances from the two sides of the angle, P the normal distribution, and the smoothing the
+  // unit of length. A point is removed if (P(x) P(y) - 1/2) sqrt(2 pi) is below minus the spared margin.
   const double spared =
       Rim::spared(request.smoothing, sharp.engine().current()->lattice()) / request.smoothing;
   const auto normal = [](double x) { return 0.5 * std::erfc(-x / std::sqrt(2.0)); };
@@ -423,7 +429,7 @@ TEST(BoneFlap, ARimIsSmoothedAtItsEdges) {
       share += k_step * k_step * ((normal(x) * normal(y) - 0.5) * std::sqrt(2 * k_pi) < -spared);
   const double edges = outline.count * outline.side_angle() * (k_outer + k_inner);
   EXPECT_NEAR(other.rim_size / (share * request.smoothing * request.smoothing * edges), 1, 0.2);
-  // In the middle of a wall, and a little off the rim, the surface is unchanged.
+  // The surface is unchanged in the middle of a wall, and more than 3 mm off the rim.
   const dvec3 over = glm::normalize(outline.anchors[0] + outline.anchors[1]),
               aside = glm::normalize(over - dvec3(0, 0, glm::dot(over, dvec3(0, 0, 1))));
   const auto solid = [&](const sim::Lockstep& run, const dvec3& p) {
@@ -435,8 +441,8 @@ TEST(BoneFlap, ARimIsSmoothedAtItsEdges) {
     EXPECT_EQ(solid(smooth, wall + off * aside), solid(sharp, wall + off * aside)) << off;
     EXPECT_TRUE(off <= 3 || solid(smooth, edge + off * aside) == solid(sharp, edge + off * aside)) << off;
   }
-  // Soft tissue below the kerf stays: the saw ends 1.05 mm below the inner table, the rim 1.5 samples below
-  // it.
+  // Soft tissue below the kerf stays: the saw ends 1.05 mm below the inner table, and the rim 1.5 samples
+  // below the inner table.
   const auto is_kept = [&](const sim::Lockstep& run, double r) {
     return run.engine().current()->distance(vault.scene.base->frame.volume_from_world(r * over)) > 0;
   };

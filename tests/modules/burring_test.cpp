@@ -1,4 +1,5 @@
 // Burrs driven by the contact force: rate, force, layers, breakthrough.
+// One file: all of its tests use the vault and its scenes.
 #include <array>
 #include <cmath>
 #include <functional>
@@ -15,13 +16,15 @@ namespace {
 
 using glm::dvec3;
 
-/// A vault in a box of 16 x 16 x 24 mm, outside above: table, diploe, table, and water below 0.
+/// Returns the HU of a vault whose outer side is up: air above z = 6.8 mm, table, diploe, table, and soft
+/// tissue below z = 0.
 double vault_hounsfield(const dvec3& p) {
-  constexpr double k_blur = 0.35;  // mm, of the scanner
+  constexpr double k_blur = 0.35;  // mm, sigma of the scanner's blur
   const auto above = [&](double z) { return 0.5 * (1 + std::erf((p.z - z) / (k_blur * std::sqrt(2.0)))); };
   return 40 + (1700 - 40) * above(0) + (750 - 1700) * above(1.8) + (1700 - 750) * above(4.6) +
          (-1000 - 1700) * above(6.8);
 }
+/// Returns a scene of a box of 16 x 16 x 24 mm. `smallest`: smallest burr of the scene, mm.
 haptics::TouchScene vault(const dvec3& spacing,
                           const std::function<double(const dvec3&)>& hounsfield = vault_hounsfield,
                           double smallest = 4) {
@@ -37,13 +40,13 @@ const sim::Catalogue& catalogue() {
   return all;
 }
 
-/// A hand that presses steadily down, held straight, on a device with a mass.
+/// A hand that presses straight down with a steady force, as a mass with a damper.
 struct Hand {
   double thrust = 4;     // N
   double mass = 0.15;    // kg
   double damping = 0.1;  // N s/mm, of a braced arm
   dvec3 at{0.05, -0.1, 8}, velocity{0.0};
-  double reaction = 0.2;  // s from the loss of resistance to a hand that no longer presses
+  double reaction = 0.2;  // s, from the loss of resistance until the hand pulls back
   void advance(const dvec3& force, double press, double dt) {
     const double pushed = velocity.z + 1e3 * (force.z - press) / mass * dt;
     velocity.z = pushed / (1 + 1e3 * damping / mass * dt);  // stable at any rate
@@ -72,6 +75,8 @@ struct Trace {
   }
 };
 
+/// Presses a burr on the vault at `rate` (Hz) until the hand has pulled back from the breakthrough, but at
+/// most for `seconds`. `stops_deep`: also ends at a depth of 4.5 mm.
 Trace press_on(const haptics::TouchScene& scene, const Burr& burr, double rate, const Hand& start = {},
                double seconds = 30, bool stops_deep = false) {
   const auto method = haptics::make_method(haptics::k_default_method).value();
@@ -134,8 +139,9 @@ TEST(Burring, SteadyThrustRemovesTheSameAtAnyVoxelSizeAndLoopRate) {
   EXPECT_GT(all[0][1], 1.5 * all[0][2]);
 }
 
-/// Rate as in docs/drilling.md: 0.3 of the contact force, less friction, is drag at the rim's speed, and 4 J
-/// remove one mm3 of bone of 1.8 g/cm3; the energy scales with the square of the density.
+/// Returns the removal rate (mm3/s) of docs/drilling.md. A part of the contact force proportional to the
+/// engaged area (mm2) only rubs; 0.3 of the rest is drag at the speed of the rim. A cutting burr needs 4 J
+/// per mm3 of bone of 1.8 g/cm3; the energy scales with the square of the density.
 double documented_rate(const Burr& burr, double press, double engaged, double hounsfield) {
   const bool is_diamond = burr.grade == Grade::diamond;
   const double speed = 3.14159265358979 * burr.diameter * 1e-3 * burr.rpm / 60;  // m/s
@@ -170,7 +176,7 @@ TEST(Burring, RateFollowsForceSpeedGradeAndDensity) {
 }
 
 TEST(Burring, SteadyFeedMeetsTableDiploeTable) {
-  // Down at 0.15 mm/s against any resistance, as a stiff arm does: newtons by depth.
+  // A stiff arm moves down at 0.15 mm/s against any resistance. The mean force (N) is taken in each layer.
   for (const double spacing : k_spacings) {
     haptics::TouchScene scene = vault(dvec3(spacing));
     scene.items[0].material.stiffness = 20;
@@ -192,7 +198,7 @@ TEST(Burring, SteadyFeedMeetsTableDiploeTable) {
       ASSERT_GT(count[i], 100);
       sum[i] /= count[i];
     }
-    EXPECT_GT(sum[0], 1.5);  // cutting takes work
+    EXPECT_GT(sum[0], 1.5);  // N: cutting needs force
     EXPECT_LT(sum[1], 0.8 * sum[0]) << spacing;
     EXPECT_LT(sum[1], 0.8 * sum[2]) << spacing;
   }
@@ -207,8 +213,8 @@ TEST(Burring, BreakthroughIsReportedWithItsPlunge) {
       ASSERT_TRUE(trace.through.has_value()) << thrust << " " << reaction;
       EXPECT_NEAR(trace.through_at.z, 0, 0.6);  // at the vault's inner side
       EXPECT_NEAR(trace.through->thrust, thrust, 0.1 * thrust);
-      // A mass on a damper under a steady force preloaded by the contact spring, then the same in reverse
-      // until it rests.
+      // Expected plunge: a mass with a damper moves under a steady force for the reaction time, and then
+      // under the reversed force until it rests. The contact spring (0.5 N/mm) adds its compression.
       const double tau = 1e-3 * hand.mass / hand.damping, fast = thrust / hand.damping;
       const double path = fast * (reaction - tau * (1 - std::exp(-reaction / tau)));
       const double speed = fast * (1 - std::exp(-reaction / tau));
@@ -227,8 +233,8 @@ TEST(Burring, PoresAreNotABreakthrough) {
   EXPECT_NEAR(trace.through_at.z, 0, 0.6);
 }
 
-/// The built-in head's vault by interpolation, its outer side at 6.8 mm as in vault_hounsfield(); `thick`:
-/// its thickness, mm.
+/// HU of the built-in head's vault, interpolated and moved by `shift`, so that its outer side is at z = 6.8
+/// mm as in vault_hounsfield(). `thick`: thickness of the vault, mm.
 struct HeadVault {
   volume::Volume head;
   dvec3 shift{0, -20, 0};
@@ -248,7 +254,8 @@ struct HeadVault {
     return data_tools::make_phantom("head", options).value();
   }
   double at(const dvec3& p_world) const {
-    constexpr double k_low = -2000;  // of a window that is open above: its field is the value above this
+    // The window has no high limit, so that its field is HU - k_low.
+    constexpr double k_low = -2000;
     const volume::Field field(head, volume::Shape{.low = k_low});
     return k_low + field.value(head.frame.volume_from_world(p_world));
   }
@@ -268,7 +275,8 @@ TEST(Burring, OnTheHeadsVaultTheRateIsTheSameAndItsLayersAreNoticeable) {
       ASSERT_TRUE(trace.through.has_value());
       EXPECT_NEAR(trace.through_at.z, 6.8 - head.thick, 0.7);
     }
-    // Faster through the diploe than through each table, which are not much denser there.
+    // The burr is faster in the diploe than in either table. The tables are only slightly denser in this
+    // head.
     const Trace trace = press_on(scene, Burr{}, 1000, {}, 60);
     const double t = head.thick;
     const double outer = trace.rate(0.1 * t, 0.3 * t), middle = trace.rate(0.45 * t, 0.65 * t),
@@ -283,8 +291,8 @@ TEST(Burring, OnTheHeadsVaultTheRateIsTheSameAndItsLayersAreNoticeable) {
   EXPECT_GT(mean, 1);
 }
 
-/// Width of a hole (mm), where a pin gauge measures it: twice the least and the greatest distance from its
-/// axis to the bone.
+/// Returns the least and the greatest width of a hole (mm): twice the least and the greatest distance from a
+/// point on its axis to the bone, across the axis.
 std::pair<double, double> gauge(const volume::Version& version, const dvec3& on_axis, const dvec3& axis) {
   const dvec3 side = glm::normalize(glm::cross(axis, dvec3(0.3, 0.5, 0.8))), other = glm::cross(axis, side);
   double least = 1e9, most = 0;
@@ -302,7 +310,7 @@ std::pair<double, double> gauge(const volume::Version& version, const dvec3& on_
   return {least, most};
 }
 
-/// A burr that touches with its whole body, in a hand that presses it down along its own axis.
+/// A scene and a method for a burr that touches bone with its whole body.
 struct RoundBench {
   haptics::TouchScene scene;
   std::unique_ptr<haptics::ProxyMethod> method;
@@ -323,7 +331,7 @@ struct RoundBench {
 TEST(Burring, AHoleHasTheBurrsWidth) {
   for (const Shape shape : {Shape::sphere, Shape::cylinder, Shape::barrel, Shape::match_head})
     for (const double spacing : k_spacings) {
-      // Each case takes seconds.
+      // Each case takes seconds: shapes other than the sphere are tested at one voxel size only.
       if (shape != Shape::sphere && spacing != (shape == Shape::barrel ? 0.45 : 0.6)) continue;
       const Burr burr{.diameter = 4, .removal_rate = 1000, .is_round = true, .shape = shape};
       const RoundBench bench(spacing, burr);
@@ -340,7 +348,8 @@ TEST(Burring, AHoleHasTheBurrsWidth) {
 }
 
 TEST(Burring, TheShaftMeetsTheBoneAndCutsNothing) {
-  // Through an existing hole of 4 mm, with the burr below the vault: the shaft leans on the wall.
+  // The burr is below the vault, and its shaft is in an existing hole of 4 mm. The hand then presses the
+  // shaft on the wall of the hole.
   const auto pierced = [](const dvec3& p) {
     const double wall = std::clamp(std::hypot(p.x, p.y) - 2 + 0.5, 0.0, 1.0);
     return wall * vault_hounsfield(p) - (1 - wall) * 1000;
@@ -366,7 +375,7 @@ TEST(Burring, ATurningBurrDragsTheHandSidewaysAndShakesIt) {
   const haptics::TouchScene scene = vault(dvec3(0.45));
   const auto method = haptics::make_method(haptics::k_default_method).value();
   ASSERT_FALSE(method->prepare(scene).has_value());
-  // Pressed on flat bone with and without the button, and with a burr of a fixed rate.
+  // Presses on flat bone: with the button, without it, and with a burr of a fixed removal rate.
   double aside[3] = {}, shake[3] = {};
   for (int kind = 0; kind < 3; ++kind) {
     sim::Lockstep run(scene, *method, burr(kind == 2 ? Burr{.removal_rate = 1e-3} : Burr{.feed_limit = 1e-3}),
@@ -384,7 +393,8 @@ TEST(Burring, ATurningBurrDragsTheHandSidewaysAndShakesIt) {
       last = record.force_world.z;
     }
   }
-  // 0.3 of a force of 2 N (a hand 4 mm deep at 0.5 N/mm); x cross z is -y, which bone holds back.
+  // The drag is 0.3 of a force of 2 N (a hand 4 mm deep at 0.5 N/mm). The burr's surface moves along x cross
+  // z, which is -y, and the bone pushes it along +y.
   EXPECT_NEAR(aside[0], 0.6, 0.1);
   EXPECT_GT(shake[0], 0.02);
   for (const int kind : {1, 2}) {
@@ -418,14 +428,14 @@ TEST(Burring, TheForceOfABurrFollowsTheInstrument) {
   EXPECT_FALSE(run.apply(Burr{}).refused);
   EXPECT_FALSE(run.apply(sim::RemoveInstrument{}).refused);
   EXPECT_EQ(laws(), std::vector<std::string>{"gravity"});
-  // The maximum number of effects leaves no room for a burr: it is refused, and nothing changes.
+  // A burr is refused if the hand already has the maximum number of effects, and nothing changes.
   for (std::uint32_t id = 10; id < 17; ++id) EXPECT_FALSE(run.apply(sim::SetEffect{{id}, "gravity"}).refused);
   EXPECT_TRUE(run.apply(Burr{}).refused);
   EXPECT_EQ(laws().size(), 8u);
 }
 
 TEST(Burring, OtherShapesThanBallsFollowTheForceToo) {
-  // The face is engaged at any tilt by tremor: as in the formula.
+  // A tremor tilts the tool, so that its whole face is engaged, as the formula assumes.
   const auto solid = [](const dvec3& p) { return p.z < 6.8 ? 1600.0 : -1000.0; };
   const haptics::TouchScene scene = vault(dvec3(0.45), solid, 2.4);
   for (const Shape shape : {Shape::cylinder, Shape::barrel, Shape::match_head}) {
@@ -451,7 +461,8 @@ TEST(Burring, OtherShapesThanBallsFollowTheForceToo) {
 }
 
 TEST(Burring, ASlidingBurrIsWatchedWhereItTouches) {
-  // Too slow to cut, over 10 mm: forbidden structures are watched at the position of the burr.
+  // A burr that turns too slowly to cut slides over 10 mm. Forbidden structures must be tested at its present
+  // position, not at that of its last cut.
   const haptics::TouchScene scene = vault(dvec3(0.45));
   const auto method = haptics::make_method(haptics::k_default_method).value();
   ASSERT_FALSE(method->prepare(scene).has_value());
@@ -472,7 +483,7 @@ TEST(Burring, ASlidingBurrIsWatchedWhereItTouches) {
     worst = std::max(worst, glm::length(ball.centre - (record.proxy_world + dvec3(0, 0, 2))));
   }
   EXPECT_GT(count, 1000);
-  EXPECT_LT(worst, 0.5);  // 4 mm at the position of the cut
+  EXPECT_LT(worst, 0.5);  // mm; up to 4 mm with the position of the last cut
 }
 
 TEST(Burring, ABurrAtRestWarmsNothing) {

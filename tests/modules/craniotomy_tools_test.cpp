@@ -18,7 +18,7 @@ namespace {
 
 using glm::dvec3;
 
-/// A vault of 7 mm over water, inner side at 0.
+/// Returns the HU of a vault of 7 mm over soft tissue, with its inner side at z = 0.
 double vault_at(const dvec3& p) {
   const auto above = [&](double z) { return std::clamp(0.5 + (p.z - z) / 0.8, 0.0, 1.0); };
   return 40 + 1660 * above(0) - 950 * above(2) + 950 * above(4.6) - 2700 * above(7);
@@ -47,7 +47,7 @@ struct ToolBench {
     EXPECT_FALSE(error.has_value()) << (error ? error->message() : "");
     EXPECT_FALSE(tool.type->check(tool.parameters.data(), scene).has_value());
     run = std::make_unique<sim::Lockstep>(sim::Engine(scene, *method, tool, 4e-3, catalogue),
-                                          haptics::ForceOptions{}, 250);  // fewer ticks, fewer fields
+                                          haptics::ForceOptions{}, 250);  // fewer ticks and field updates
   }
   static const Drilling& module() {
     static const Drilling one;
@@ -80,7 +80,7 @@ struct ToolBench {
   }
 };
 
-/// Presses a perforator further and further, to 8 mm below its held position, until its clutch releases.
+/// Moves the hand of a perforator down, to at most 8 mm below the proxy, until the clutch releases.
 void drill_to_the_stop(ToolBench& bench) {
   sim::Lockstep& run = *bench.run;
   for (int i = 0; i < 3000 && !bench.state<PerforatorState>().has_stopped; ++i)
@@ -111,8 +111,8 @@ TEST(Perforator, StopsByItselfAtTheEndOfTheBone) {
   }
 }
 
-/// A drill that is released and pressed again continues its hole: it stops once, at the same depth, and does
-/// not engage again in a hole that is through.
+/// A drill whose button is released and pressed again continues its hole. It stops at the same depth as
+/// without pauses, and removes nothing when it is pressed again in the finished hole.
 TEST(Perforator, PausesDoNotChangeWhereItStops) {
   ToolBench bench(perforator({.diameter = 8, .inner = 6, .lead = 2, .feed = 3}), vault_at, dvec3(0.6),
                   {-8, -8, -9}, {8, 8, 15});
@@ -142,7 +142,8 @@ TEST(Perforator, PausesDoNotChangeWhereItStops) {
   }
 }
 
-/// A spur on the inner table, below the tip, does not hold a drill whose end is through around it.
+/// A spur of the inner table below the tip does not keep the clutch engaged if the end of the drill is
+/// through the bone around the spur.
 TEST(Perforator, ASpurUnderTheTipDoesNotHoldIt) {
   const auto spurred = [](const dvec3& p) {
     const double spur = std::clamp((1 - std::hypot(p.x - 0.1, p.y - 0.2)) / 0.6 + 0.5, 0.0, 1.0);
@@ -168,8 +169,8 @@ TEST(Perforator, ARidgeDoesNotReleaseItAtItsEntry) {
   EXPECT_NEAR(stops[0].first.depth, 7, 1);
 }
 
-/// The threshold finds bone down to a blurred edge, 1.2 mm below the upper face of the dura. The clutch
-/// follows the labels where the scan has them.
+/// The threshold finds bone down to a blurred edge, 1.2 mm below the upper face of the dura. If the scan has
+/// labels, the clutch stops at the label of the dura.
 TEST(Perforator, ABlurredEdgeBelowTheDuraDoesNotHoldIt) {
   const auto blurred = [](const dvec3& p) { return vault_at(p + dvec3(0, 0, 1.2)); };
   const auto tip_at_stop = [&](std::optional<double> dura) {
@@ -205,7 +206,8 @@ TEST(Craniotome, StartsOnlyInABurrHole) {
   sim::Lockstep& run = *bench.run;
   std::size_t refused = 0;
   for (const auto& place : places) {
-    // Placed directly at the position: a device may be anywhere when the button is pressed.
+    // The hand starts at the position, without a path to it: a device may be anywhere when the button is
+    // pressed.
     const double removed = run.engine().removed_mm3();
     sim::Lockstep there(sim::Engine(bench.scene, *bench.method, craniotome({}), 1e-3, bench.catalogue), {},
                         1000);
@@ -226,7 +228,7 @@ void lower(sim::Lockstep& run) {
   for (int i = 0; i < 210; ++i)
     run.step(haptics::Pose{{0, 0, std::max(-1.0, 12 - 0.065 * i)}, {1, 0, 0, 0}, i < 205 ? 0u : 1u});
 }
-/// Pulls the craniotome by `by` mm in direction `side` from its position.
+/// Pulls the craniotome for one tick: the hand is `by` mm from the proxy in direction `side`.
 void pull(sim::Lockstep& run, const dvec3& side, double by = 4) {
   const dvec3 at = run.last_record().proxy_world + by * side;
   run.step(haptics::Pose{{at.x, at.y, -1}, {1, 0, 0, 0}, 1});
@@ -249,7 +251,7 @@ TEST(Craniotome, CutsAKerfOfItsWidthAboveItsFoot) {
         EXPECT_FALSE(bench.is_removed({x, 1.3 * side, z})) << x << " " << z;
       }
     }
-  // Pulled up, the craniotome is held by its foot, which is wider than the kerf.
+  // The hand pulls the craniotome up. The foot, which is wider than the kerf, holds it.
   const double removed = run.engine().removed_mm3();
   const dvec3 at = run.last_record().proxy_world;
   for (int i = 0; i < 600; ++i) run.step(haptics::Pose{{at.x - 1, at.y, -1 + 1e-2 * i}, {1, 0, 0, 0}, 0});
@@ -293,13 +295,13 @@ TEST(Craniotome, CutsNothingBackwardSidewaysAndOutside) {
   EXPECT_GT(removed, 10);
   for (const dvec3& side : {dvec3(-0.1, 1, 0), dvec3(-0.1, -1, 0)})
     for (int i = 0; i < 150; ++i) pull(run, glm::normalize(side), 2);
-  // Only the remaining 0.2 mm at the end of its kerf; nothing to its sides.
+  // At most the last 0.2 mm at the end of the kerf are removed, and nothing at its sides.
   EXPECT_LT(run.engine().removed_mm3() - removed, 0.2 * 7 * 2.3 * 2);
   for (const double x : {5.0, 5.5, 6.0})
     for (const double side : {-1.0, 1.0})
       for (const double z : {1.0, 3.5, 6.0})
         EXPECT_FALSE(bench.is_removed({x, 1.35 * side, z})) << x << " " << z;
-  // Lifted out with the button down, and pressed against the vault's edge from above.
+  // The hand lifts the craniotome out with the button pressed, and then presses it on the vault from above.
   for (int i = 0; i < 300; ++i)
     run.step(haptics::Pose{{0, 0, std::min(12.0, -1 + 0.05 * i)}, {1, 0, 0, 0}, 1});
   const double outside = run.engine().removed_mm3();
@@ -308,20 +310,21 @@ TEST(Craniotome, CutsNothingBackwardSidewaysAndOutside) {
   EXPECT_EQ(run.engine().removed_mm3(), outside);
 }
 
-/// A touched wall does not set the craniotome's direction; back in its hole it may cut another wall.
+/// A wall that the craniotome only touches does not set its direction. Back in the hole, the craniotome may
+/// cut another wall.
 TEST(Craniotome, OutOfItsKerfAnyDirectionIsOpen) {
   CraniotomeBench bench({}, 0.8);
   sim::Lockstep& run = *bench.run;
   const CraniotomeState& state = bench.state<CraniotomeState>();
   lower(run);
-  for (int i = 0; i < 60; ++i) pull(run, {0, -1, 0}, 0.2);  // to a wall, and along it
-  for (int i = 0; i < 40; ++i) pull(run, {0.3, -1, 0}, 0.2);
-  EXPECT_LT(run.engine().removed_mm3(), 8);  // a tenth of a millimetre off that wall
+  for (int i = 0; i < 60; ++i) pull(run, {0, -1, 0}, 0.2);    // moves to a wall
+  for (int i = 0; i < 40; ++i) pull(run, {0.3, -1, 0}, 0.2);  // moves along the wall
+  EXPECT_LT(run.engine().removed_mm3(), 8);  // mm3: about a tenth of a millimetre of that wall
   for (int i = 0; i < 3000 && state.centre.x < 6; ++i)
     pull(run, glm::normalize(dvec3(1, -0.3 * run.last_record().proxy_world.y, 0)));
   ASSERT_GE(state.centre.x, 6);
   EXPECT_TRUE(bench.is_removed({5.5, 0, 3}));
-  // Back through the hole, with the button held, and into the wall beyond it.
+  // Moves back through the hole with the button pressed, and cuts into the wall on its y side.
   for (int i = 0; i < 3000 && !(state.centre.y > 6); ++i) {
     const dvec3 at = run.last_record().proxy_world;
     pull(run, glm::normalize(at.x > 1 ? dvec3(-1, 0, 0) : dvec3(-0.3 * at.x, 1, 0)), at.x > 1 ? 0.5 : 4);
@@ -332,8 +335,8 @@ TEST(Craniotome, OutOfItsKerfAnyDirectionIsOpen) {
   EXPECT_FALSE(bench.is_removed({-2, 6, 3}));
 }
 
-/// From one burr hole around to another and back on the other side: the enclosed piece is detached
-/// automatically, and the tool that freed it touches it.
+/// The craniotome cuts along a circle from one burr hole to another, and back on the other side. The enclosed
+/// piece is then detached automatically, and the craniotome can touch this piece.
 TEST(Craniotome, JoinsBurrHolesAndDetachesTheEnclosedPiece) {
   constexpr double k_ring = 8.5, k_hole = 4;
   const auto with_holes = [&](const dvec3& p) {
@@ -346,7 +349,7 @@ TEST(Craniotome, JoinsBurrHolesAndDetachesTheEnclosedPiece) {
   run.watch_pieces(50);
   const CraniotomeState& state = bench.state<CraniotomeState>();
   for (const double side : {1.0, -1.0}) {
-    // Down the hole, then along the ring to the middle of the other hole.
+    // Lowers the craniotome into one hole, and cuts along the ring to the middle of the other hole.
     for (int i = 0; i < 300; ++i)
       run.step(haptics::Pose{{side * k_ring, 0, std::max(-1.0, 14 - 0.1 * i)}, {1, 0, 0, 0}, 0});
     const auto has_come = [&] {
@@ -360,7 +363,7 @@ TEST(Craniotome, JoinsBurrHolesAndDetachesTheEnclosedPiece) {
     }
     ASSERT_TRUE(has_come()) << side << " " << state.centre.x << " " << state.centre.y;
     EXPECT_EQ(run.engine().now().undoable.bodies.size(), 0u);
-    // The top of the bit arrives last: continue until the bit is upright in the hole, then draw it out.
+    // The top of the bit lags behind: continue until the bit is upright in the hole, and then draw it out.
     for (int i = 0; i < 3000 && glm::length(run.last_record().turn_world) > 0.05; ++i)
       run.step(haptics::Pose{{-side * k_ring, -2 * side, -1}, {1, 0, 0, 0}, 1});
     for (int i = 0; i < 350; ++i)
@@ -370,12 +373,12 @@ TEST(Craniotome, JoinsBurrHolesAndDetachesTheEnclosedPiece) {
   }
   EXPECT_TRUE(bench.events<CraniotomeRefused>().empty());
   ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
-  // The disc inside the ring, without half of the kerf and without the holes' share.
+  // `disc` is the disc inside the kerf. The piece is smaller, because the burr holes overlap the disc.
   const double mm3 = run.engine().now().undoable.bodies[0].piece->mm3,
                disc = 7 * 3.1416 * (k_ring - 1.15) * (k_ring - 1.15);
   EXPECT_LT(mm3, disc);
   EXPECT_GT(mm3, 0.6 * disc);
-  // The bit rests on it, upright over its centre.
+  // The bit rests upright on the centre of the piece.
   for (int i = 0; i < 300; ++i) run.step(haptics::Pose{{0, 0, 14 - 0.04 * i}, {1, 0, 0, 0}, 0});
   EXPECT_TRUE(run.last_record().has_contact);
   EXPECT_NEAR(run.last_record().proxy_world.z, 7 + 2 * 1.15 * 0.5, 1.0);
@@ -385,7 +388,7 @@ TEST(Perforator, SetDownElsewhereItStartsAgain) {
   ToolBench bench(perforator({.diameter = 8, .inner = 6, .lead = 2, .feed = 3}), vault_at, dvec3(0.9),
                   {-14, -8, -9}, {14, 8, 15});
   sim::Lockstep& run = *bench.run;
-  // A shallow hole at one position, then, with the button held, through the air to another.
+  // Drills a shallow hole at one position, and moves through the air to another with the button pressed.
   for (int i = 0; i < 150; ++i)
     run.step(haptics::Pose{{-8, 0, std::max(7.0, 14 - 0.1 * i)}, {1, 0, 0, 0}, 1});
   const double first = run.engine().removed_mm3();
@@ -397,8 +400,8 @@ TEST(Perforator, SetDownElsewhereItStartsAgain) {
   EXPECT_TRUE(bench.events<PerforatorStopped>().empty());
 }
 
-/// Undo restores bone around a burr and its shaft, which stand tilted in their hole: the force stays small,
-/// the hand withdraws them freely, and the surface holds them again.
+/// Undo restores bone around a burr and its shaft, which are in their hole, upright or tilted by 20 degrees.
+/// The force stays small, the hand withdraws the tool freely, and the surface then stops the tool again.
 TEST(BurrWithShaft, UndoAroundItReleasesTheTool) {
   const Burr burr{.diameter = 3, .removal_rate = 200, .is_round = true, .shaft = 12};
   for (const double degrees : {0.0, 20.0}) {
@@ -424,7 +427,7 @@ TEST(BurrWithShaft, UndoAroundItReleasesTheTool) {
     EXPECT_LT(most, 3.1) << turning;
     EXPECT_LT(turning, 5);
     EXPECT_EQ(run.last_record().faults, 0u);
-    double pull = 0;  // of the bone, against the withdrawal
+    double pull = 0;  // N, force of the bone against the withdrawal
     for (int i = 0; i < 400; ++i) pull = std::max(pull, glm::dot(at(7 - 0.05 * i, 0).force_world, ahead));
     EXPECT_LT(pull, 0.2) << degrees;
     EXPECT_FALSE(run.last_record().has_contact);
@@ -436,6 +439,7 @@ TEST(BurrWithShaft, UndoAroundItReleasesTheTool) {
 }
 
 TEST(CraniotomyTools, InvalidToolsAreRefused) {
+  // The scene has a point as its tool: a valid craniotome and a valid perforator are refused as well.
   haptics::TouchScene scene;
   const sim::Instrument bad[] = {perforator({.diameter = 10, .inner = 12}),
                                  craniotome({.diameter = 3, .foot = 2}), craniotome({}), perforator({})};

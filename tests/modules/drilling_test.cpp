@@ -82,7 +82,7 @@ TEST(Drilling, CutSurfaceEqualsTheCapsules) {
   const double r = 3.0, spacing = 0.5;
   std::shared_ptr<const volume::Version> version;
   drill(block_scene(spacing), path, 1000, {2 * r, 30, 20, true}, &version);
-  // March along rays out of the capsule's axis to the zero of the trilinear distance.
+  // Finds the zero of the trilinear distance by bisection on rays from the capsule's axis.
   double worst = 0;
   int count = 0;
   for (int i = 0; i < 4000; ++i) {
@@ -104,7 +104,8 @@ TEST(Drilling, CutSurfaceEqualsTheCapsules) {
 }
 
 TEST(Drilling, ThroughTheProxyTheHoleDoesNotDependOnRateOrVoxels) {
-  // A slow press 3 mm deep and a path along: the burr's lowest point follows the HIP.
+  // The hand presses slowly to a depth of 3 mm, and then moves along x. The burr's lowest point follows the
+  // HIP.
   const auto path = haptics::PosePath::from_samples({{0, {{-3, 0.2, 2}}},
                                                      {0.5, {{-3, 0.2, 0}}},
                                                      {3.5, {{-3, 0.2, -3}}},
@@ -160,12 +161,12 @@ TEST(Drilling, TheProxyNeverFallsThroughDuringDrilling) {
                       step.has_contact, step.is_buried});
   }
   EXPECT_EQ(judge.fall_throughs(), 0);
-  EXPECT_EQ(judge.buried_starts(), 0);  // removal never grows over a proxy
+  EXPECT_EQ(judge.buried_starts(), 0);  // a removal never buries the proxy
   EXPECT_GT(run.engine().removed_mm3(), 50);
 }
 
-/// In every frame and unit: a slanted hole in the middle, and two centred on the border, which are half as
-/// large.
+/// In every frame and unit, drills a slanted hole in the middle of the scan, and two holes of twice that
+/// length that are centred on the border. Half of each of these two holes is outside the scan.
 TEST(Drilling, KinematicVolumeEqualsTheCapsulesInEveryFrameUnitAndMask) {
   for (const scenes::Scan& scan : scenes::k_scans) {
     SCOPED_TRACE(scan.name());

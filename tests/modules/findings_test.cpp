@@ -1,5 +1,5 @@
 // Findings of modules: against closed forms and the modules' own judges, with planted errors, stale
-// judgements, and what is missing for a judgement.
+// judgements, and the reasons of findings that cannot be judged.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -68,7 +68,7 @@ void expect_reason(const std::vector<Finding>& all, const std::string& name, con
   EXPECT_TRUE(finding.reason.ends_with(".")) << finding.reason;
 }
 
-/// A volume with labels by a function of the position.
+/// Returns a volume whose voxels and labels are functions of the world position.
 template <class Hounsfield, class Label>
 volume::Volume labelled(const dvec3& low, const dvec3& high, const dvec3& spacing,
                         const Hounsfield& hounsfield, const std::vector<std::string>& names,
@@ -94,12 +94,12 @@ volume::Volume plain_bone() {
 TEST(Findings, AnUnusedModuleHasNoFindings) {
   Judged judged(plain_bone());
   const auto expect_none = [&](const sim::Module& module) {
-    EXPECT_TRUE(judged.of(module).empty()) << module.name();  // without its state
-    const sim::Value world = module.undoable(), settings = module.settings(), result = module.result();
-    if (!world.is_empty()) judged.state.undoable.modules = {std::make_shared<const sim::Value>(world)};
+    EXPECT_TRUE(judged.of(module).empty()) << module.name();  // without a state of the module
+    const sim::Value undoable = module.undoable(), settings = module.settings(), result = module.result();
+    if (!undoable.is_empty()) judged.state.undoable.modules = {std::make_shared<const sim::Value>(undoable)};
     if (!settings.is_empty()) judged.state.settings.modules = {std::make_shared<const sim::Value>(settings)};
     if (!result.is_empty()) judged.state.settings.results = {{std::make_shared<const sim::Value>(result), 0}};
-    EXPECT_TRUE(judged.of(module).empty()) << module.name();  // with its first state
+    EXPECT_TRUE(judged.of(module).empty()) << module.name();  // with the initial state of the module
   };
   expect_none(bone_flap::BoneFlap());
   expect_none(laminectomy::Laminectomy());
@@ -148,7 +148,7 @@ TEST(Findings, AFlapIsComparedWithItsTargetsAndTheNearestOutline) {
 
 // Laminectomy and pedicle screws.
 
-/// The spine phantom, with and without a block removed behind the canal of L4.
+/// The spine phantom. open_roof() removes the bone behind the canal of L4.
 struct Spine {
   Judged judged;
   explicit Spine(double spacing = 1.2) : judged(phantom(spacing), {"bone", 140}) {}
@@ -178,7 +178,7 @@ TEST(Findings, ALaminectomyIsJudgedAgainAfterItsJudgement) {
   Spine spine(1.6);
   const auto before = judge(spine.bone(), spine.l4(), nullptr, *spine.judged.state.undoable.version);
   ASSERT_TRUE(before) << before.error().reason;
-  // The operation judged the intact vertebra, and stored the judgement.
+  // The operation has stored a judgement of the intact vertebra. The findings must judge the current anatomy.
   const Judgement stored = judgement_of(before.value(), "L4");
   spine.judged.set_result(stored);
   spine.judged.state.chronicle.add({1, 0, before.value().frame.middle, stored});
@@ -195,14 +195,14 @@ TEST(Findings, ALaminectomyIsJudgedAgainAfterItsJudgement) {
   EXPECT_EQ(value(all, "L4: right lower facet removed"), j.right_lower_facet);
   EXPECT_EQ(value(all, "L4: left pars"), j.left_pars);
   EXPECT_EQ(value(all, "L4: right pars"), j.right_pars);
-  // Without a judgement the removed bone of the label shows which vertebra was operated on.
+  // Without a stored judgement, the vertebra is found by the bone that was removed from its label.
   spine.judged.state.chronicle = {};
   spine.judged.set_result(Judgement{});
   const auto found = spine.judged.of(Laminectomy());
   EXPECT_EQ(found.size(), all.size());
   EXPECT_EQ(value(found, "L4: opened length"), j.opened_length);
   for (const Finding& finding : found) EXPECT_EQ(finding.name.rfind("L4", 0), 0u) << finding.name;
-  // A requested label that is no vertebra is reported with the reason.
+  // A judgement that failed is reported under the label of its request, with a reason.
   spine.judged.state.chronicle.add({1, 0, dvec3(0), JudgementFailed{"disc", "no"}});
   expect_reason(spine.judged.of(Laminectomy()), "disc: canal gained", "not judged");
 }
@@ -214,19 +214,19 @@ TEST(Findings, ScrewsEqualTheirJudgeAndTheClosedFormOfThePlan) {
   const auto bone = find_bone(spine.judged.scene.base, spine.bone(), spine.l4(), nullptr);
   ASSERT_TRUE(bone) << bone.error().reason;
   const volume::VertebraFrame& frame = bone.value().zones.frame;
-  // Screws next to the canal, from the back to the front, in the vertebra's own frame.
+  // Screws in the vertebra's own frame, from the back to the front, next to the canal; x: mm to the left.
   const auto screw = [&](double x) { return Screw{frame.world({x, 18, 8}), frame.world({x, -22, 8}), 6}; };
-  PedicleState world;
+  PedicleState state;
   const auto place = [&](const Screw& one, double track, double depth) {
-    world.screw_bodies.push_back(sim::Id{static_cast<std::uint32_t>(world.screw_bodies.size() + 1)});
-    world.screw_entries.push_back(one.entry_world), world.screw_tips.push_back(one.tip_world);
-    world.screw_diameters.push_back(one.diameter), world.screw_tracks.push_back(track);
+    state.screw_bodies.push_back(sim::Id{static_cast<std::uint32_t>(state.screw_bodies.size() + 1)});
+    state.screw_entries.push_back(one.entry_world), state.screw_tips.push_back(one.tip_world);
+    state.screw_diameters.push_back(one.diameter), state.screw_tracks.push_back(track);
     if (track == 0) return;
-    world.track_entries.push_back(one.entry_world), world.track_ends.push_back(one.tip_world);
-    world.track_depths.push_back(depth), world.track_outside.push_back(track == 1 ? 0.7 : 0.0);
+    state.track_entries.push_back(one.entry_world), state.track_ends.push_back(one.tip_world);
+    state.track_depths.push_back(depth), state.track_outside.push_back(track == 1 ? 0.7 : 0.0);
   };
   place(screw(15), 1, 37), place(screw(12), 0, 0), place(screw(-15), 2, 40);
-  spine.judged.set_undoable(world);
+  spine.judged.set_undoable(state);
   ScrewJudgements stale;  // an old judgement that the findings ignore
   stale.bodies = {sim::Id{1}}, stale.names = "L4 left\n";
   stale.breaches = {99}, stale.fronts = {99}, stale.grades = {4}, stale.scores = {0};
@@ -239,7 +239,7 @@ TEST(Findings, ScrewsEqualTheirJudgeAndTheClosedFormOfThePlan) {
   const auto all = spine.judged.of(Pedicle());
   for (const auto& [name, index] :
        {std::pair<std::string, std::size_t>{"L4 left", 0}, {"L4 left 2", 1}, {"L4 right", 2}}) {
-    const auto judged = judge(judged_screw(world, index), bone.value(), spine.judged.plan.get(), {});
+    const auto judged = judge(judged_screw(state, index), bone.value(), spine.judged.plan.get(), {});
     ASSERT_TRUE(judged) << judged.error().reason;
     EXPECT_EQ(value(all, name + ": breach"), std::max(0.0, judged.value().breach));
     EXPECT_EQ(value(all, name + ": grade"), static_cast<double>(judged.value().grade));
@@ -259,11 +259,11 @@ TEST(Findings, ScrewsEqualTheirJudgeAndTheClosedFormOfThePlan) {
 TEST(Findings, AScrewWithoutALabelIsComparedWithThePlanOnly) {
   using namespace pedicle;
   Judged judged(plain_bone());
-  PedicleState world;
-  world.screw_bodies = {sim::Id{5}};
-  world.screw_entries = {dvec3(0, 0, 0)}, world.screw_tips = {dvec3(0, 0, -3)};
-  world.screw_diameters = {6}, world.screw_tracks = {0};
-  judged.set_undoable(world);
+  PedicleState state;
+  state.screw_bodies = {sim::Id{5}};
+  state.screw_entries = {dvec3(0, 0, 0)}, state.screw_tips = {dvec3(0, 0, -3)};
+  state.screw_diameters = {6}, state.screw_tracks = {0};
+  judged.set_undoable(state);
   judged.plan->trajectories.push_back(
       {.name = "plan", .entry_world = {1, 0, 0}, .target_world = {0, 2, -3}, .side = "left"});
   const auto all = judged.of(Pedicle());
@@ -276,7 +276,8 @@ TEST(Findings, AScrewWithoutALabelIsComparedWithThePlanOnly) {
 
 const std::vector<std::string> k_layers{"", "dura", "brain", "ventricle_left", "ventricle_right", "sinus"};
 
-/// Bone from z = 0 down to -6, dura, brain; two ventricles below -30; a sinus at x > 6.
+/// A head in layers: bone from z = 0 down to -6 mm, dura to -7, brain to -30, and two ventricles below. A
+/// sinus is at x > 6, below the bone down to z = -20.
 Judged head() {
   Judged judged(labelled(
       {-15, -15, -45}, {15, 15, 5}, dvec3(0.5),
@@ -320,13 +321,13 @@ TEST(Findings, ACatheterIsJudgedInClosedForm) {
   EXPECT_NEAR(value(all, "catheter: clearance of forbidden structures"), 3 - 1.5, 0.4);
   judged.set_settings(passages(1, {-3, 0, -6}, {-3, 0, -38}));  // the other ventricle
   EXPECT_EQ(value(judged.of(module), "catheter: grade of the tip"), 2);
-  judged.set_settings(passages(1, {3, 0, -6}, {3, 0, -25}));  // short of it
+  judged.set_settings(passages(1, {3, 0, -6}, {3, 0, -25}));  // the tip is in front of the ventricle
   EXPECT_EQ(value(judged.of(module), "catheter: grade of the tip"), 3);
   judged.set_settings(passages(1, {8, 0, -6}, {8, 0, -38}));  // through the sinus
   all = judged.of(module);
   EXPECT_EQ(value(all, "catheter: forbidden structures crossed"), 1);
   EXPECT_NE(find(all, "catheter: forbidden structures crossed").reason.find("sinus"), std::string::npos);
-  // Reasons name missing data.
+  // Reasons state the missing data.
   judged.plan->trajectories.clear();
   judged.forbidden.clear();
   all = judged.of(module);
@@ -361,7 +362,7 @@ TEST(Findings, AClampIsFittedAgainToItsCurrentPins) {
   expect_reason(all, "clamp: fitted", "place the others");
   pins.pins.push_back({x, -45, 0});
   judged.set_settings(pins);
-  skull_clamp::ClampFitted stale;  // of other pins
+  skull_clamp::ClampFitted stale;  // the fit of other pins, which the findings ignore
   stale.is_fitted = true, stale.axis_miss = 99, stale.trouble = "old";
   judged.set_result(stale);
   all = judged.of(module);
@@ -434,8 +435,8 @@ TEST(Findings, PointsAreLinearBetweenTheLimits) {
     EXPECT_EQ(score.critical,
               verdict == Verdict::bad ? std::vector<std::string>{"a"} : std::vector<std::string>());
   }
-  EXPECT_TRUE(sim::score(finding(20), {{"a", 2, 10, 3.9}}).critical.empty()) << "of less weight";
-  // A plan replaces limits. A limit without a finding is not judged.
+  EXPECT_TRUE(sim::score(finding(20), {{"a", 2, 10, 3.9}}).critical.empty()) << "a weight below 4";
+  // Limits of the plan replace those of a finding. A limit for a missing finding is listed as not judged.
   const sim::Score score = sim::score(finding(6), {{"a", 6, 8, 1}, {"b", 0, 1, 3}});
   EXPECT_EQ(score.points, 1);
   EXPECT_EQ(score.possible, 1);

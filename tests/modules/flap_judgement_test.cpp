@@ -65,7 +65,7 @@ TEST(FlapJudgement, APlannedOutlineIsPreviewedAndCutByItsName) {
   EXPECT_FALSE(run.apply_whole({PreviewFlap{}, 0}).refused);
   EXPECT_EQ(measure(run.engine(), "previews"), 1) << "the only outline of the plan";
   const CutFlap both{.outline = "planned flap", .anchors = Outline(10, 6).anchors};
-  EXPECT_TRUE(run.apply_whole({both, 0}).refused) << "an outline and anchors";
+  EXPECT_TRUE(run.apply_whole({both, 0}).refused) << "a request with both an outline and anchors";
   EXPECT_FALSE(run.apply_whole({PreviewFlap{.outline = "planned flap"}, 0}).refused);
   EXPECT_EQ(measure(run.engine(), "previews"), 1);
   const double height = Outline(14, 12).height;
@@ -86,8 +86,8 @@ TEST(FlapJudgement, EqualsTheClosedFormOfABallUnderTheOpening) {
   ASSERT_EQ(judged.size(), 1u);
   const FlapJudged& j = judged[0].first;
   ASSERT_TRUE(j.has_target && j.has_plan);
-  // The opening's inscribed circle has the apothem of the polygon of anchors; the plane passes through the
-  // flap's centre, which lies over the origin.
+  // The radius of the opening's inscribed circle is the apothem of the polygon of anchors. The centre of the
+  // flap lies over the origin.
   const double apothem = k_outer * std::sin(outline.polar) * std::cos(k_pi / outline.count);
   EXPECT_NEAR(j.exposed, 100, 0.01);
   EXPECT_NEAR(j.margin, apothem - k_ball_centre.x - k_ball - 0.5 * width_of(Saw::w1_6), 0.7);
@@ -98,7 +98,8 @@ TEST(FlapJudgement, EqualsTheClosedFormOfABallUnderTheOpening) {
   // Without names: the target of the plan, and the nearest outline.
   ASSERT_FALSE(run.apply_whole({JudgeFlap{}, 0}).refused);
   EXPECT_EQ(sim::Value(events_of<FlapJudged>(run.engine())[1].first).words(), sim::Value(j).words());
-  // A smaller flap exposes less of the ball: the circles of the ball and of the opening overlap.
+  // A smaller flap exposes only a part of the ball: the circles of the ball and of the opening overlap in
+  // part. `opening`: radius of the circle with the area of the polygon, less half of the saw's width.
   sim::Lockstep small = scene.run();
   ASSERT_EQ(cut(small, Outline(6, 12).request()), "");
   ASSERT_FALSE(small.apply_whole({JudgeFlap{"tumour", "planned flap"}, 0}).refused);
@@ -112,7 +113,7 @@ TEST(FlapJudgement, EqualsTheClosedFormOfABallUnderTheOpening) {
   EXPECT_NEAR(smaller.plan_mean, k_outer * (std::sin(14 * k_pi / 180) - std::sin(6 * k_pi / 180)), 1.0);
 }
 
-TEST(FlapJudgement, APlanOnAnotherSideIsItsDistanceAway) {
+TEST(FlapJudgement, DistanceOfAPlanOnTheOppositeSideIsThatAcrossTheSkull) {
   const Case scene;
   std::vector<dvec3> opposite = Outline(14, 12).anchors;
   for (dvec3& p : opposite) p.z = -p.z;
@@ -141,7 +142,7 @@ TEST(FlapJudgement, InvalidRequestsAreRefusedWithARemedy) {
   EXPECT_TRUE(events_of<FlapJudged>(run.engine()).empty());
 }
 
-// A judgement belongs to its flap: an undo or another flap removes its measures, a redo restores them.
+// A judgement belongs to its flap: an undo or another flap removes its measures.
 TEST(FlapJudgement, BelongsToItsFlap) {
   const Case scene;
   sim::Lockstep run = scene.run();

@@ -5,8 +5,8 @@
 namespace trephine::bone_flap {
 namespace {
 
-/// The preview is as large as the flap on the shell, on its surface, and as deep as the saw. It is cleared by
-/// the next change of the outline.
+/// The lid of the preview has the area of the flap and lies on the surface of the shell. The walls are as
+/// deep as the saw cuts. The next change of the outline clears the preview.
 TEST(BoneFlap, APreviewShowsTheFlap) {
   const Outline outline(12, 6);
   for (const dvec3& spacing : {dvec3(0.6), dvec3(0.45, 0.45, 3)}) {
@@ -22,7 +22,7 @@ TEST(BoneFlap, APreviewShowsTheFlap) {
     const sim::Overlays all = run.engine().overlays();
     ASSERT_EQ(all.size(), 2u);
     EXPECT_EQ(all[0].handles.size(), outline.anchors.size());
-    // The lid is 0.6 mm above the skull, so that it is visible; the walls reach through it.
+    // The lid is 0.6 mm above the skull, so that it is visible. The walls reach through the skull.
     double lid = 0, wall = 0, lowest = k_outer;
     for (const auto& [a, b, c] : all[1].skin) {
       const double area = 0.5 * glm::length(glm::cross(b - a, c - a));
@@ -43,12 +43,12 @@ TEST(BoneFlap, APreviewShowsTheFlap) {
     run.apply({MoveAnchor{1, outline.anchors[0] + dvec3(0, 0, 0.1)}, 0});
     EXPECT_TRUE(shown().summary.empty());
     EXPECT_TRUE(shown().lid.empty());
-    // An invalid outline gives the same reason as cutting does.
+    // The preview of an invalid outline fails with the reason with which a cut would fail.
     run.apply({MoveAnchor{1, 2.0 * outline.anchors[0]}, 0});
     run.apply_whole({request, 0});
     EXPECT_NE(shown().problem.find("anchor 1 lies off the bone"), std::string::npos);
     EXPECT_TRUE(shown().summary.empty());
-    // Only the anchor is marked; the outline is not drawn a second time, as a success would be.
+    // After the failure, the overlay marks only the anchor. It does not draw the outline as that of a flap.
     const sim::Overlays failed = run.engine().overlays();
     ASSERT_EQ(failed.size(), 2u);
     EXPECT_EQ(failed[1].kind, sim::Overlay::Kind::warning);
@@ -59,7 +59,7 @@ TEST(BoneFlap, APreviewShowsTheFlap) {
     EXPECT_LT(glm::length(failed[1].labels[0].at - shown().problem_at), 3);
     EXPECT_EQ(failed[0].labels[0].text, "1");
     EXPECT_TRUE(events_of<FlapFailed>(run.engine()).empty());
-    // A procedure waits for a preview that succeeded.
+    // The measure `previews`, for which a procedure may wait, is 1 only after a successful preview.
     const auto previews = [&] { return sim::Measurements(run.engine(), {}).value_of("previews"); };
     EXPECT_EQ(previews(), 0);
     run.apply({MoveAnchor{1, outline.anchors[0]}, 0});
@@ -70,7 +70,8 @@ TEST(BoneFlap, APreviewShowsTheFlap) {
     cuts.anchors.clear();
     EXPECT_EQ(cut(run, cuts), "");
     EXPECT_TRUE(shown().summary.empty());
-    // Each preview raised an event; bone that was sawn already is not detached again.
+    // The preview of a cut that was already made fails: no bone is left there. Each of the four previews
+    // raised an event.
     EXPECT_FALSE(run.apply_whole({request, 0}).refused);
     EXPECT_NE(shown().problem.find("no bone left along the outline"), std::string::npos) << shown().summary;
     const auto seen = events_of<FlapPreviewed>(run.engine());
@@ -89,12 +90,13 @@ TEST(BoneFlap, APreviewShowsTheFlap) {
   }
 }
 
-/// A structure in the bone that must not be cut, such as a sinus: the saw enters it, which is reported with
-/// its location before and after the cut. A structure under the inner table is stripped by the footplate.
+/// The saw enters a forbidden structure in the bone, such as a sinus. The preview reports the depth before
+/// the cut, and the cut raises an event with depth and location. The footplate strips a structure below the
+/// inner table, which is not torn.
 TEST(BoneFlap, ForbiddenStructuresAreCheckedAgainstTheSaw) {
   const Outline outline(12, 6);
   const Vault vault(dvec3(0.6), 6.5, Vault::shell, 24);
-  for (const double above : {1.0, -0.2, -6.0}) {
+  for (const double above : {1.0, -0.2, -6.0}) {  // mm from the inner table to the top of the structure
     const double top = k_inner + above;
     const auto within = [top](const dvec3& p) { return 100 * std::clamp(top - glm::length(p), -5.0, 5.0); };
     const auto dura = sim::Forbidden::build(std::make_shared<const volume::Volume>(scenes::sampled(

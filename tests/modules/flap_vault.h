@@ -44,7 +44,7 @@ struct Vault {
     method = haptics::make_method("subvoxel").value();
     EXPECT_FALSE(method->prepare(scene).has_value());
   }
-  /// Slices shifted sideways one after another, as from a tilted gantry.
+  /// Returns a scan whose slices are shifted sideways from one to the next, as from a tilted gantry.
   static volume::Volume sheared() {
     glm::dmat3 axes(0.0);
     axes[0] = dvec3(0.6, 0, 0), axes[1] = dvec3(0, 0.6, 0), axes[2] = dvec3(0.15, 0.3, 0.9);
@@ -65,8 +65,8 @@ struct Vault {
   }
 };
 
-/// A regular outline on the shell, `polar` (rad) from the top; its centre is over the origin, at `height`
-/// (mm).
+/// A regular outline on the shell. `polar`: angle of the anchors from the top, rad. The centre of the outline
+/// is over the origin, at `height` (mm).
 struct Outline {
   std::vector<dvec3> anchors;
   double polar, height;
@@ -85,7 +85,7 @@ struct Outline {
     const double c = std::cos(polar), s = std::sin(polar);
     return std::acos(c * c + s * s * std::cos(2 * k_pi / count));
   }
-  /// Solid angle (sr), from its spherical triangles at the top.
+  /// Solid angle (sr): the sum of its spherical triangles, which meet at the top.
   double solid_angle() const {
     const double t = std::tan(0.5 * polar), square = t * t, wedge = 2 * k_pi / count;
     return count * 2 * std::atan2(square * std::sin(wedge), 1 + square * std::cos(wedge));

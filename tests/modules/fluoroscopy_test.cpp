@@ -34,8 +34,9 @@ TEST(CArm, PosesFollowDicom) {
   };
   const double s = std::sqrt(0.5), c40 = std::cos(glm::radians(40.0)), s40 = std::sin(glm::radians(40.0));
   for (const Pose& pose :
-       {Pose{"ap", {0, -1, 0}, {1, 0, 0}, {0, 0, 1}},      // patient's left to the right
-        Pose{"lateral", {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},  // from the left: back to the right
+       {Pose{"ap", {0, -1, 0}, {1, 0, 0}, {0, 0, 1}},  // the patient's left is on the right of the image
+        Pose{
+            "lateral", {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},  // from the left: the patient's back is on the right
         Pose{"left-oblique", {s, -s, 0}, {s, s, 0}, {0, 0, 1}},
         Pose{"right-oblique", {-s, -s, 0}, {s, -s, 0}, {0, 0, 1}},
         Pose{"inlet", {0, -c40, s40}, {1, 0, 0}, {0, s40, c40}},
@@ -80,13 +81,14 @@ TEST(CArm, CollimatorsCloseTheRest) {
   arm.width = 20, arm.height = 31;
   const View v(arm);
   EXPECT_EQ(v.open.column_high - v.open.column_low, 20);
-  EXPECT_EQ(v.open.row_high - v.open.row_low, 32);  // rows with an open centre, ends included
+  EXPECT_EQ(v.open.row_high - v.open.row_low, 32);  // rows with an open centre, and both end rows
   EXPECT_EQ(v.open.column_low, 40);
   arm.width = 1e4;
   EXPECT_EQ(View(arm).open.column_high, 100);
 }
 
-/// Published values (Hubbell and Seltzer), typed independently: cm2/g times g/cm3.
+/// Published values (Hubbell and Seltzer), entered independently of the module: cm2/g times g/cm3 / 10, which
+/// is 1/mm.
 TEST(Attenuation, EqualsTheTables) {
   EXPECT_NEAR(attenuation(Matter::soft_tissue, 60), 0.02059, 1e-9);
   EXPECT_NEAR(attenuation(Matter::bone, 80), 0.2229 * 0.192, 1e-9);
@@ -103,21 +105,21 @@ TEST(Attenuation, EqualsTheTables) {
     EXPECT_EQ(w.of(-900), 0);
     EXPECT_NEAR(w.of(0), attenuation(Matter::soft_tissue, energy), 1e-8);
   }
-  // At the scanner's own energy Hounsfield units equal their definition.
+  // At the scanner's own energy, weights follow the definition of the Hounsfield unit.
   const volume::VoxelWeights own = weights_of_hounsfield(k_scanner_energy);
   const double water = attenuation(Matter::soft_tissue, k_scanner_energy);
   for (const int hu : {-500, -100, 40, 300, 1000, 2000})
     EXPECT_NEAR(own.of(hu), water * (1 + hu / 1000.0), 1e-7);
 }
 
-/// Closed meshes, with corners aimed at pixels, thin, folded, edge-on: every ray leaves as often as it
-/// enters. A missing triangle is detected.
+/// Every ray leaves a closed mesh as often as it enters it. The meshes have corners on pixels, and are thin,
+/// folded or edge-on. A missing triangle is detected.
 TEST(SurfaceXray, LeavesEveryClosedMeshAsOftenAsItEnters) {
   const CArm arm = small_arm(64, 2);
   const View view(arm);
   std::int64_t faults = 0;
   for (std::uint64_t n = 0; n < (runs_all_cases() ? 400u : 60u); ++n) {
-    // Corners on pixels' centres and edges, at any depth.
+    // Places the corners on centres and edges of pixels, at any depth.
     Box box(dvec3(0), dvec3(1));
     for (std::size_t i = 0; i < 8; ++i) {
       const double column = std::floor(64 * number(100 * n + i)) + (n % 3 == 0 ? 0.5 : 0),
@@ -131,7 +133,7 @@ TEST(SurfaceXray, LeavesEveryClosedMeshAsOftenAsItEnters) {
     faults += project_surfaces(view, {&object, 1}).value().unbalanced > 0;
   }
   EXPECT_GT(faults, 50);
-  // A net with thousands of facets, from noise.
+  // A surface net of a gyroid, with thousands of facets.
   data_tools::PhantomOptions o;
   o.size = ivec3(48);
   const auto base = std::make_shared<const volume::Volume>(data_tools::make_phantom("gyroid", o).value());
@@ -172,7 +174,8 @@ TEST(SurfaceXray, OfBoxesEqualsTheirChordAndEdgesShowWhereRaysGraze) {
                     0.03 * chord(view.source, view.pixel(i, j), {-20, -11, -15}, {17, 13, 19}), 2e-2)
             << pose;
   }
-  // A tube from the side: its rims are edges, its middle is not; the end of a scan is no edge.
+  // A tube that is seen from the side has edges along its rims, and no edge in its middle. Triangles on the
+  // border of the scan (is_wall) have no edge.
   const haptics::MeshTree tube = cylinder({0, 0, -30}, {0, 0, 30}, 15, 200);
   SurfaceObject round{tube.vertices(), vertex_normals({tube.vertices(), tube.triangles()}), tube.triangles()};
   round.edge = 1;
@@ -218,13 +221,14 @@ TEST(Detector, CountsPhotonsBlursAndConvertsToGreys) {
   const std::vector<float> blurred = receive(sums, view, 1, {0, 1.5, 1}, 2);
   EXPECT_NEAR(std::accumulate(blurred.begin(), blurred.end(), 0.0), 1, 1e-5);
   EXPECT_NEAR(static_cast<double>(blurred[60 + 120 * 60]), 1 / (2 * 3.14159265 * 1.5 * 1.5), 3e-3);
-  // Several rays per pixel: their mean.
+  // A pixel with several rays receives the mean of their transmissions.
   const View fine = view.refined(2);
   EXPECT_NEAR(glm::length(0.5 * (fine.pixel(20, 30) + fine.pixel(21, 31)) - view.pixel(10, 15)), 0, 1e-9);
   std::vector<double> four(240 * 240, 0.0);
   four[120 + 240 * 120] = 1e9;
   EXPECT_EQ(receive(four, view, 2, {})[60 + 120 * 60], 0.75f);
-  // Greys: brighter with more transmission, or inverted; closed and hidden pixels alike.
+  // Greys are brighter with more transmission, or inverted. Hidden pixels are as grey as those outside the
+  // collimator's opening.
   for (std::size_t i = 0; i < sums.size(); ++i) sums[i] = 0.01 * static_cast<double>(i % 120);
   const std::vector<float> ramp = receive(sums, view, 1, {});
   std::vector<std::uint8_t> hidden(sums.size(), 0);
@@ -239,7 +243,8 @@ TEST(Detector, CountsPhotonsBlursAndConvertsToGreys) {
 TEST(Fluoroscopy, DoseFollowsDistanceFieldAndTime) {
   CArm arm;
   const Dose plain = dose_of(arm, {});
-  // 10 nGy m2 / (kV2 mA s) * 80^2 * 20 * 0.1, at 0.5 m; on 30.72 cm squared a metre away.
+  // Kerma, mGy: 10 nGy m2 / (kV2 mA s) times (80 kV)^2 times 20 mA times 0.1 s, at 0.5 m. Area product: with
+  // the kerma at 1 m, on a field of 30.72 cm x 30.72 cm.
   EXPECT_NEAR(plain.kerma, 1e-5 * 6400 * 2 / 0.25, 1e-12);
   EXPECT_NEAR(plain.area_product, 1e-5 * 6400 * 2 * 30.72 * 30.72, 1e-9);
   EXPECT_NEAR(dose_of(arm, {0.3, 80, 20}).kerma, 3 * plain.kerma, 1e-12);
@@ -256,8 +261,8 @@ TEST(Fluoroscopy, DoseFollowsDistanceFieldAndTime) {
   EXPECT_NEAR(dose_of(far, {}).kerma, plain.kerma / 4, 1e-12);
 }
 
-/// Shots are reported and counted, and not undone; without a pose, or with an impossible one, nothing
-/// changes.
+/// Shots are reported and counted, and undo keeps them. Without a pose, or with an impossible pose, a shot is
+/// refused and changes nothing.
 TEST(Fluoroscopy, ShotsAreEventsAndCounted) {
   haptics::TouchScene scene = scenes::phantom_scene("sphere", [] {
     data_tools::PhantomOptions o;

@@ -1,5 +1,5 @@
 // Outcome of a laminectomy against the phantom's own shapes: areas by counting pixels of the exact bone,
-// parts by counting points of it.
+// parts by counting points of the exact bone.
 #include "modules/laminectomy/laminectomy.h"
 
 #include <algorithm>
@@ -27,9 +27,10 @@ using glm::dvec3;
 
 constexpr int k_l4 = 1;
 
-/// Distance to the removed volume (mm), negative inside; world.
+/// Returns the distance from a world point to the removed volume (mm), negative inside.
 using Cut = std::function<double(const dvec3&)>;
 
+/// Removes the inside of a Cut.
 class CutField final : public volume::RemovalField {
  public:
   CutField(const volume::Version& version, Cut cut)
@@ -84,8 +85,8 @@ struct Spine {
   volume::Version untouched() const { return volume::Version(scan); }
 };
 
-/// A block in the vertebra's own frame (mm, from the middle of its canal at the lamina): `aside` to either
-/// side, all behind `front`, between two heights, moved by `shift` to the left.
+/// Returns a block in the vertebra's own frame (mm, from the middle of its canal at the lamina). It extends
+/// `aside` to either side, from `front` to the back, and from `low` to `high`; moved by `shift` to the left.
 Cut block(const SpinePhantom& spine, double aside, double front, double low, double high, double shift = 0) {
   const dvec3 middle = spine.world_point(k_l4, {0, 24, 0}),
               left = glm::normalize(spine.world_point(k_l4, {1, 24, 0}) - middle),
@@ -97,7 +98,7 @@ Cut block(const SpinePhantom& spine, double aside, double front, double low, dou
   };
 }
 
-/// Pixels in the plane of a section, counted if visible from its centre.
+/// Pixels in the plane of a section of the canal. A pixel counts if no bone lies between it and the centre.
 struct Pixels {
   static constexpr double k_pixel = 0.15;
   const SpinePhantom& spine;
@@ -110,7 +111,8 @@ struct Pixels {
     const auto all = spine.bone_distances(w);
     return *std::min_element(all.begin(), all.end()) < 0 && cut(w) > 0;
   }
-  /// mm2; below 0 if it exceeds the size of a canal. Points beyond `behind` are outside.
+  /// Returns the area of the counted pixels, mm2. Pixels with y >= `behind` do not count. Negative if a
+  /// counted pixel is farther from the centre than the wall of a canal can be (17.5 mm).
   double area(double behind = 20) const {
     constexpr double k_canal = 17.5;
     constexpr int k_half = static_cast<int>(18 / k_pixel);
@@ -140,8 +142,8 @@ struct Pixels {
   }
 };
 
-/// A label of the size of a skull is refused without a search for its canal. Stray voxels of a vertebra's
-/// label do not make it large.
+/// A label of the size of a skull is refused as too large for a vertebra. Stray voxels do not make the label
+/// of a vertebra too large.
 TEST(LaminectomyOutcome, ALabelOfTheSizeOfASkullIsNoVertebra) {
   const Spine spine(dvec3(1), 20, 0);
   volume::Volume copy = volume::copy_of(*spine.scan).value();
@@ -181,7 +183,7 @@ TEST(LaminectomyOutcome, RoomInTheCanalEqualsThatOfItsExactShape) {
   for (const auto& [spacing, noise] : std::span(scans).first(runs_all_cases() ? 3 : 2)) {
     const Spine spine(spacing, noise);
     const double allowed = spacing.z > 1 ? 0.08 : 0.02;
-    // A trough as wide as the canal is deep, through lamina and spinous process.
+    // A trough of 12 mm through lamina and spinous process.
     const Cut trough = block(exact, 6, 0, -30, 30);
     const Outcome o = spine.judged(*spine.cut(trough));
     int count = 0;
@@ -191,7 +193,7 @@ TEST(LaminectomyOutcome, RoomInTheCanalEqualsThatOfItsExactShape) {
       const double before = pixels.area();
       if (before < 0) continue;
       EXPECT_NEAR(s.area(false) / before, 1, allowed) << s.z << " " << spacing.z << " noise " << noise;
-      // Behind, the line between the outer edges of the bone left on both sides of the trough.
+      // Behind, the canal ends at a line between the rear edges of the bone on both sides of the trough.
       pixels.cut = trough;
       double edge = 0;
       const dvec3 corner = o.frame.local(exact.world_point(k_l4, {0, 24, 0}));
@@ -214,7 +216,7 @@ TEST(LaminectomyOutcome, RoomInTheCanalEqualsThatOfItsExactShape) {
 TEST(LaminectomyOutcome, ACutOutsideTheCanalLeavesItsRoom) {
   const SpinePhantom exact(1);
   const Spine spine(dvec3(runs_all_cases() ? 0.6 : 0.8));
-  // Only the spinous process.
+  // Cuts only the spinous process.
   const Outcome o = spine.judged(*spine.cut(block(exact, 8, 21, -40, 40)));
   EXPECT_EQ(o.opened_length, 0);
   EXPECT_EQ(o.widest_opened, -1);
@@ -228,13 +230,14 @@ TEST(LaminectomyOutcome, ACutOutsideTheCanalLeavesItsRoom) {
     for (const Part& facet : *facets) EXPECT_LT(facet.share_removed(), 0.02);
 }
 
-/// Parts of the exact bone by points of a grid, with the parts' definitions typed independently.
+/// Counts points of a grid in each part of the exact bone. The definitions of the parts are written here
+/// independently of the module.
 TEST(LaminectomyOutcome, PartsEqualThoseOfTheExactBone) {
   const SpinePhantom exact(1);
   for (const dvec3& spacing : {dvec3(0.45, 0.45, 3), dvec3(0.7)}) {
     if (spacing.z < 1 && !runs_all_cases()) continue;
     const Spine spine(spacing);
-    // Too far to the left: the left facets are cut.
+    // The cut is too far to the left, and removes bone of the left facets.
     const Cut cut = block(exact, 10, 0, -30, 30, 4);
     const Outcome o = spine.judged(*spine.cut(cut));
     std::array<double, 6> size{},
@@ -294,10 +297,11 @@ TEST(LaminectomyOutcome, ReportsWhyNoVertebraIsFound) {
   const auto narrowest = [](const Outcome& o) {
     return o.sections[static_cast<std::size_t>(o.narrowest)].area(false);
   };
-  EXPECT_NEAR(narrowest(outcome) / narrowest(labelled), 1, 0.15);  // from blurred walls only
+  EXPECT_NEAR(narrowest(outcome) / narrowest(labelled), 1, 0.15);  // bounded by blurred walls only
 }
 
-/// As a command of an operation: an event, measures, a cleared outcome for an invalid vertebra, refusals.
+/// The command raises an event and sets measures. An invalid vertebra clears the measures, and impossible
+/// requests are refused.
 TEST(Laminectomy, IsJudgedByCommand) {
   data_tools::PhantomOptions options;
   options.spacing_mm = dvec3(1.2);

@@ -17,7 +17,8 @@ namespace {
 
 using glm::dvec3;
 
-/// A ball of 30 mm around the origin, with edges a millimetre soft, in voxels that may be sheared.
+/// Returns a ball of 30 mm radius around the origin, in voxels that may be sheared. Intensity falls by 400 HU
+/// per mm at its surface.
 std::shared_ptr<const volume::Volume> ball(const glm::dmat3& axes, const glm::ivec3& size) {
   return fluoroscopy::scan_of(size, axes, [](const dvec3& p) {
     return std::clamp(300 + 400 * (30 - glm::length(p)), -1000.0, 1200.0);
@@ -39,7 +40,7 @@ TEST(Measurement, FollowsClosedForms) {
     EXPECT_NEAR(measured(Kind::angle, {{5, 0, 0}, {0, 0, 0}, {0, 0, 7}}).angle, 90, 1e-9);
     EXPECT_NEAR(measured(Kind::angle, {{1, 0, 0}, {0, 0, 0}, {-1, 1e-9, 0}}).angle, 180, 1e-6);
     EXPECT_NEAR(measured(Kind::angle, {{3, 4, 0}, {0, 0, 0}, {3, 4, 0}}).angle, 0, 1e-5);
-    // A quarter of a great circle, in two parts; pulled taut it stays on the ball.
+    // A tape along a quarter of a great circle, in two parts. Pulled taut, the tape stays on the ball.
     const double s = 30 * std::sqrt(0.5);
     const Measured tape = measured(Kind::tape, {{30, 0, 0}, {s, s, 0}, {0, 30, 0}});
     ASSERT_EQ(tape.problem, "");
@@ -51,7 +52,8 @@ TEST(Measurement, FollowsClosedForms) {
     EXPECT_NEAR(region.deviation, 0, 1e-6);
     EXPECT_NEAR(region.size, 4188.8, 0.05 * 4188.8);
     EXPECT_NE(measured(Kind::region, {{0, 0, 900}}).problem, "");
-    // A groove across the path: the surface line goes into it, the tape over it.
+    // A groove crosses the path: the line on the surface goes down into the groove, the taut tape passes over
+    // it.
     editor.remove({{20, 20, -40}, {20, 20, 40}, 5});
     const Measured cut = measure({Kind::tape, {{30, 0, 0}, {0, 30, 0}}, 5, 0}, bone, *editor.freeze());
     EXPECT_GT(cut.length, tape.length + 1.5);
@@ -81,7 +83,7 @@ TEST(Measurement, IsACommandOfAnOperation) {
   const auto* last = run.engine().now().result_of<MeasurementState>();
   ASSERT_NE(last, nullptr);
   EXPECT_NEAR(last->length / last->straight, 3.14159265 / 2 / std::sqrt(2.0), 0.02);
-  // Dashed along its whole line, with its length at its end.
+  // The overlay draws the tape as dashes along its whole line, and a label with its length.
   const sim::Overlays seen = run.engine().overlays();
   ASSERT_EQ(seen.size(), 1u);
   double drawn = 0;
@@ -91,8 +93,9 @@ TEST(Measurement, IsACommandOfAnOperation) {
   EXPECT_NE(seen[0].labels[0].text.find(" mm"), std::string::npos);
 }
 
-/// Polygons of great circles: n corners at an angle r from a pole have interior angles of 2 atan(1 / (cos r
-/// tan(pi / n))); by Girard the excess over a plane polygon's is the area.
+/// Patches are regular polygons of great circles with n corners at an angle r from a pole. Each interior
+/// angle is 2 atan(1 / (cos r tan(pi / n))). By Girard's theorem, the area is the squared radius times the
+/// excess of the sum of the angles over (n - 2) pi.
 TEST(Measurement, PatchesAndPartsFollowClosedForms) {
   const glm::dmat3 leaning(dvec3(0.9, 0, 0), dvec3(0, 0.9, 0), dvec3(0.2, 0.4, 2));
   for (const auto& scan :

@@ -1,4 +1,4 @@
-// A library that exports a module of another version, which no program loads.
+// A library that exports a module of another version. Programs refuse to load it.
 #include "sim/api/module_export.h"
 
 namespace {

@@ -20,7 +20,7 @@ inline const sim::Catalogue& pedicle_catalogue() {
   return all;
 }
 
-/// Orientation of a hand whose tool points ahead (unit).
+/// Returns the orientation of a hand whose tool points along `ahead` (unit vector).
 inline glm::dquat pointing(const dvec3& ahead) {
   const dvec3 from(0, 0, -1), half = from + ahead;
   if (glm::length(half) < 1e-9) return {0, 1, 0, 0};
@@ -90,7 +90,7 @@ struct ProbeBench {
   }
 };
 
-/// A plate across z, with its middle at z = 0.
+/// Returns a plate perpendicular to z, with its middle at z = 0.
 inline haptics::TouchScene plate_scene(double thickness, const dvec3& spacing) {
   data_tools::PhantomOptions o;
   o.spacing_mm = spacing;

@@ -14,7 +14,7 @@ namespace {
 constexpr double k_canal = 11, k_front = 8;  // mm: half width of the canal, half of its depth
 constexpr double k_wide = 10, k_high = 8;    // mm: width of a pedicle, half of its height
 constexpr double k_plate = 16, k_body = 40;  // mm: outer side of the lamina, front of the body
-const dvec3 k_shift(0.13, -0.21, 0.17);      // mm, of the box in the voxels
+const dvec3 k_shift(0.13, -0.21, 0.17);      // mm, of the box relative to the voxels
 
 bool is_box_bone(const dvec3& world) {
   const dvec3 p = world - k_shift;
@@ -80,7 +80,8 @@ TEST(PedicleJudge, BreachesOfABoxAreExactToHalfAVoxel) {
         EXPECT_NEAR(j.breach, breach, 0.5 * spacing + 0.02);
         EXPECT_EQ(j.wall, wall);
         EXPECT_NEAR(j.half_voxel, 0.5 * spacing, 0.02);
-        // The grade of the exact bone is within those of the larger and the smaller bone.
+        // The grade with exact bone lies between the grades with bone that is half a voxel larger and
+        // smaller.
         const Grade exact = breach < 2 ? Grade::b : breach < 4 ? Grade::c : breach < 6 ? Grade::d : Grade::e;
         EXPECT_LE(j.grade_of_larger, exact);
         EXPECT_GE(j.grade_of_smaller, exact);
@@ -89,26 +90,26 @@ TEST(PedicleJudge, BreachesOfABoxAreExactToHalfAVoxel) {
         EXPECT_NEAR(j.breach_at.y, k_shift.y, 8);
       }
     EXPECT_GE(flagged, 24) << "a tenth of a millimetre is below the resolution of the scan";
-    // Half a millimetre and more from the limits nothing is flagged.
+    // Breaches that are 1 mm from the limits of grades are not flagged.
     for (const double clear : {1.0, 3.0, 5.0, 7.0}) {
       const auto judged = judge({sim::Id{7}, screw_through(Wall::medial, clear, 7)}, box.found, nullptr, {});
       ASSERT_TRUE(judged);
       EXPECT_FALSE(judged.value().is_uncertain) << clear;
     }
-    // A screw that is too long.
+    // A screw that is 3 mm too long.
     Screw longer = screw_through(Wall::none, 0, 6);
     longer.tip_world = longer.entry_world + dvec3(0, -(k_plate + k_body + 3), 0);
     const auto front = judge({sim::Id{7}, longer}, box.found, nullptr, {});
     ASSERT_TRUE(front);
     EXPECT_NEAR(front.value().front, 3, 0.5 * spacing + 0.05);
     EXPECT_EQ(front.value().grade, Grade::a);
-    // All of core and shell is bone of 800 HU where the screw is centred.
+    // Core and shell of a screw in the middle of the pedicle are in bone of 800 HU.
     EXPECT_TRUE(front.value().has_intensity);
     EXPECT_NEAR(front.value().core_hu, 800, 60);
   }
 }
 
-/// Signed distance to the box, mm; exact outside it.
+/// Returns the signed distance to the bone of the box, mm; exact outside the bone.
 double distance_to_box(const dvec3& world) {
   const dvec3 p = world - k_shift;
   const auto block = [&](const dvec3& low, const dvec3& high) {
@@ -121,8 +122,8 @@ double distance_to_box(const dvec3& world) {
                    block({-k_canal - k_wide, -k_front, -k_high}, {-k_canal, k_front, k_high})});
 }
 
-/// Number of screws with a wrong grade or wall, of those whose breaches lie a tenth of a millimetre from the
-/// limits of grades.
+/// Returns the number of screws with a wrong grade or wall among 24 screws, whose breaches lie a tenth of a
+/// millimetre from the limits of grades.
 int wrong_verdicts(const VertebraZones& zones, const BoneDistance& distance) {
   int wrong = 0;
   for (const Wall wall : {Wall::medial, Wall::lateral, Wall::above, Wall::below})
@@ -177,8 +178,9 @@ TEST(PedicleJudge, ScoresByThePlan) {
 
 constexpr int k_l4 = 1;
 
-/// Largest distance of a screw outside the exact bone at the sides of the canal, by brute force: twice as
-/// many points, and rays from the farthest ones to the bone.
+/// Returns the largest distance from the surface of a screw to the exact bone, where the screw passes the
+/// canal. By brute force: twice as many points around and along the screw as in the judge, and rays from the
+/// farthest points to the bone.
 double brute_force_breach(const data_tools::SpinePhantom& spine, const dvec3& entry, const dvec3& tip,
                           double diameter) {
   const dvec3 origin = spine.world_point(k_l4, {0, 24, 0}),
@@ -276,7 +278,7 @@ TEST(PedicleJudge, TheJobStoresItsJudgementUntilTheScrewIsGone) {
   const auto judged = bench.events<ScrewJudged>();
   ASSERT_EQ(judged.size(), 2u);
   EXPECT_EQ(sim::Value(judged[0].first).words(), sim::Value(judged[1].first).words())
-      << "without a name, the vertebra is found";
+      << "without a label, the vertebra of the screw is found";
   EXPECT_NEAR(judged[0].first.breach, 3, 0.42);
   const auto measure = [&](const std::string& name) {
     for (const sim::Measure& one : bench.run->engine().measures())

@@ -16,7 +16,7 @@ TEST(PedicleProbe, MakesATrackAgainstItsResistance) {
     bench.move(origin, k_down, -3, 2.5);
     ASSERT_TRUE(bench.state().has_entered);
     EXPECT_NEAR(bench.state().start.z, 5, 0.15);
-    // Deeper, up to 2 mm before the far side: the tip is 2 N / (1 N/mm) behind the hand.
+    // The probe goes deeper, to 2 mm before the far side. The tip is 2 N / (1 N/mm) = 2 mm behind the hand.
     bench.move(origin, k_down, 2.5, 10, 20, [&](const haptics::ServoRecord& r) {
       if (r.pose.position_world.z < 1) {
         EXPECT_NEAR(r.force_world.z, 2, 0.06) << r.pose.position_world.z;
@@ -43,7 +43,7 @@ TEST(PedicleProbe, MakesATrackAgainstItsResistance) {
     EXPECT_NEAR(made[0].first.depth, 14, 0.3);
     EXPECT_NEAR(made[0].first.outside, 4, 0.5);
     ASSERT_EQ(bench.undoable().track_depths.size(), 1u);
-    // The bone of the track: a cylinder of its diameter through the plate.
+    // The removed bone is a cylinder through the plate, with the diameter of the track.
     const double radius = 1.5, exact = 3.14159265 * radius * radius * k_thickness;
     EXPECT_NEAR(bench.run->engine().removed_mm3(), exact, 0.12 * exact);
   }
@@ -57,7 +57,7 @@ TEST(PedicleProbe, HoldsAndLetsGoAtEveryRateAndVoxelSize) {
       const dvec3 origin(0.3, 0.2, 0.5 * k_thickness);
       bench.move(origin, k_down, -1, 3);
       ASSERT_TRUE(bench.state().has_entered);
-      // The force of the growing track, and the position of the tip where it ends.
+      // Records the force while the track grows, and the position of the tip where this force ends.
       constexpr double k_low = 0.98 * 2, k_high = 1.02 * 2;  // N
       double least = 1e9, most = 0, released = 0;
       bench.move(origin, k_down, 4, 12.5, 5, [&](const haptics::ServoRecord& r) {
@@ -68,7 +68,7 @@ TEST(PedicleProbe, HoldsAndLetsGoAtEveryRateAndVoxelSize) {
       EXPECT_GT(least, k_low);
       EXPECT_LT(most, k_high);
       EXPECT_NEAR(released, -0.5 * k_thickness, 0.2);
-      // Back in the track nothing resists.
+      // On the way back through the track nothing resists.
       bench.move(origin, k_down, 12.5, 6, 20, [&](const haptics::ServoRecord& r) {
         if (r.pose.position_world.z > -6) {
           EXPECT_LT(glm::length(r.force_world), 1e-6);
@@ -83,7 +83,7 @@ TEST(PedicleProbe, EntersOnlyWhenPressedUpright) {
   bench.move(origin, k_down, -3, 0.2);  // a light touch
   EXPECT_FALSE(bench.state().has_entered);
   bench.move(origin, k_down, 0.2, -3);
-  // 70 degrees off the normal, pressed straight down.
+  // The probe is 70 degrees off the normal, and pressed straight down.
   const glm::dquat flat = pointing(glm::normalize(dvec3(std::sin(1.22), 0, -std::cos(1.22))));
   for (double z = 6; z > 2; z -= 0.02) bench.run->step({{0.3, 0.2, z}, flat, 0});
   EXPECT_FALSE(bench.state().has_entered);
@@ -125,7 +125,7 @@ TEST(PedicleProbe, UndoTakesATrackBackAndASessionReplays) {
   EXPECT_EQ(bench.undoable().track_depths.size(), 1u);
   bench.run->undo();
   bench.move(origin, k_down, -3, 6);
-  bench.run->undo();  // within the track
+  bench.run->undo();  // while the probe is in the track
   EXPECT_EQ(bench.run->engine().removed_mm3(), 0);
   bench.move(origin, k_down, 6, -3);
   const std::uint64_t state = bench.run->engine().now().hash();
@@ -161,13 +161,14 @@ TEST(PedicleProbe, WallsOfTheCarvedTrackGiveTheSameForce) {
       EXPECT_EQ(bench.undoable().track_depths.size(), 1u);
     }
     EXPECT_NEAR(mean[0], 2, 0.04);
-    // The contact field follows cuts some ticks later.
+    // The force differs slightly, because the contact field follows a cut some ticks later.
     EXPECT_NEAR(mean[1], mean[0], 0.05 * mean[0]);
     EXPECT_GT(end[1], 5);
   }
 }
 
-// The end of the track may be farther ahead for a fast hand: the probe is not stuck, and resists little more.
+// The contact field follows a cut some ticks later. For a fast hand, the end of the track may therefore be
+// farther ahead of the tip: the probe does not get stuck, and resists only slightly more.
 TEST(PedicleProbe, FollowsFastHandsBetweenWalls) {
   const struct {
     double rate, diameter, speed, most;  // Hz, mm, mm/s, N
@@ -198,7 +199,7 @@ TEST(PedicleProbe, PassesTheFarSideBetweenWalls) {
   for (const double spacing : {0.4, 0.8})
     for (const double degrees : {0.0, 40.0}) {
       SCOPED_TRACE(std::to_string(spacing) + " mm, exit at " + std::to_string(degrees) + " degrees");
-      // A plate of 8 mm: its upper face is across the shaft, its lower one is oblique.
+      // The upper face of a plate of 8 mm is perpendicular to the shaft. The lower face is oblique.
       const double slope = std::tan(glm::radians(degrees));
       haptics::TouchScene scene = scenes::scene_of(
           scenes::sampled({-12, -12, -16}, {12, 12, 12}, dvec3(spacing), [&](const dvec3& p) {
@@ -223,7 +224,7 @@ TEST(PedicleProbe, PassesTheFarSideBetweenWalls) {
     }
 }
 
-/// The spine phantom with its bone touched.
+/// Returns a scene with the bone of the spine phantom.
 haptics::TouchScene spine_scene(double spacing) {
   data_tools::PhantomOptions options;
   options.spacing_mm = dvec3(spacing);
@@ -235,7 +236,8 @@ TEST(PedicleProbe, NamesTheWallThatItLeft) {
   const data_tools::SpinePhantom spine(1);
   const haptics::TouchScene scene = spine_scene(1);
   constexpr int k_l4 = 1;
-  // Points of the vertebra's own frame (mm of the reference): an entry, and a point toward which to push.
+  // An entry, and a point toward which the probe is pushed: in the vertebra's own frame, in mm of the
+  // reference L3.
   const struct {
     const char* name;
     dvec3 entry, toward;
@@ -255,16 +257,16 @@ TEST(PedicleProbe, NamesTheWallThatItLeft) {
     bench.move(entry, ahead, -14, 60, 60);
     const auto out = bench.events<ProbeOut>();
     ASSERT_FALSE(out.empty());
-    // The first exit beyond the arch.
+    // Compares the wall of the first exit.
     EXPECT_EQ(k_wall_names[static_cast<std::size_t>(out[0].first.wall)],
               k_wall_names[static_cast<std::size_t>(push.wall)])
         << out[0].first.depth;
     EXPECT_EQ(out[0].first.label, "L4");
     const auto distances = spine.bone_distances(out[0].second);
-    // The surface at 140 HU of blurred voxels lies up to 1.6 mm outside the exact one.
+    // The surface at 140 HU of blurred voxels lies up to 1.6 mm outside the exact surface.
     EXPECT_NEAR(distances[k_l4], 0.8, 1);
   }
-  // The planned screw stays in bone.
+  // Probes along the planned screws of L4 stay in bone.
   for (const data_tools::SpineScrew& screw : spine.screws()) {
     if (screw.name != "L4 left pedicle" && screw.name != "L4 right pedicle") continue;
     const dvec3 ahead = glm::normalize(screw.target_world - screw.entry_world);

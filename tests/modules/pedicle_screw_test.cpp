@@ -28,7 +28,8 @@ TEST(PedicleScrew, TheWholeCatalogueIsClosedAndKeepsItsMeasures) {
       EXPECT_EQ(high, length);
       EXPECT_EQ(low, -k_head_length);
     }
-  // Between a cylinder of its core and one of its thread.
+  // The volume of 10 mm of a screw is between that of a cylinder of its core and that of a cylinder of its
+  // thread.
   const double mm3 = screw_piece(6, 40)->mm3 - screw_piece(6, 30)->mm3, pi = 3.14159265;
   EXPECT_GT(mm3, pi * 2.1 * 2.1 * 10);
   EXPECT_LT(mm3, pi * 3 * 3 * 10);
@@ -76,14 +77,15 @@ TEST(PedicleScrew, IsTurnedIntoItsTrackByTheClock) {
   const sim::Body& body = bench.run->engine().now().undoable.bodies[0];
   EXPECT_EQ(body.matter, volume::Matter::titanium);
   EXPECT_TRUE(body.is_fixed && body.is_implant);
-  // The screw starts at its whole length above its place, and covers half of the path in half of the time.
-  // It turns once per pitch: its thread follows one helix.
+  // The screw starts its whole length above its final position, and covers half of the path in half of the
+  // time. It turns once per pitch, so that its thread follows one helix.
   const std::uint64_t begin = bench.run->engine().now().next_tick;
   EXPECT_NEAR(bench.place().position_world.z, 9 + 20, 0.2);
   const auto thread_phase = [&] {
     const haptics::Placement at = bench.place();
     const dvec3 x = at.rotation * dvec3(1, 0, 0);
-    // Phase of the helix about the axis that points down: angle less the turns of the path.
+    // Phase of the helix, in turns about the axis that points down: angle of the screw less path per pitch
+    // (2.75 mm).
     const double turns = std::atan2(-x.y, x.x) / (2 * 3.14159265358979) - (9 - at.position_world.z) / 2.75;
     return turns - std::floor(turns);
   };
@@ -96,13 +98,13 @@ TEST(PedicleScrew, IsTurnedIntoItsTrackByTheClock) {
   for (int i = 0; i < 300; ++i) bench.run->step({{0.2, 0.1, 30}, {1, 0, 0, 0}, 0});
   EXPECT_FALSE(bench.run->engine().has_moving_surfaces());
   EXPECT_NEAR(bench.place().position_world.z, 9, 0.2);
-  // A hand meets its head.
+  // A hand touches the head of the screw.
   haptics::ServoRecord record;
   for (double z = 30; z > 15; z -= 0.05) record = bench.run->step({{0.2, 0.1, z}, {1, 0, 0, 0}, 0});
   EXPECT_TRUE(record.has_contact);
   EXPECT_NEAR(record.proxy_world.z, 9 + k_head_length, 0.2);
   for (double z = 15; z < 30; z += 0.1) bench.run->step({{0.2, 0.1, z}, {1, 0, 0, 0}, 0});
-  // Undo removes the screw, and redo places it again; remove-screw leaves the track.
+  // Undo removes the screw, and redo places it again. The command remove-screw keeps the track.
   bench.run->undo();
   EXPECT_EQ(bench.bodies(), 0u);
   EXPECT_TRUE(bench.undoable().screw_bodies.empty());
@@ -151,7 +153,7 @@ TEST(PedicleScrew, RefusesImpossibleScrews) {
   EXPECT_NE(reason({.entry = {dvec3(0)}, .target = {dvec3(0)}}).find("at its entry"), std::string::npos);
   EXPECT_NE(reason({.entry = {dvec3(0, 0, 20)}, .target = {dvec3(0, 0, 40)}}).find("no bone"),
             std::string::npos);
-  // In a plate of 18 mm, a screw of 40 mm is too long, unless it is forced.
+  // In a plate of 18 mm, a screw of 40 mm is refused as too long, unless the request forces it.
   PlaceScrew longer{.entry = {dvec3(0, 0, 9)}, .target = {dvec3(0, 0, 0)}, .length = Length::l40};
   EXPECT_NE(reason(longer).find("22 mm in front"), std::string::npos) << reason(longer);
   EXPECT_EQ(bench.bodies(), 0u);
@@ -161,7 +163,7 @@ TEST(PedicleScrew, RefusesImpossibleScrews) {
   PlaceScrew across{.entry = {dvec3(8, 0, 9)}, .target = {dvec3(-4, 0, -4)}, .length = Length::l20};
   EXPECT_NE(reason(across).find("would cross"), std::string::npos) << reason(across);
   EXPECT_EQ(bench.bodies(), 1u);
-  // Twelve fit.
+  // The plate has room for twelve screws.
   for (int i = 0; i < 11; ++i) {
     const dvec3 entry(-8 + 1.5 * i, i % 2 ? 9 : -9, 9);
     PlaceScrew next{.entry = {entry},

@@ -14,7 +14,7 @@ namespace trephine::rongeur {
 namespace {
 
 using glm::dvec3;
-constexpr double k_thick = 4;
+constexpr double k_thick = 4;  // mm
 
 /// Bone where 0 < z < k_thick and x < 0.
 struct Lamina {
@@ -24,7 +24,7 @@ struct Lamina {
   sim::Catalogue catalogue;
 
   explicit Lamina(const dvec3& spacing) : catalogue(std::vector<const sim::Module*>{&module}) {
-    // The middle of a blurred edge is at 300 of 0 to 600.
+    // Intensity rises from 0 to 600 HU at a blurred edge. The middle of the edge is at 300 HU.
     const auto hounsfield = [&](const dvec3& p) {
       const auto share = [](double in, double width) { return std::clamp(0.5 + in / width, 0.0, 1.0); };
       return 600 * std::min({share(p.z, 2 * spacing.z), share(k_thick - p.z, 2 * spacing.z),
@@ -62,7 +62,8 @@ TEST(Rongeur, AKerrisonBitesTheBoneInItsJaws) {
     const Lamina lamina(spacing);
     const Rongeur tool{.kind = Kind::kerrison, .width = 4, .opening = 6};
     sim::Lockstep run = lamina.with(tool);
-    // Its foot just under the edge, half of the jaws over bone: half a cylinder through the lamina.
+    // The foot is just under the edge, and half of the jaws is over bone: the bite is half a cylinder through
+    // the lamina.
     hold(run, {0, 0, -0.6}, 0, 10);
     hold(run, {0, 0, -0.6}, -1);
     const auto bites = events<Bite>(run);
@@ -70,20 +71,20 @@ TEST(Rongeur, AKerrisonBitesTheBoneInItsJaws) {
     const double exact = 0.5 * std::numbers::pi * 4 * k_thick;
     EXPECT_NEAR(bites[0].size / exact, 1, spacing.z > 1 ? 0.05 : 0.03) << spacing.z;
     EXPECT_NEAR(run.engine().removed_mm3(), bites[0].size, 1e-9);
-    // Closed jaws do not bite again; jaws that open and close again do, if there is bone.
+    // Closed jaws do not bite again. Jaws that open and close again bite bone between them.
     hold(run, {0, 0, -0.6}, -1);
     hold(run, {-1, 0, -0.6}, 0, 10);
     EXPECT_EQ(events<Bite>(run).size(), 1u);
     hold(run, {-1, 0, -0.6}, -1);
     EXPECT_EQ(events<Bite>(run).size(), 2u);
-    // Bites are undone stroke by stroke.
+    // Undo restores the bone of the last stroke, which was one bite.
     hold(run, {-1, 0, -0.6}, 0, 10);
     run.undo();
     EXPECT_NEAR(run.engine().removed_mm3(), bites[0].size, 1e-9);
   }
 }
 
-/// A hand bites through a limited volume: a larger bite is refused, with its size.
+/// A bite that would remove more than `max_bite` is refused. The reason states this limit.
 TEST(Rongeur, ABiteHasALargestSize) {
   const double exact = 0.5 * std::numbers::pi * 4 * k_thick;
   for (const double share : {0.8, 1.2}) {
@@ -107,7 +108,8 @@ TEST(Rongeur, ASqueezeClosesTheJaws) {
   const Lamina lamina(dvec3(0.5));
   sim::Lockstep run = lamina.with({.kind = Kind::kerrison});
   const dvec3 at(0, 0, -0.6);
-  // A tool taken while squeezed must open first; after an invalid position the state of the hand is unknown.
+  // A tool that is grasped with closed jaws must open before it can bite. After an invalid position the state
+  // of the hand is unknown, so that the jaws must open again.
   hold(run, at, 1);
   hold(run, at * std::nan(""), 0, 3);
   hold(run, at, 1);
@@ -119,7 +121,7 @@ TEST(Rongeur, ASqueezeClosesTheJaws) {
   EXPECT_TRUE(events<Bite>(run).empty());
   hold(run, at, 1);
   EXPECT_EQ(events<Bite>(run).size(), 1u);
-  // Half open is not open.
+  // Jaws that are half open do not count as open.
   hold(run, at + dvec3(-1, 0, 0), 0.5);
   hold(run, at + dvec3(-1, 0, 0), 1);
   EXPECT_EQ(events<Bite>(run).size(), 1u);
@@ -151,11 +153,12 @@ TEST(Rongeur, BlockedJawsBiteNothing) {
 
 TEST(Rongeur, TwoCupsBiteAnEdgeBetweenThem) {
   const Lamina lamina(dvec3(0.5));
-  // From the side, its shaft along +x: cups above and below the edge, which is thinner than their opening.
+  // The rongeur comes from the side, with its shaft along +x. One cup is above the edge and one below it; the
+  // edge is thinner than the opening of the cups.
   const Rongeur tool{.width = 4, .opening = 6};
   sim::Lockstep run = lamina.with(tool);
   const double half = std::sqrt(0.5);
-  const glm::dquat turn(half, 0, half, 0);  // the shaft along x, its former x axis along -z
+  const glm::dquat turn(half, 0, half, 0);  // turns the shaft to x, and the tool's x axis to -z
   hold(run, {3, 0, 2}, 0, 10, turn);
   hold(run, {-2, 0, 2}, -1, 500, turn);
   const auto bites = events<Bite>(run);
@@ -167,7 +170,7 @@ TEST(Rongeur, TwoCupsBiteAnEdgeBetweenThem) {
 TEST(Rongeur, InvalidToolsAreRefused) {
   const Lamina lamina(dvec3(0.5));
   sim::Lockstep run = lamina.with({});
-  EXPECT_TRUE(run.apply(Rongeur{.width = 2}).refused);  // the session is ready for 3 mm
+  EXPECT_TRUE(run.apply(Rongeur{.width = 2}).refused);  // the scene allows burrs of at least 3 mm
   EXPECT_TRUE(run.apply(Rongeur{.opening = std::nan("")}).refused);
   EXPECT_FALSE(run.apply(Rongeur{.width = 3}).refused);
 }

@@ -25,7 +25,7 @@ using glm::dvec3;
 constexpr dvec3 k_radii(76, 92, 72);  // mm, of the shell's outer surface
 constexpr double k_thickness = 6, k_width = 90, k_degree = M_PI / 180;
 
-/// Returns the distance to an ellipsoid around the origin, exact at its surface.
+/// Returns the signed distance to an ellipsoid around the origin, mm, to first order near its surface.
 double shell_distance(const dvec3& p) {
   const dvec3 q = p / k_radii, slope = q / k_radii;
   const double f = glm::length(q);
@@ -88,8 +88,9 @@ std::string failure(const sim::Lockstep& run) {
   return {};
 }
 
-/// Returns pins on the shell, the pair `apart` mm apart: the first in direction `first`, the pair around the
-/// direction `middle`, in the plane of `middle` and `side`, with pin 2 at `angle` degrees from it.
+/// Returns pins on the shell. Pin 1 is in direction `first`. Pins 2 and 3 are on both sides of the direction
+/// `middle`, in the plane of `middle` and `side`, and `apart` mm apart; pin 2 is at `angle` degrees from
+/// `middle`.
 Pins pins_on_shell(const dvec3& first, const dvec3& middle, const dvec3& side, double angle,
                    double apart = k_width) {
   const auto at = [&](double degrees) {
@@ -127,7 +128,7 @@ TEST(Clamp, IsFoundWithinATenthOfAMillimetreOfKnownPoses) {
     dvec3 side(0, std::cos(turn(random)), std::sin(turn(random)));
     side = glm::normalize(side - glm::dot(side, middle) * middle);
     const Pins pins = pins_on_shell({-1, jitter(random), jitter(random)}, middle, side, angle(random));
-    // Closed form: the axis leads to the middle of the pair.
+    // In closed form, the axis leads from pin 1 to the middle of the pair.
     const dvec3 end = 0.5 * (pins[1] + pins[2]), axis = glm::normalize(end - pins[0]);
     const double swing = std::asin(glm::dot(glm::normalize(pins[1] - pins[2]), axis)) / k_degree;
     ASSERT_LT(std::abs(swing), 25);
@@ -138,7 +139,8 @@ TEST(Clamp, IsFoundWithinATenthOfAMillimetreOfKnownPoses) {
       EXPECT_LT(glm::distance(f.tips[i], pins[i]), 0.1) << i;
       EXPECT_LT(f.residuals[i], 0.1);
       EXPECT_LT(std::abs(f.gaps[i]), 0.1);
-      // Angle to the surface and bone along the pin, by the ellipsoid's gradient and a march.
+      // The angle to the surface follows from the gradient of the ellipsoid, the thickness of bone along the
+      // pin from small steps through the shell.
       const dvec3 direction = i == 0 ? axis : pose_of(f).directions_world()[i];
       const dvec3 normal = glm::normalize(pins[i] / k_radii / k_radii);
       EXPECT_NEAR(f.angles[i], 90 - std::acos(-glm::dot(normal, direction)) / k_degree, 1.5);
@@ -177,6 +179,7 @@ TEST(Clamp, IsFoundWithinATenthOfAMillimetreOfKnownPoses) {
   EXPECT_NEAR(f.opening, level_pins()[1].x - level_pins()[0].x, 0.1);
 }
 
+// No random change of the fitted pose within the limits reduces the sum of the squared distances to the pins.
 TEST(Clamp, TheFitIsTheBestWithinItsLimits) {
   std::mt19937 random(11);
   std::normal_distribution<double> noise(0, 1);
@@ -280,7 +283,7 @@ TEST(Clamp, DegeneratePinsAreNamedAndNothingIsFitted) {
   EXPECT_NE(reason({good[0] + dvec3(-100, 0, 0), good[1] + dvec3(0, 0, 300), good[2] + dvec3(0, 0, 300)})
                 .find("meets no bone"),
             std::string::npos);
-  // Commands with wrong numbers change nothing.
+  // Invalid commands are refused.
   ASSERT_TRUE(fit(run, good).is_fitted);
   EXPECT_NE(refusal(run, {PlacePin{}, 0}).find("all its pins"), std::string::npos);
   EXPECT_NE(refusal(run, {MovePin{3, dvec3(NAN)}, 0}), "");
@@ -298,7 +301,8 @@ TEST(Clamp, EachPlantedErrorMovesItsOwnMeasure) {
   const auto measured = [](const Plant& plant, double thin = 0) {
     Head head(thin);
     const auto sinus = [&](double x) {
-      // A labelled ball under pin 1, or far from it.
+      // A labelled ball of 8 mm radius inside pin 1, which is at x = -76: it touches the pin at x = -68, and
+      // is 8 mm away from it at x = -60.
       const volume::Volume& scan = *head.scene.base;
       volume::Volume labelled = volume::make_volume(scan.size, scan.frame, true).value();
       labelled.label_names = {"", "frontal sinus"};
@@ -345,7 +349,7 @@ TEST(Clamp, EachPlantedErrorMovesItsOwnMeasure) {
                   h.plan->landmarks[0].position_world = {0, 0, 15};
                 }),
                 {{"clamp axis miss", 15}, {"clamp pair difference", 0}});
-  // A pair that is skewed by 10 mm also draws the axis off the centre, by a closed form.
+  // If the pair is skewed by 10 mm, the axis also misses the centre. Both measures have closed forms.
   const Pins pins = level_pins();
   const double to_centre = -pins[0].x, to_pair = pins[1].x - pins[0].x;
   expect_change("pair skewed by 10 mm", measured([&](Head& h) {
@@ -375,7 +379,7 @@ TEST(Clamp, PostureFollowsClosedForms) {
   const double c = std::cos(30 * k_degree), s = std::sin(30 * k_degree);
   expect_neck({0, -1, 0}, 0, 0, 0, 0);
   expect_neck({-s, -c, 0}, 0, 30, 0, 0);   // the face looks to the left
-  expect_neck({-s, -c, 0}, 30, 0, 0, 0);   // the trunk is turned as far
+  expect_neck({-s, -c, 0}, 30, 0, 0, 0);   // the trunk is turned by the same angle
   expect_neck({0, -c, s}, 0, 0, 30, 0);    // chin to chest
   expect_neck({0, c, s}, 180, 0, -30, 0);  // prone, head raised
   expect_neck({c, 0, s}, -90, 0, 0, 30);   // on the right side
@@ -410,14 +414,16 @@ TEST(Clamp, ShowsHandlesFrameAndSweatbandOfTheCurrentPins) {
     handles += overlay.handles.size(), lines += overlay.lines.size();
   EXPECT_EQ(handles, 3u);
   EXPECT_EQ(lines, 36u);
-  // A moved pin makes the fit outdated: its frame disappears, and its measures are stale.
+  // A moved pin makes the fit outdated: the frame of the clamp disappears, and the measures of the fit are
+  // stale.
   ASSERT_EQ(refusal(run, {MovePin{2, level_pins()[1] + dvec3(0, 0, 5)}, 0}), "");
   EXPECT_EQ(objects(), 0);
   for (const sim::Measure& m : run.engine().measures())
     if (m.name == "clamp opening") {
       EXPECT_TRUE(m.is_stale);
     }
-  // The frame is made of closed solids that face outward: its volume is that of its pins, rods and arms.
+  // The frame consists of closed solids whose facets face outward: each edge is balanced, and the volume is
+  // positive and large.
   const auto surface = clamp_surface(pose_of(fitted(run)), level_pins(), {0, -1, 0});
   double volume = 0;
   std::map<std::pair<std::array<double, 3>, std::array<double, 3>>, int> edges;
@@ -434,7 +440,7 @@ TEST(Clamp, ShowsHandlesFrameAndSweatbandOfTheCurrentPins) {
   for (const auto& [edge, count] : edges) ASSERT_EQ(count, 0);
 }
 
-/// A head with a labelled scalp of 5 mm, and a ball of tissue around a point, below the head.
+/// Returns a head with a labelled scalp of 5 mm, and a ball with the label of the scalp below the head.
 volume::Volume head_with_ball(const dvec3& middle, double radius) {
   const volume::Volume scan =
       scenes::sampled({-87, -103, -160}, {87, 103, 83}, dvec3(1.5), [](const dvec3& p) {
@@ -456,7 +462,7 @@ volume::Volume head_with_ball(const dvec3& middle, double radius) {
 }
 
 TEST(Clamp, ReportsScalpAndPartsInTheHeadByClosedForms) {
-  // The lowest point of the arms, whose centre line passes through the ball's middle.
+  // `lowest` is the lowest point of the arms' centre line. The first ball is centred on it.
   const Pins pins = level_pins();
   const ClampPose pose = fit_pose(pins, ClampLimits()).value();
   const dvec3 up(0, 0, 1), lowest = clamp_rods(pose, pins, up, ClampSize().arm_depth)[6].to;
@@ -483,7 +489,7 @@ TEST(Clamp, ReportsScalpAndPartsInTheHeadByClosedForms) {
   EXPECT_NEAR(touching.touch_depth, k_ball - k_arm, 1.5);
   EXPECT_NEAR(glm::distance(touching.touch_at, lowest), k_arm, 1);
   EXPECT_NEAR(touching.touch_length, 2 * std::sqrt(k_ball * k_ball - k_arm * k_arm), 3);
-  // Next to the arm nothing is touched.
+  // A ball next to the arm is not touched.
   const ClampFitted free = measured(lowest + dvec3(0, k_ball + k_arm + 3, 0));
   EXPECT_EQ(free.touch_depth, 0);
   EXPECT_EQ(free.touch_length, 0);
@@ -505,7 +511,8 @@ TEST(Clamp, HasTwoModels) {
   ASSERT_EQ(refusal(run, {FitClamp{}, 0}), "");
   EXPECT_NE(fitted(run).trouble.find("those of the rocker 60 mm"), std::string::npos) << fitted(run).trouble;
   EXPECT_LT(fitted(run).arm_depth, standard.arm_depth);
-  // A pair as far apart as its rocker fits; limits of the request replace those of the model.
+  // A pair that is as far apart as the rocker of the small clamp fits. Limits of a request replace those of
+  // the model.
   const Pins near = pins_on_shell({-1, 0, 0}, {1, 0, 0}, {0, 1, 0}, 22, 60);
   EXPECT_EQ(fit(run, near).trouble, "");
   FitClamp wide;
@@ -532,7 +539,7 @@ TEST(Clamp, HoldsTheBuiltInHeads) {
             0.5 * (low + high);
       return low * direction;
     };
-    // In the band over the ears; the pair as far apart as the rocker.
+    // The pins are in the band over the ears. The pair is as far apart as the rocker is wide.
     const dvec3 first = on_vault(glm::normalize(dvec3(-1, 0.15, -0.15))),
                 second = on_vault(glm::normalize(dvec3(1, -0.55, -0.15)));
     double low = -0.5, high = 2;

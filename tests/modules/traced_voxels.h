@@ -15,11 +15,11 @@
 
 namespace trephine::bone_flap {
 
-/// Removes all voxels on lines from the apex to points of the outline (Jiang, dissertation "A Surface-based
-/// Volume Haptics Approach", section 5.2.3). Such a cut leaves holes.
+/// Removes all voxels on lines from the apex to points of the outline, and 0.5 mm beyond (Jiang, dissertation
+/// "A Surface-based Volume Haptics Approach", section 5.2.3). Such a cut leaves bone between its lines.
 class TracedVoxels final : public volume::RemovalField {
  public:
-  /// `step`: mm between points of the outline.
+  /// `step`: largest distance between neighbouring points of the outline, mm.
   TracedVoxels(const CutSurface& surface, const volume::Version& version, double step)
       : lattice_(version.lattice()) {
     const volume::Volume& scan = version.base();
@@ -86,7 +86,7 @@ class TracedVoxels final : public volume::RemovalField {
 
  private:
   const volume::CutLattice lattice_;
-  std::vector<glm::dvec3> centres_;  ///< lattice frame
+  std::vector<glm::dvec3> centres_;  ///< of the removed voxels, lattice frame
   glm::dvec3 margin_{0.0};
   volume::VoxelBox box_;
 };

@@ -1,5 +1,5 @@
 // Catheters: pops, refusals and judgements on a layered slab in closed form, and on the built-in head.
-// One file: all of its tests use the slab and its drill.
+// These tests are in one file because all but the last use the slab and its drill.
 #include "modules/ventriculostomy/ventriculostomy.h"
 
 #include <cmath>
@@ -19,9 +19,9 @@ namespace {
 using glm::dvec3;
 using haptics::ServoRecord;
 
-/// A drill that makes a hole of a given radius through the slab, in one tick.
+/// A drill that makes a vertical hole from above the slab in one tick.
 struct ToyDrill {
-  double radius = 4, end = -6.3;  // mm
+  double radius = 4, end = -6.3;  // mm; height at which the hole ends
   static const sim::Schema& schema() {
     static constexpr sim::Field fields[] = {sim::field<&ToyDrill::radius>("radius"),
                                             sim::field<&ToyDrill::end>("end")};
@@ -60,7 +60,8 @@ const sim::Catalogue& catalogue() {
   return all;
 }
 
-// Heights of the slab's layers, mm: all are faces of its voxels.
+// Heights of the borders between the slab's layers, mm, from above: bone and dura, dura and fluid, fluid and
+// brain, brain and ventricle, ventricle and brain. Each border coincides with faces of voxels.
 constexpr double k_inner = -6, k_csf = -7, k_brain = -9, k_wall = -30, k_floor = -40;
 const char* const k_names[] = {"", "dura", "csf", "brain", "ventricle_left", "venous_sinus"};
 
@@ -92,14 +93,15 @@ volume::Volume slab(const dvec3& spacing, double dura) {
   return labelled;
 }
 
-/// An operation on the slab: hand 0 drills, hand 1 has a catheter.
+/// An operation on the slab: hand 0 holds the drill, hand 1 a catheter.
 struct Slab {
   haptics::TouchScene scene;
   std::unique_ptr<haptics::ProxyMethod> method = haptics::make_method("subvoxel").value();
   std::vector<std::shared_ptr<const sim::Forbidden>> forbidden;
   std::shared_ptr<volume::SurgicalPlan> plan = std::make_shared<volume::SurgicalPlan>();
 
-  /// `dura`: height of its upper face, mm; above the bone's inner face where the scan blurs bone.
+  /// `dura`: height of the upper face of the dura, mm. Above k_inner, the upper part of the dura has the
+  /// intensity of bone, as at the blurred edge of bone in a scan.
   explicit Slab(const dvec3& spacing = dvec3(0.5), double dura = k_inner)
       : scene(scenes::scene_of(slab(spacing, dura))) {
     EXPECT_FALSE(haptics::set_smallest_burr(scene, 3).has_value());
@@ -138,13 +140,14 @@ ServoRecord tick(sim::Lockstep& run, const dvec3& at, const glm::dquat& turn = k
                                            haptics::Pose{at, turn, false}};
   return run.step(std::span<const haptics::Pose>(poses))[1];
 }
-/// Drills with the catheter above the slab.
+/// Drills the hole while the catheter is held above the slab.
 void drill_hole(sim::Lockstep& run) {
   tick(run, {0, 0, 4}, k_upright, true);
   tick(run, {0, 0, 4});
   EXPECT_GT(run.engine().removed_mm3(), 1);
 }
-/// Moves along a line in the slab's z at a speed (mm/s); calls each(record, z).
+/// Moves the catheter along z from one height to another (mm), at `speed` (mm/s) and `rate` (Hz). Calls
+/// each(record, z) after each tick. Returns the last record.
 template <class Each>
 ServoRecord move(sim::Lockstep& run, double rate, double from, double to, double speed, const Each& each) {
   const double step = (from > to ? -speed : speed) / rate;
@@ -195,11 +198,11 @@ TEST(Catheter, PopsThroughDuraAndWallWithTheForcesAndDepthsOfAClosedForm) {
     EXPECT_EQ(pops[1].first.structure, "ventricle_left");
     EXPECT_NEAR(pops[1].second.z, k_wall, 0.1);
     EXPECT_NEAR(pops[1].first.depth, entered[0].second.z - k_wall, 0.1);
-    // Within the track nothing resists, and nothing pops.
+    // Within the existing track the catheter meets no resistance, and no membrane pops.
     move(run, rate, -38, -20, 60, [&](const ServoRecord& r, double) { EXPECT_LT(r.force_world.z, 0.2); });
     move(run, rate, -20, -37, 60, k_ignore);
     EXPECT_EQ(events_of<CatheterPopped>(run.engine()).size(), 2u);
-    // Drawn out and inserted again: a new passage pops again.
+    // The catheter is drawn out and inserted again: a new passage begins, and the dura pops again.
     move(run, rate, -37, 4, 100, k_ignore);
     EXPECT_FALSE(state_of(run).has_entered);
     const auto left = events_of<CatheterWithdrawn>(run.engine());
@@ -211,8 +214,8 @@ TEST(Catheter, PopsThroughDuraAndWallWithTheForcesAndDepthsOfAClosedForm) {
   }
 }
 
-TEST(Catheter, ThePopsHaveTheirPlantedFault) {
-  // Dura that a drill removed does not resist and does not pop.
+TEST(Catheter, DuraThatWasDrilledAwayDoesNotPop) {
+  // The hole ends below the dura, so that no dura resists or pops.
   const Slab bench;
   sim::Lockstep run = bench.run(1000, {4, -7.5});
   drill_hole(run);
@@ -225,8 +228,8 @@ TEST(Catheter, ThePopsHaveTheirPlantedFault) {
 }
 
 TEST(Catheter, PassesTheBlurredEdgeOfBoneButNoBone) {
-  // The threshold finds bone in the upper millimetre of the dura: labels take precedence, and only dura
-  // resists.
+  // The threshold classifies the upper millimetre of the dura as bone. Labels take precedence over the
+  // threshold, so that only the dura resists.
   const Slab blurred(dvec3(0.5), -5);
   sim::Lockstep run = blurred.run(1000, {4, -5.2});
   drill_hole(run);
@@ -238,7 +241,7 @@ TEST(Catheter, PassesTheBlurredEdgeOfBoneButNoBone) {
   EXPECT_TRUE(events_of<CatheterRefused>(run.engine()).empty());
   move(run, 1000, -20, 4, 60, k_ignore);
   EXPECT_FALSE(run.engine().servo_scene()->hands[1].passable_items.contains(0)) << "bone blocks again";
-  const Slab bone;  // it continues below the hole
+  const Slab bone;  // here unblurred bone continues below the hole
   sim::Lockstep other = bone.run(1000, {4, -5.2});
   drill_hole(other);
   move(other, 1000, 4, -8, 20, k_ignore);
@@ -252,7 +255,7 @@ TEST(Catheter, IsRefusedWithAReasonAwayFromAHole) {
     approach();
     const auto refused = events_of<CatheterRefused>(run.engine());
     EXPECT_TRUE(events_of<CatheterEntered>(run.engine()).empty());
-    EXPECT_EQ(refused.size(), 1u) << "once until it is lifted";
+    EXPECT_EQ(refused.size(), 1u) << "reported once until the catheter is lifted";
     return refused.empty() ? std::string() : refused[0].first.reason;
   };
   const auto down = [](sim::Lockstep& run, double x, const glm::dquat& turn, double to) {
@@ -263,7 +266,7 @@ TEST(Catheter, IsRefusedWithAReasonAwayFromAHole) {
     EXPECT_NE(refusal(run, [&] { down(run, 0, k_upright, -3); }).find("Drill a burr hole"),
               std::string::npos);
     down(run, 0, k_upright, -3);
-    EXPECT_EQ(events_of<CatheterRefused>(run.engine()).size(), 2u) << "lifted in between";
+    EXPECT_EQ(events_of<CatheterRefused>(run.engine()).size(), 2u) << "the catheter was lifted in between";
   }
   {
     sim::Lockstep run = bench.run(1000, {1.1, -6.3});
@@ -275,7 +278,7 @@ TEST(Catheter, IsRefusedWithAReasonAwayFromAHole) {
     drill_hole(run);
     const glm::dquat lying = glm::angleAxis(1.2, dvec3(0, 1, 0));
     EXPECT_NE(refusal(run, [&] { down(run, 0, lying, -5.8); }).find("edge of the hole"), std::string::npos);
-    // Turned along the hole, without being lifted, it enters.
+    // The catheter enters when it is turned along the hole, without being lifted.
     for (double angle = 1.2; angle > 0; angle -= 0.01)
       tick(run, {0, 0, -5.8}, glm::angleAxis(angle, dvec3(0, 1, 0)));
     EXPECT_EQ(events_of<CatheterEntered>(run.engine()).size(), 1u);
@@ -286,7 +289,7 @@ TEST(Catheter, IsRefusedWithAReasonAwayFromAHole) {
     drill_hole(run);
     EXPECT_NE(refusal(run, [&] { down(run, 0, k_upright, -6.2); }).find("stylet"), std::string::npos);
   }
-  // A scan without ventricles has nothing to reach.
+  // The check of the instrument refuses a scan without ventricles.
   haptics::TouchScene plain = sim::small_bone();
   EXPECT_TRUE(catheter_type().check(catheter({}).parameters.data(), plain).has_value());
 }
@@ -300,12 +303,12 @@ TEST(Catheter, StaysInTheHeadUntilItIsDrawnOut) {
   EXPECT_TRUE(run.apply_whole({sim::RemoveInstrument{}, 1}).refused.has_value());
   EXPECT_TRUE(run.apply_whole({Catheter{4, 150, true}, 1}).refused.has_value());
   EXPECT_FALSE(run.apply_whole({sim::RemoveInstrument{}, 0}).refused.has_value());
-  // An undo restores bone, not the passage through the brain.
+  // An undo restores the bone. It does not undo the passage through the brain.
   run.undo();
   EXPECT_EQ(run.engine().removed_mm3(), 0);
   EXPECT_TRUE(state_of(run).has_entered);
   EXPECT_EQ(measure(run.engine(), "catheter passages"), 1);
-  // Marks and, after the pop, the sign of fluid.
+  // The overlays show depth marks and, after the pop into the ventricle, the label "CSF".
   const auto labels = [&] {
     std::vector<std::string> all;
     for (const sim::Overlay& overlay : run.engine().overlays())
@@ -375,7 +378,7 @@ TEST(Ventriculostomy, TheJudgementFollowsClosedForms) {
     for (const auto& [one, at] : events_of<CatheterCrossed>(run.engine())) all[one.structure] = one;
     return all;
   };
-  // Oblique: every length is a height over the cosine.
+  // The path is oblique: each length is a height divided by the cosine of the path's tilt.
   const dvec3 from(3, 1, 3), tip(-3, -1, -35);
   const double slant = glm::distance(from, tip) / (from.z - tip.z);
   const CatheterJudged j = judged(from, tip);
@@ -407,7 +410,7 @@ TEST(Ventriculostomy, TheJudgementFollowsClosedForms) {
   EXPECT_EQ(j.nearest, "venous_sinus");
   EXPECT_NEAR(j.clearance, least - 0.25 - 1.5, 0.35);
   EXPECT_EQ(judged(from, tip, "elsewhere").trajectory, "elsewhere");
-  // Through the sinus, and short of the ventricle.
+  // This path passes through the sinus and ends before the ventricle.
   const CatheterJudged wrong = judged({8, 0, 3}, {8, 0, -20});
   EXPECT_EQ(wrong.ventricle, "");
   EXPECT_EQ(wrong.in_ventricle, 0);
@@ -432,7 +435,7 @@ TEST(Ventriculostomy, JudgesTheCatheterInTheHandAndTheOneDrawnOut) {
   move(run, 1000, 4, -36, 40, k_ignore);
   move(run, 1000, -36, -33, 40, k_ignore);
   EXPECT_EQ(refusal({}), "");
-  EXPECT_NEAR(run.engine().now().result_of<CatheterJudged>()->tip.z, -33, 0.1) << "its position";
+  EXPECT_NEAR(run.engine().now().result_of<CatheterJudged>()->tip.z, -33, 0.1) << "the current position";
   EXPECT_NEAR(measure(run.engine(), "catheter depth from outer table"), 33, 0.15) << "from the intact bone";
   EXPECT_EQ(measure(run.engine(), "catheter tip in ventricle"), 1);
   move(run, 1000, -33, 4, 100, k_ignore);
@@ -463,7 +466,8 @@ TEST(Ventriculostomy, LeavesACatheterInPlace) {
   const sim::Body body = run.engine().now().undoable.bodies[0];
   EXPECT_TRUE(body.is_fixed && body.is_implant);
   EXPECT_EQ(body.matter, volume::Matter::soft_tissue);
-  // A tube of 3 mm from the tip to 20 mm above the dura, with a round tip.
+  // The body is a tube with a diameter of 3 mm and a round tip. It reaches from the tip to 20 mm outside the
+  // outermost layer.
   const double length = glm::distance(tip, entry) + 20;
   EXPECT_NEAR(body.piece->mm3, 3.14159265 * 1.5 * 1.5 * (length - 0.5), 0.02 * body.piece->mm3);
   double lowest = 1e9, highest = -1e9;
@@ -477,18 +481,19 @@ TEST(Ventriculostomy, LeavesACatheterInPlace) {
   EXPECT_EQ(placed[0].first.body, body.id);
   EXPECT_NEAR(placed[0].first.depth, glm::distance(tip, entry), 1e-9);
   EXPECT_EQ(measure(run.engine(), "catheters left in place"), 1);
-  // A catheter is left only once. The hand draws out the stylet, and the catheter stays.
+  // A catheter can be left only once. After undo and redo, the hand draws out the stylet, and the catheter
+  // stays.
   EXPECT_TRUE(is_refused({LeaveCatheter{}, 1}));
   run.undo();
   EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
   EXPECT_EQ(measure(run.engine(), "catheters left in place"), 0);
-  EXPECT_TRUE(is_refused({sim::RemoveInstrument{}, 1})) << "it is in the hand again";
+  EXPECT_TRUE(is_refused({sim::RemoveInstrument{}, 1})) << "the catheter is in the hand again";
   run.redo();
   ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
   move(run, 1000, -36, 4, 100, [&](const ServoRecord& r, double) { ASSERT_LT(r.force_world.z, 0.3); });
   EXPECT_FALSE(state_of(run).has_entered);
   EXPECT_EQ(run.engine().now().undoable.bodies.size(), 1u);
-  // The catheter that was left is judged, and touched from outside.
+  // The catheter that was left in place is judged. Its outer end can be touched.
   ASSERT_FALSE(is_refused({JudgeCatheter{}, 1}));
   EXPECT_NEAR(glm::distance(run.engine().now().result_of<CatheterJudged>()->tip, tip), 0, 1e-9);
   ServoRecord touched;
@@ -511,20 +516,22 @@ TEST(Ventriculostomy, ReportsTheDistanceToEachForbiddenStructure) {
     const std::size_t count = events_of<CatheterClearance>(run.engine()).size();
     EXPECT_FALSE(run.apply_whole({JudgeCatheter{"", {from, tip}}, 1}).refused.has_value());
     const auto all = events_of<CatheterClearance>(run.engine());
-    EXPECT_EQ(all.size(), count + 1) << "the sinus, and not the dura that it has to pass";
+    EXPECT_EQ(all.size(), count + 1) << "the sinus only: a catheter has to pass the dura";
     return all.back().first;
   };
-  // The sinus is 6 < x < 10, -10 < z < -6; the radius is 1.5 mm.
+  // The sinus occupies 6 < x < 10 and -10 < z < -6, mm. The radius of the catheter is 1.5 mm.
   const CatheterClearance far = cleared({0, 0, 3}, {0, 0, -35});
   EXPECT_EQ(far.structure, "venous_sinus");
   EXPECT_NEAR(far.distance, 6 - 1.5, 0.3);
   EXPECT_EQ(far.length, 0);
-  // Its axis is 1 mm away from the sinus, so that its wall is 0.5 mm in it along 4 mm and both rounded ends.
+  // The axis of this catheter is 1 mm from the sinus, so that the wall of the catheter reaches 0.5 mm into
+  // the sinus. It does so along the 4 mm of the sinus, and farther up and down as long as an edge of the
+  // sinus is within 1.5 mm of the axis.
   const CatheterClearance near = cleared({5, 0, 3}, {5, 0, -35});
   EXPECT_NEAR(near.distance, -0.5, 0.3);
   EXPECT_NEAR(near.length, 4 + 2 * std::sqrt(1.5 * 1.5 - 1), 0.8);
   for (const auto& [one, at] : events_of<CatheterCrossed>(run.engine()))
-    EXPECT_NE(one.structure, "venous_sinus") << "its axis does not cross it";
+    EXPECT_NE(one.structure, "venous_sinus") << "the axis of the catheter does not cross the sinus";
 }
 
 TEST(Ventriculostomy, ThePlansOfTheHeadReachTheirVentricles) {
@@ -566,15 +573,16 @@ TEST(Ventriculostomy, ThePlansOfTheHeadReachTheirVentricles) {
       EXPECT_LT(j.entry_error, 1.5);
       EXPECT_NEAR(j.target_error, 0, 1e-9);
       EXPECT_GT(j.angle_to_surface, 60);
-      EXPECT_NEAR(j.depth_from_table, 62, 10) << "as anatomists measure";
+      EXPECT_NEAR(j.depth_from_table, 62, 10) << "depth of the foramen of Monro, mm";
       EXPECT_GT(j.clearance, 3);
-      // Beyond the midline the target of the other side is nearer to the tip; the entry decides.
+      // Beyond the midline the tip is nearer to the target of the other side. The judgement selects the
+      // trajectory by its entry.
       const dvec3 beyond = found->target_world + 20.0 * along;
       ASSERT_FALSE(run.apply_whole({JudgeCatheter{"", {found->entry_world - 10.0 * along, beyond}}, 0})
                        .refused.has_value());
       EXPECT_EQ(run.engine().now().result_of<CatheterJudged>()->trajectory, name);
     }
-    // A path through the midline crosses the sinus, and the judgement names it.
+    // A path through the midline crosses the sinus, and an event of the judgement names the sinus.
     const dvec3 vertex = landmarks.vertex;
     ASSERT_FALSE(
         run.apply_whole(

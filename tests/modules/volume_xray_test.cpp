@@ -1,5 +1,5 @@
-// X-rays through voxels: closed forms, tabulated attenuation, whole images recomputed, beads at the positions
-// in headers.
+// X-rays through voxels, compared with closed forms, tabulated attenuation, images that are computed again as
+// a whole, and the positions of beads that follow from the C-arm's angles.
 #include "modules/fluoroscopy/volume_xray.h"
 
 #include <algorithm>
@@ -22,7 +22,7 @@ using volume::Version;
 
 TEST(VolumeXray, OfABoxEqualsItsChord) {
   for (const dvec3& mm : {dvec3(1), dvec3(0.6, 0.9, 5), dvec3(3, 1, 0.5)}) {
-    // Its faces coincide with those of voxels.
+    // The faces of the box coincide with faces of voxels.
     const ivec3 size(60, 50, 40);
     const dvec3 half = mm * dvec3(16, 11, 10);
     const auto scan = scan_of(size, straight(mm), [&](const dvec3& p) {
@@ -47,11 +47,11 @@ TEST(VolumeXray, OfABoxEqualsItsChord) {
   }
 }
 
-TEST(VolumeXray, OfBallsAndEllipsoidsApproximatesTheirChords) {
+TEST(VolumeXray, OfAnEllipsoidApproximatesItsChords) {
   for (const glm::dmat3& axes : {straight(dvec3(0.75)), straight({0.8, 0.8, 2.5}),
                                  glm::dmat3(dvec3(0.8, 0, 0), dvec3(0, 0.8, 0), dvec3(0.2, 0.5, 1.5))}) {
     const dvec3 radii(20, 26, 14);
-    // Partial volume by 6^3 points of each voxel.
+    // A voxel's intensity follows from the share of 6^3 points in the voxel that are inside the ellipsoid.
     const auto scan = scan_of({90, 90, 70}, axes, [&](const dvec3& p) {
       int in = 0;
       for (int k = 0; k < 216; ++k) {
@@ -60,7 +60,8 @@ TEST(VolumeXray, OfBallsAndEllipsoidsApproximatesTheirChords) {
       }
       return in == 0 ? -1000.0 : -1000 + 2000.0 * in / 216;
     });
-    // Linear in the fraction: the line of water is extended.
+    // At the scanner's energy the attenuation is linear in HU from air to bone, also beyond water. It is
+    // therefore linear in the share of a voxel that is inside.
     VolumeXray xray(scan, k_scanner_energy, 2);
     const double weight = weights_of_hounsfield(k_scanner_energy).of(1000);
     for (const char* pose : {"ap", "left-oblique", "outlet"}) {
@@ -78,15 +79,15 @@ TEST(VolumeXray, OfBallsAndEllipsoidsApproximatesTheirChords) {
           const double error = xray.sums()[static_cast<std::size_t>(i + view.columns * j)] - exact;
           square += error * error, ++all, most = std::max(most, exact);
         }
-      // Voxels are steps: the thicker the slices, the coarser.
+      // The attenuation is constant within a voxel, so that the error increases with the slice thickness.
       EXPECT_LT(std::sqrt(square / all), (0.003 + 0.01 * axes[2].z) * most)
           << pose << " spacing " << axes[2].z;
     }
   }
 }
 
-/// Returns a cut as an X-ray shows it: removed matter is air in a dry specimen and fluid in a body; its soft
-/// tissue is unchanged.
+/// Returns the operated scan as an X-ray shows it. In a dry specimen removed matter is air. In a body removed
+/// matter above 0 HU is water (0 HU), and all other matter is unchanged.
 std::shared_ptr<const volume::Volume> as_xrayed(const Version& version, bool is_body) {
   volume::Volume cut = volume::operated_volume(version).value();
   const auto before = version.base().voxels.span();
@@ -98,8 +99,8 @@ std::shared_ptr<const volume::Volume> as_xrayed(const Version& version, bool is_
   return std::make_shared<const volume::Volume>(std::move(cut));
 }
 
-/// After drilling and undo only rays through changed blocks are traced; the image equals, to the bit, that of
-/// a new projector.
+/// After drilling and undo only rays through changed blocks are traced again. The image equals, to the bit,
+/// that of a new projector.
 TEST(VolumeXray, AfterAStrokeIsRenewedOnlyWhereNeeded) {
   const std::pair<glm::dmat3, bool> scans[] = {
       {straight(dvec3(1)), false},
@@ -137,28 +138,28 @@ TEST(VolumeXray, AfterAStrokeIsRenewedOnlyWhereNeeded) {
         ASSERT_FALSE(fresh.project(view, states[i], {}, how, 1).has_value());
         ASSERT_EQ(live.sums(), fresh.sums()) << i;
         EXPECT_EQ(counted.full_rays, i == 0 ? 128 * 128 : 0) << i;
-        // Between voxels a block affects more rays.
+        // RaySum::joseph interpolates between voxels, so that a block affects more rays.
         const int most = (i < 5 ? 128 * 128 / 3 : 128 * 128 / 2) * (how == RaySum::exact ? 2 : 3) / 2;
         EXPECT_LT(counted.renewed_rays, most) << i;
       }
       ASSERT_FALSE(live.project(view, states[0], {}, how, 1).has_value());
       EXPECT_EQ(live.counters().renewed_rays, 0);
-      // The judge: the operated volume as any program reads it, in integer Hounsfield units.
+      // The reference is an X-ray of the operated volume, which is rounded to integer Hounsfield units.
       ASSERT_FALSE(live.project(view, states[4], {}, how, 2).has_value());
       const auto cut = as_xrayed(*states[4], is_body);
       VolumeXray of_cut(cut, 60, 2);
       ASSERT_FALSE(of_cut.project(view, std::make_shared<Version>(cut), {}, how, 2).has_value());
-      double worst = 0, changed = 0;
+      double worst = 0, largest_sum = 0;
       for (std::size_t i = 0; i < live.sums().size(); ++i) {
         worst = std::max(worst, std::abs(live.sums()[i] - of_cut.sums()[i]));
-        changed = std::max(changed, of_cut.sums()[i]);
+        largest_sum = std::max(largest_sum, of_cut.sums()[i]);
       }
-      EXPECT_LT(worst, 0.012 * changed);
+      EXPECT_LT(worst, 0.012 * largest_sum);
     }
 }
 
-/// A titanium rod in bone and in air: the transmission is that of the table, and bone inside the rod does not
-/// count.
+/// A titanium rod lies partly in bone and partly in air. Its transmission is the tabulated one, and bone
+/// inside the rod does not attenuate in addition.
 TEST(VolumeXray, AnImplantAttenuatesAsTabulated) {
   const auto scan = scan_of({80, 80, 80}, straight(dvec3(1)), [](const dvec3& p) {
     return p.x < 0 && glm::all(glm::lessThan(glm::abs(p), dvec3(30))) ? 800.0 : -1000.0;
@@ -178,11 +179,11 @@ TEST(VolumeXray, AnImplantAttenuatesAsTabulated) {
     const dvec2 at = view.project({x, 0, 0}).value();
     return static_cast<std::size_t>(std::lround(at.x)) + 201u * static_cast<std::size_t>(std::lround(at.y));
   };
-  const double titanium = 0.7661 * 0.454 * 2 * radius;  // of the table
+  const double titanium = 0.7661 * 0.454 * 2 * radius;  // 0.7661 cm2/g, 4.54 g/cm3 (NISTIR 5632)
   EXPECT_NEAR(std::exp(-xray.sums()[pixel(10)]), std::exp(-titanium), 2e-4);
   const double bone = weights_of_hounsfield(60).of(800);
   EXPECT_NEAR(xray.sums()[pixel(-10)] - without[pixel(-10)], titanium - bone * 2 * radius, 2e-3);
-  // Two that overlap count once; a piece of the scan at its original position adds nothing.
+  // Two rods that overlap count once. A piece of the scan at its original position adds nothing.
   const XrayObject twice[2] = {rod, rod};
   const std::vector<double> once = xray.sums();
   ASSERT_FALSE(xray.project(view, std::make_shared<Version>(scan), twice, RaySum::exact, 2).has_value());
@@ -192,7 +193,7 @@ TEST(VolumeXray, AnImplantAttenuatesAsTabulated) {
   ASSERT_FALSE(
       xray.project(view, std::make_shared<Version>(scan), {&piece, 1}, RaySum::exact, 2).has_value());
   for (std::size_t i = 0; i < without.size(); ++i) ASSERT_NEAR(xray.sums()[i], without[i], 1e-9);
-  // Moved 15 mm up, it changes nothing at its old position.
+  // The piece, moved 15 mm up, changes nothing at its original position.
   piece.place.position_world = {0, 0, 15};
   ASSERT_FALSE(
       xray.project(view, std::make_shared<Version>(scan), {&piece, 1}, RaySum::exact, 2).has_value());
@@ -223,11 +224,11 @@ TEST(VolumeXray, ReportsWhereTheScanEnds) {
   EXPECT_EQ(at(0, 0), Border::none);
   EXPECT_EQ(at(0, 14.7), Border::end);
   EXPECT_EQ(at(13, 14.2), Border::end);
-  EXPECT_EQ(at(24, 14.7), Border::end);  // in air, but past slices that cut the body
+  EXPECT_EQ(at(24, 14.7), Border::end);  // in air, beyond the last slice, which cuts the body
   const std::vector<double> nothing = xray.sums_outside(view);
   EXPECT_EQ(*std::max_element(nothing.begin(), nothing.end()), 0);  // air next to the column
-  // Inside a body that continues on all sides: no wall is visible, and the picture is as dark outside the
-  // scan.
+  // A scan inside a body that continues on all sides: with sums_outside() the picture is as dark outside the
+  // scan as inside it, and the sides of the scan are not visible.
   const auto block = scan_of({60, 60, 60}, straight(dvec3(1)), [](const dvec3&) { return 0.0; });
   VolumeXray of_block(block, 60, 1);
   CArm wide = small_arm(120, 2);
@@ -244,8 +245,8 @@ TEST(VolumeXray, ReportsWhereTheScanEnds) {
   EXPECT_EQ(beyond[4], 0);  // above the scan
 }
 
-/// Steel beads in a scan with thick sheared slices: each appears at the position given by the C-arm's pose,
-/// to a tenth of a pixel, for any pose.
+/// Steel beads in a scan with thick sheared slices: for each of six poses of the C-arm, each bead appears
+/// within a tenth of a pixel of the position that follows from the pose.
 TEST(VolumeXray, BeadsAppearWhereThePosePutsThem) {
   const glm::dmat3 axes(dvec3(0.8, 0, 0), dvec3(0, 0.8, 0), dvec3(0.4, 0.9, 2.5));
   const auto scan =
@@ -279,7 +280,8 @@ TEST(VolumeXray, BeadsAppearWhereThePosePutsThem) {
           all += extra, x += (i - 1) / 3.0 * extra, y += (j - 1) / 3.0 * extra;
         }
       ASSERT_GT(all, 1);
-      // By DICOM's terms only, from angles and distances: C.8.7.5.
+      // The expected position follows only from the positioner's angles and distances as DICOM defines them
+      // (PS3.3, C.8.7.5).
       const double a = glm::radians(arm.primary), s = glm::radians(arm.secondary);
       const dvec3 q = beads[b] - arm.isocentre;
       const double to_left = q.x * std::cos(a) + q.y * std::sin(a),
@@ -292,8 +294,9 @@ TEST(VolumeXray, BeadsAppearWhereThePosePutsThem) {
   }
 }
 
-/// Rose criterion: an observer detects a disc whose mean differs by five times its noise. The radiation
-/// behind the body is that of a radiography detector, 25000 photons per mm2 (about 1 uGy).
+/// Rose criterion: an observer detects a disc whose mean differs from the surroundings by five times the
+/// noise of the mean. The radiation at the detector behind the body is that of a radiograph, 25000 photons
+/// per mm2 (about 1 uGy).
 TEST(VolumeXray, ABreachOfTwoMillimetresIsVisibleInAShot) {
   const auto scan = scan_of({100, 100, 80}, straight(dvec3(1)), [](const dvec3& p) {
     const bool is_wall = std::abs(p.y - 6) < 1.5 && std::abs(p.x) < 14;
@@ -324,7 +327,8 @@ TEST(VolumeXray, ABreachOfTwoMillimetresIsVisibleInAShot) {
     for (int i = 0; i < 2; ++i)
       shots[i] = receive(sums[i], view, 1,
                          {behind * std::exp(sums[0][pixel]), 0, 7 + static_cast<std::uint64_t>(i)}, 2);
-    // Means over the hole's disc, and over discs next to it, where only noise differs.
+    // The shots are compared by their means over the hole's disc, and over discs next to it, in which they
+    // differ only by noise.
     const double radius = 1 * arm.to_detector / arm.to_patient / arm.pixel;
     const auto differs = [&](const dvec2& where) {
       double sum = 0, count = 0;

@@ -19,6 +19,7 @@ using glm::dvec2;
 using glm::dvec3;
 using glm::ivec3;
 
+/// Returns a C-arm with a detector of `pixels` x `pixels` pixels of `mm` (mm).
 inline CArm small_arm(int pixels = 96, double mm = 2) {
   CArm arm;
   arm.columns = arm.rows = pixels, arm.pixel = mm;
@@ -38,13 +39,14 @@ inline std::shared_ptr<const volume::Volume> scan_of(const ivec3& size, const gl
             static_cast<std::int16_t>(std::lround(hounsfield(v.frame.world_from_volume({x, y, z}))));
   return std::make_shared<const volume::Volume>(std::move(v));
 }
+/// Returns the axes of voxels of `mm` (mm) without shear.
 inline glm::dmat3 straight(const dvec3& mm) {
   glm::dmat3 axes(0.0);
   axes[0].x = mm.x, axes[1].y = mm.y, axes[2].z = mm.z;
   return axes;
 }
 
-/// A closed box, corners outward counter-clockwise.
+/// A closed box. The corners of each triangle are counter-clockwise as viewed from outside.
 struct Box {
   std::vector<dvec3> vertices;
   std::vector<std::uint32_t> triangles{0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
@@ -54,7 +56,7 @@ struct Box {
       vertices.push_back({i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
   }
 };
-/// Length of a ray inside a box, mm.
+/// Returns the length of a segment inside a box, mm.
 inline double chord(const dvec3& from, const dvec3& to, const dvec3& low, const dvec3& high) {
   double in = 0, out = 1;
   for (int a = 0; a < 3; ++a) {
@@ -68,7 +70,7 @@ inline double chord(const dvec3& from, const dvec3& to, const dvec3& low, const 
   }
   return in < out ? (out - in) * glm::length(to - from) : 0;
 }
-/// A cylinder around an axis, both ends closed.
+/// Returns a closed cylinder around the axis from `from` to `to`, with `facets` flat sides.
 inline haptics::MeshTree cylinder(const dvec3& from, const dvec3& to, double radius, int facets) {
   const dvec3 along = glm::normalize(to - from);
   const dvec3 u =

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# deb_test.sh BUILD: makes the .deb packages, installs them with dpkg into a scratch root and runs the command there.
+# deb_test.sh BUILD: makes the .deb packages, checks their dependencies, installs them with dpkg into a scratch root
+# and runs the command there.
 set -euo pipefail
 build=$1
 scratch=$(mktemp -d)
@@ -27,7 +28,7 @@ demand window "$window" 'libqt5widgets5'
 demand window "$window" 'trephine \(= 0.1.0\)'
 demand dev "$dev" 'libtrephine0.1 \(= 0.1.0\)'
 demand dev "$dev" 'libglm-dev'
-# Installs into a scratch root. Dependencies are taken from the machine.
+# Installs into a scratch root. The packages on which they depend are those of the machine.
 mkdir -p system/var/lib/dpkg/{info,updates} system/var/lib/dpkg/triggers
 touch system/var/lib/dpkg/{status,available}
 dpkg --root="$scratch/system" --force-not-root --force-depends --force-script-chrootless --log=/dev/null -i deb/*.deb >log 2>&1 ||
@@ -40,14 +41,14 @@ env -u DISPLAY system/usr/bin/trephine view s.mha --iso 300 --screenshot s.png >
 [ -s s.png ]
 [ -s system/usr/share/applications/trephine.desktop ] && [ -s system/usr/share/icons/hicolor/scalable/apps/trephine.svg ]
 [ -s system/usr/lib/udev/rules.d/60-trephine.rules ]
-# The Python module and the program of cohorts.
+# Runs the Python module, and the program for cohorts.
 env -u LD_LIBRARY_PATH PYTHONPATH=system/usr/lib/python3/dist-packages /usr/bin/python3 -c "
 import trephine
 operation = trephine.Operation.open(trephine.Scan.phantom('sphere', spacing=(2, 2, 2)), iso=300)
 assert operation.run([[0, 0, 60], [0, 0, 20]]).contact.any()"
 { system/usr/bin/trephine-cohort plan none.toml -o plan.csv 2>&1 || true; } | grep -q 'does not exist'
 [ -s system/usr/share/trephine/cohort/Snakefile ]
-# With xvfb-run, the package of the window is tested, too.
+# If xvfb-run is installed, the window's package is also tested.
 if command -v xvfb-run >/dev/null; then
   XDG_STATE_HOME=$scratch/state xvfb-run -a -s '-screen 0 1024x768x24' system/usr/bin/trephine view s.mha --iso 300 --seconds 1 --json >view.json
   grep -q '"window": "qt"' view.json || { echo "the window's package was not used"; cat view.json; exit 1; }

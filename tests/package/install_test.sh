@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# install_test.sh BUILD SOURCE: installs into a scratch prefix, builds an outside project and a module against it,
-# and runs them. With TREPHINE_WHOLE each installed header is compiled alone.
+# install_test.sh BUILD SOURCE: installs into a scratch prefix, builds an external project and a module against the
+# installation, and runs them. Then moves the installation, runs it again, and tests the completion of the command
+# line. If TREPHINE_WHOLE is set, each installed header is compiled alone.
 set -euo pipefail
 build=$1 source=$2
 scratch=$(mktemp -d)
@@ -14,7 +15,7 @@ env -u LD_LIBRARY_PATH "$scratch/outside/drill" | tail -1
 env -u LD_LIBRARY_PATH "$scratch/outside/drill_head" >"$scratch/log"
 grep -E ': +[0-9.]*[1-9][0-9.]* N, +[0-9.]*[1-9][0-9.]* mm3 removed' "$scratch/log" ||
   { echo "drill_head does not print a force and removed bone:"; cat "$scratch/log"; exit 1; }
-# A module of another project builds by itself, and the installed program loads it.
+# A module that is a project of its own builds against the installation, and the installed program loads it.
 cmake -S "$source/docs/examples/eraser" -B "$scratch/eraser" -DCMAKE_PREFIX_PATH="$scratch/prefix" >"$scratch/log" 2>&1 &&
   cmake --build "$scratch/eraser" >"$scratch/log" 2>&1 || { cat "$scratch/log"; exit 1; }
 "$scratch/prefix/bin/trephine" modules eraser --module "$scratch/eraser/liberaser.so" | grep -q 'instrument eraser' ||
@@ -41,4 +42,4 @@ _trephine
 COMP_WORDS=(trephine drill --kin) COMP_CWORD=2
 _trephine
 [ "${COMPREPLY[*]}" = --kinematic ] || { echo "completion of '--kin' is '${COMPREPLY[*]}'"; exit 1; }
-echo "installed, found, moved and completed"
+echo "installation, external projects, moved installation and completion work"

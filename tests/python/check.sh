@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# check.sh module|examples|types FOLDER: tests the Python module in FOLDER, the examples with it, or their types.
+# check.sh module|examples|types FOLDER: tests the Python module in FOLDER, runs the examples with it, or
+# checks the types of the examples.
 set -euo pipefail
 source=$(cd "$(dirname "$0")/../.." && pwd)
 export PYTHONPATH=$2 PYTHONDONTWRITEBYTECODE=1 TREPHINE_COMMAND=$2/../bin/trephine

@@ -1,8 +1,13 @@
 #!/usr/bin/env bash
-# cohort_on_slurm.sh COMMAND: 200 cases on Slurm on this machine, with kills of Snakemake, of slurmd and of running
-# cases; the table equals that of an undisturbed run. One case has a broken scan, and is a line. As root; packages
-# slurm-wlm, munge and snakemake.
+# cohort_on_slurm.sh COMMAND: runs 200 cases on Slurm on this machine, and kills Snakemake, slurmd and running cases
+# in between. The table must equal that of an undisturbed run. One case has a broken scan: its row contains the
+# error. Requires root, and the packages slurm-wlm, munge and snakemake.
 set -euo pipefail
+if pgrep -x "slurmd|slurmctld" > /dev/null; then
+  echo "error: this machine runs Slurm, whose jobs the test would stop. Run it elsewhere." >&2
+  exit 1
+fi
+unset SLURM_CONF
 source=$(cd "$(dirname "$0")/../.." && pwd)
 command=$(realpath "$1")
 cohort=$source/apps/cohort/trephine-cohort
@@ -13,11 +18,14 @@ node=$(hostname -s)
 
 stop() {
   status=$?
-  scancel --user=root 2>/dev/null || true
+  [ -z "${SLURM_CONF:-}" ] || scancel --user=root 2>/dev/null || true
   for name in d ctld munge/munged; do
     [ ! -f "$work/slurm/$name.pid" ] || kill "$(cat "$work/slurm/$name.pid")" 2>/dev/null || true
   done
-  [ $status = 0 ] || tail -n 20 "$work"/*.log "$work"/slurm/*.log 2>/dev/null || true
+  if [ $status != 0 ]; then
+    [ ! -f "$work/two.csv" ] || diff "$work/one.csv" "$work/two.csv" | cut -c 1-200 | head -n 10 || true
+    tail -n 5 "$work"/{first,second,third}.log "$work"/slurm/{ctld,d}.log 2>/dev/null || true
+  fi
   sleep 1
   rm -rf "$work"
   exit $status
@@ -25,22 +33,20 @@ stop() {
 trap stop EXIT
 
 # ---- the cases ----
+"$command" phantom sphere --spacing 2 -o "$work/ball.mha" > "$work/phantom.log"
 cat > "$work/drill.toml" <<TOML
 schema = 1
 title = "A short drill"
-scan = "spine"
-[[places]]
-name = "lamina"
-trajectory = "L4 left pedicle"
+scan = "ball.mha"
+iso = 300
 [[hands]]
 instrument = "burr"
-parameters = "diameter=4"
-place = "lamina"
-points = [[0, 0, 0, 12, 0], [0.3, 0, 0, 0, 1], [0.6, 0, 0, -3, 1], [0.8, 0, 0, 12, 0]]
+parameters = "diameter=6"
+points = [[0, 0, 0, 60, 0], [0.5, 0, 0, 40, 1], [1, 0, 0, 30, 1], [1.2, 0, 0, 60, 0]]
 TOML
 mkdir "$work/broken"
 head -c 3000 /dev/urandom > "$work/broken/image.dcm"
-sed 's|^scan = .*|scan = "broken"|; s|trajectory = .*|at = [0, 0, 0]|' "$work/drill.toml" > "$work/no-scan.toml"
+sed 's|^scan = .*|scan = "broken"|' "$work/drill.toml" > "$work/no-scan.toml"
 {
   echo case,script,skill,seed
   for number in $(seq 1 199); do
@@ -104,12 +110,12 @@ snakes() {
     --config plan="$work/plan.csv" results="$work/two" parts=20 cohort="$cohort" trephine="$command"
 }
 count() { find "$work/two" -maxdepth 1 -name '0*.json' 2>/dev/null | wc -l; }
-wait_for() { # the number of results
+wait_for() { # $1: number of results
   for _ in $(seq 600); do
     [ "$(count)" -lt "$1" ] || return 0
     sleep 0.5
   done
-  echo "error: no $1 results after 300 s" >&2
+  echo "error: fewer than $1 results after 300 s" >&2
   return 1
 }
 setsid bash -c "$(declare -f snakes); source='$source' work='$work' cohort='$cohort' command='$command'; snakes" \
@@ -117,6 +123,7 @@ setsid bash -c "$(declare -f snakes); source='$source' work='$work' cohort='$coh
 snake=$!
 wait_for 25
 kill -9 -- "-$snake"
+pkill -9 -f "$cohort run" || true
 pkill -9 -f "$command run" || true
 echo "Snakemake and the running cases were killed after $(count) results"
 scancel --user=root || true

@@ -1,4 +1,5 @@
-"""Prints the time of a tick in contact, with all ticks in one call and with one call per tick; and of resets.
+"""Prints times: of a tick in contact, with all ticks in one call and with one call per tick; and of a step and a
+reset of learning environments.
 
 PYTHONPATH=build/release/python /usr/bin/python3 tests/python/speed.py
 """

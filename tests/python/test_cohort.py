@@ -13,7 +13,8 @@ import pytest
 ROOT = Path(__file__).parents[2]
 COHORT = ROOT / "apps/cohort/trephine-cohort"
 
-# A stand-in that answers as `trephine run` and `trephine score` do. Seed 3 fails, seed 4 crashes, seed 5 never ends.
+# A stand-in that prints results as `trephine run` and `trephine score` do. Seed 3 fails, seed 4 crashes, seed 5
+# sleeps for 60 s.
 STAND_IN = f"#!{sys.executable} -SE" + """
 import json, os, sys, time
 words = sys.argv[1:]
@@ -78,7 +79,8 @@ def test_parts_and_cores_give_the_same_table(place):
     assert [row["skill"] for row in rows] == ["novice"] * 2 + ["trained"] * 2 + ["expert"] * 2
     assert rows[4]["points"] == "9.1" and rows[4]["depth"] == "9.1" and rows[0]["dura: torn"] == "0"
     assert Path("one.svg").read_text().count("<circle") == 6
-    # A cell per finding and case, and four in the legend; each colour as often as its verdict.
+    # The heat map has a cell per finding and case, and four in its legend. Each colour occurs as often as its
+    # verdict, and once more in the legend.
     cells = Path("one-verdicts.svg").read_text()
     assert cells.count("<rect x=") == 2 * 6 + 4
     assert [cells.count(f'fill="{color}"/>') - 1 for color in ("#d5e5d8", "#f0c75e", "#c0392b")] == [8, 2, 2]
@@ -86,7 +88,7 @@ def test_parts_and_cores_give_the_same_table(place):
     assert not Path("one/sessions").exists()
 
 
-def test_cases_that_fail_are_lines(place):
+def test_failed_cases_are_rows_with_an_error(place):
     plan(4, "--skills", "novice")
     assert run("results").returncode == 0
     table_of("results")
@@ -96,7 +98,7 @@ def test_cases_that_fail_are_lines(place):
     assert run("late", "--timeout", "1").returncode == 0
     table_of("late")
     (row,) = csv.DictReader(open("late.csv"))
-    assert row["error"] == "trephine run longer than 1 s"
+    assert row["error"] == "trephine run took longer than 1 s"
 
 
 def test_a_killed_run_continues(place, monkeypatch):
@@ -104,7 +106,7 @@ def test_a_killed_run_continues(place, monkeypatch):
     run("whole")
     for kill, status in ((signal.SIGKILL, -signal.SIGKILL), (signal.SIGTERM, 130)):
         results = f"killed{kill}"
-        monkeypatch.setenv("HOLD", "")  # the last two cases do not end: the run is not over before it is killed
+        monkeypatch.setenv("HOLD", "")  # the last two cases sleep, so that the run is killed before its end
         process = subprocess.Popen([sys.executable, COHORT, "run", "plan.csv", results, "--trephine", "./trephine",
                                     "--cores", "1"], stderr=subprocess.DEVNULL)
         while not list(Path(results).glob("0*.json")):
@@ -119,7 +121,7 @@ def test_a_killed_run_continues(place, monkeypatch):
         assert table_of(results) == table_of("whole")
 
 
-def test_results_of_another_plan_or_version_are_refused(place, monkeypatch):
+def test_results_of_another_script_or_version_are_refused(place, monkeypatch):
     plan(1)
     merged = cohort("merge", "plan.csv", "results", "-o", "table.csv")
     assert merged.returncode == 2 and "3 of 3 cases were not run" in merged.stderr
@@ -134,7 +136,7 @@ def test_results_of_another_plan_or_version_are_refused(place, monkeypatch):
     assert not Path("table.csv").exists()
 
 
-def test_mistakes_are_reported_with_a_remedy(place):
+def test_mistakes_are_reported_without_a_traceback(place):
     plan(1)
     for words, problem in [
         (["plan", "none.toml", "-o", "new.csv"], "does not exist"),

@@ -7,12 +7,14 @@ from trephine.env import BurrHole, Pocket, SurgeryEnv, VectorEnv
 
 
 def drill(env, seed, steps, speed=4.0, radius=1.5):
-    """Drills down in circles around the goal. Returns observations, rewards and the last result of step()."""
+    """Drills down at `speed` (mm/s) in circles of `radius` (mm) around the goal, for at most `steps` steps.
+
+    Returns observations, rewards and the last result of step()."""
     observation, _ = env.reset(seed=seed)
     seen, rewards, result = [observation], [], None
     for i in range(steps):
-        aside = radius * np.array([np.cos(0.4 * i), np.sin(0.4 * i)]) - observation[:2]
-        result = env.step([*(10 * aside), -speed, 1])
+        offset = radius * np.array([np.cos(0.4 * i), np.sin(0.4 * i)]) - observation[:2]
+        result = env.step([*(10 * offset), -speed, 1])
         observation = result[0]
         seen.append(observation)
         rewards.append(result[1])
@@ -41,10 +43,10 @@ def test_pocket_values_bone_inside_and_outside():
     task = env.task
     expected = facts["removed_share"] - facts["outside_mm3"] / task.bone_mm3
     assert rewards.sum() == pytest.approx(expected, abs=1e-9)
-    # All that was removed is either inside or outside.
+    # All removed bone is either inside the ball or outside.
     inside = facts["removed_share"] * task.bone_mm3
     assert inside + facts["outside_mm3"] == pytest.approx(env.operation.removed_mm3, rel=0.15)
-    # Far from the ball all is outside.
+    # Far from the ball, all removed bone is outside.
     env.reset(seed=5)
     env._position = np.array([34.0, 0.0, 0.0])
     for _ in range(20):
@@ -89,7 +91,7 @@ def test_burr_hole_ends_at_the_dura():
     env = SurgeryEnv(BurrHole(), ticks_per_step=50, max_steps=400)
     _, rewards, (_, _, is_done, _, facts) = drill(env, 1, 400, speed=2.0, radius=0.0)
     assert is_done and not facts["is_torn"] and rewards.sum() > 0.9
-    # A plunge through the hole tears it; the next episode begins with a whole dura.
+    # A plunge through the hole tears the dura. The next episode begins with an intact dura.
     for _ in range(40):
         _, _, _, _, facts = env.step([0, 0, -20, 1])
     assert facts["is_torn"]
@@ -155,7 +157,7 @@ def test_a_vector_gives_the_bits_of_its_environments():
             assert np.array_equal(observations, np.stack([one[0] for one in results]))
             assert np.array_equal(rewards, [one[1] for one in results])
             assert not terminated.any() and truncated.all() == (step == 11)
-        else:  # all ended: this step resets them
+        else:  # all environments ended: this step resets them
             results = [env.reset() for env in single]
             assert np.array_equal(observations, np.stack([one[0] for one in results]))
             assert not rewards.any() and not truncated.any()

@@ -28,7 +28,7 @@ def path_down(ticks, start=40.0, end=25.0):
 
 
 class Observer(Procedure):
-    """Records what it sees, and executes commands at given observations."""
+    """Records its observations. Returns `commands[n]` after observation n, and completes after observation `end`."""
 
     interval = 30
 
@@ -118,7 +118,7 @@ def test_renderings_show_cuts_and_refuse_unknown_names():
     after = operation.render("top", columns=120, rows=90)
     changed = (before != after).any(axis=2)
     assert changed.any()
-    # The hole is in the middle of the view from above, and small.
+    # The changed pixels are few, and in the middle of the view from above.
     rows, columns = np.nonzero(changed)
     assert abs(rows.mean() - 45) < 4 and abs(columns.mean() - 60) < 4 and changed.mean() < 0.1
     for arguments, part in [(("inside",), "unknown side"), (("top", "gold"), "unknown transfer"),
@@ -128,7 +128,7 @@ def test_renderings_show_cuts_and_refuse_unknown_names():
 
 
 def stop_at_matter(matter, radius):
-    """Follows the hand in free space and keeps the last free position."""
+    """A contact method: the proxy follows the hand in free space. In matter it stays at its last free position."""
     free = []
 
     def step(hand):
@@ -161,7 +161,7 @@ def test_a_method_gets_a_row_beside_ours(tmp_path):
     rows = compare(stop_at_matter, tmp_path / "out", scenes="sphere-psf-1.5-slide-100")
     methods = {row["method"]: row for row in rows if "held" not in row["motion"]}
     mine, ours = methods["stop_at_matter"], methods["subvoxel"]
-    assert ours["total_rms_voxels"] < 0.1 < mine["total_rms_voxels"]  # it does not slide
+    assert ours["total_rms_voxels"] < 0.1 < mine["total_rms_voxels"]  # stop_at_matter does not slide
     assert mine["step_us"]["p50"] > 0
     assert "stop_at_matter" in (tmp_path / "out" / "index.html").read_text()
 

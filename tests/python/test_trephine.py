@@ -165,7 +165,7 @@ def test_surface_slice_and_xray():
     assert xray.shape == (64, 64) and xray.dtype == np.uint8 and xray.std() > 1
 
 
-def test_queries_touch_nothing():
+def test_queries_change_nothing():
     operation = tr.Operation.open(sphere(), hand=tr.Hand("burr", diameter=8, kinematic=True))
     points = np.array([[0, 0, 0], [0, 0, 28], [0, 0, 32], [0, 0, 1e4], [np.nan, 0, 0]])
     state = operation.hash
@@ -179,7 +179,7 @@ def test_queries_touch_nothing():
     now = operation.query(points)
     assert now["removed"].tolist() == [False, True, False, False, False]
     assert not now["solid"][1] and now["cut_distance"][1] < 0
-    assert np.array_equal(first["value"], now["value"]), "of the uncut scan"
+    assert np.array_equal(first["value"], now["value"]), "values are those of the uncut scan"
     operation.undo()
     assert operation.query(points)["solid"][1]
     for wrong in (np.zeros(3), np.zeros((2, 2)), np.zeros((2, 2, 3)), "points"):
@@ -326,7 +326,7 @@ def test_a_session_of_an_array_is_reopened_with_its_scan(tmp_path):
         tr.Operation.reopen(path)
     with pytest.raises(tr.Error):  # another scan
         tr.Operation.reopen(path, tr.Scan(voxels + np.int16(1), spacing=(1, 1, 1), hounsfield=True))
-    # The end is cut off.
+    # A file that lacks its end opens with a warning.
     data = path.read_bytes()
     short = tmp_path / "short.session"
     short.write_bytes(data[: len(data) * 2 // 3])

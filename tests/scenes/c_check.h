@@ -1,4 +1,4 @@
-/* CHECK: counts and prints the claims of the tests in C that do not hold. */
+/* CHECK: for tests in C. Prints a claim that does not hold, and counts it in `failures`. */
 #ifndef TREPHINE_TESTS_SCENES_C_CHECK_H
 #define TREPHINE_TESTS_SCENES_C_CHECK_H
 

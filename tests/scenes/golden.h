@@ -11,8 +11,8 @@
 namespace trephine::scenes {
 
 struct Golden {
-  std::uint32_t since;  ///< revision
-  std::string_view what;
+  std::uint32_t since;    ///< first replay revision with this hash
+  std::string_view what;  ///< name of the computation
   std::uint64_t hash;
 };
 
@@ -34,12 +34,13 @@ inline constexpr Golden k_golden[] = {
     {3, "lockstep, last force", 4597345573958413375u},
     {7, "depth", 0x5b35ca3003b06b69},
     {7, "lomi", 0x2a097a85dd5e341c},
-    {10, "lomi", 0x248e6ac510e57795},  // friction; a proxy let through by rounding is held
+    {10, "lomi", 0x248e6ac510e57795},  // friction; no end of a step is in matter after rounding
     {10, "lomi-parts", 0x75f2cd3c7b0fdee2},
-    // Points of masks are shifted from cell to cell (revision 4 changed none of these).
+    // The points of a removal mask have a different shift in each cell. (Revision 4 changed none of these
+    // hashes.)
     {5, "lockstep, removed volume", 2175259919017709223u},
-    // Friction by the walls at the proxy, each with its own share; soft shapes continue into their
-    // neighbours.
+    // Friction depends on the walls at the proxy: each wall bears its own share of the pull. Soft shapes
+    // continue into their neighbours.
     {11, "subvoxel", 0x4113f538b937e51e},
     {11, "explicit", 0x290924269655a5a0},
     {11, "explicit-cubes", 0x4313c559483cccea},
@@ -56,7 +57,7 @@ inline constexpr Golden k_golden[] = {
     {14, "soak, its hour", 14543988923513055316u},
 };
 
-/// Hash for this revision; 0 if there is no row, which is not a valid result.
+/// Returns the hash of a computation for k_replay_revision; 0, which is not a valid hash, if it has no row.
 constexpr std::uint64_t golden(std::string_view what) {
   std::uint64_t hash = 0;
   for (const Golden& g : k_golden)  // later rows are newer

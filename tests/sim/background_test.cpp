@@ -10,7 +10,8 @@
 namespace trephine::sim {
 namespace {
 
-/// A promise that work waits for; a test that would wait forever fails.
+/// A promise for which work waits. wait() returns false after two minutes, so that a test fails instead of
+/// waiting forever.
 struct Gate {
   std::promise<void> promise;
   std::shared_future<void> is_open{promise.get_future()};
@@ -22,7 +23,8 @@ TEST(Background, AJobStartsWhileASearchRuns) {
   Gate is_searching, is_job_done;
   std::atomic<bool> has_waited{false};
   Background background;
-  // The search ends only after the job: it would wait in vain if the job waited for it.
+  // The search ends only after the job. If the job waited for the search, the search would end by its
+  // timeout, and has_waited would be false.
   background.submit(Priority::search, [&]() -> Background::Result {
     is_searching.open();
     has_waited = is_job_done.wait();

@@ -20,7 +20,7 @@ const PieceFreed* find_freed(const Engine& engine) {
   return nullptr;
 }
 
-// A disk is sawn out, and lifted by hand 2 against hand 1, which rests on it.
+// Hand 2 saws a disk out, and lifts it against hand 1, which rests on the disk.
 TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
   const Folder folder;
   const std::string path = folder.file("disk.session");
@@ -56,7 +56,7 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
       }
       force_after = glm::length(rests.force_world);
     }
-    // Detached without counting as drilled; a hand that rests on it perceives no change.
+    // The detached disk does not count as removed matter. A hand that rests on the disk perceives no change.
     EXPECT_EQ(run.engine().current()->ledger().total(), removed);
     const PieceFreed* freed = find_freed(run.engine());
     ASSERT_NE(freed, nullptr);
@@ -65,10 +65,11 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
     EXPECT_NEAR(at_freedom, resting_at, 0.1);
     EXPECT_NEAR(at_lift, resting_at, 0.1);
     EXPECT_GT(min_after, resting_at - 0.1);
-    // The disk is lifted by 3 mm, and with it the proxy of the hand that rests on it, against its spring.
+    // The disk is lifted by 3 mm. It lifts the proxy of the hand that rests on it, against the spring of that
+    // hand.
     EXPECT_GT(max_after, resting_at + 2.5);
     EXPECT_GT(force_after, force_before + 0.8);
-    // Released where it is; after undo it is at its old position again.
+    // The disk is released at its current position. Undo returns it to its original position.
     EXPECT_FALSE(run.apply({ReleaseBody{}, 1}).refused);
     EXPECT_NEAR(run.engine().now().undoable.bodies[0].placement.position_world.z, 3, 0.6);
     EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, -1);
@@ -158,11 +159,11 @@ TEST(Bodies, InvalidCommandsAreRefusedWithAReasonAndChangeNothing) {
   ASSERT_EQ(events.size(), 1u);
   EXPECT_EQ(events[0].value.as<JobDiscarded>()->reason, "no part is disconnected");
 
-  // Two hands, one body.
+  // Two hands cannot hold one body.
   const haptics::PosePath first = resting(), second = sawing();
   saw(run);
   {
-    // A cut while the job ran.
+    // The result of a job is discarded if a cut is made while the job runs.
     const Outcome early = run.apply(FreePieces{});
     const AdoptJob adopt = run.engine().run_job(early.job);
     haptics::Pose cuts[2] = {first.at(k_sawn), second.at(k_sawn)};
@@ -185,12 +186,12 @@ TEST(Bodies, InvalidCommandsAreRefusedWithAReasonAndChangeNothing) {
   expect_refused(Command(ReleaseBody{}, 0), "holds no body");
   expect_refused(PlaceModel{run.engine().now().undoable.bodies[0].mover, dvec3(0)}, "unknown moving model");
   expect_refused(SwitchItem{1, false}, "unknown item");
-  // Devices that restart hold nothing.
+  // After Resume, with which a session continues, no hand holds a body.
   run.apply(Resume{});
   EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, -1);
   expect_refused(Command(HoldBody{id}, 1), "the hand's position is unknown");
 
-  // A method that does not support bodies.
+  // The method implicit does not support detached bodies.
   SawBench other("implicit");
   Lockstep elsewhere(other.engine(), {}, 1000);
   const Outcome no = elsewhere.apply(FreePieces{});
@@ -217,7 +218,7 @@ TEST(Bodies, NoHandIsPushedByReleaseOrUndo) {
   poses[0].position_world = {0, 0, 9};  // away from the body
   for (int i = 0; i < 600; ++i) run.step(poses);
   max_force = 0;
-  // Move next to it, grasp it, carry it 30 mm along an arc and down again.
+  // Hand 2 moves next to the disk, grasps it, and carries it 30 mm along an arc and down again.
   for (int i = 0; i <= 300; ++i) poses[1].position_world = {k_circle, 0, 8 - 0.01 * i}, step();
   EXPECT_FALSE(run.apply({HoldBody{{1}}, 1}).refused);
   for (int i = 0; i <= 600; ++i) {
@@ -227,7 +228,7 @@ TEST(Bodies, NoHandIsPushedByReleaseOrUndo) {
   EXPECT_FALSE(run.apply({ReleaseBody{}, 1}).refused);
   for (int i = 0; i < 100; ++i) step();
   EXPECT_NEAR(run.engine().now().undoable.bodies[0].placement.position_world.x, 30, 0.1);
-  // A hand in the air between the old and the new position; undo and redo.
+  // Hand 1 is in the air between the original and the new position during undo and redo.
   poses[0].position_world = {20, 0, 9};
   for (int i = 0; i < 100; ++i) step();
   for (int n = 0; n < 3; ++n) {
@@ -240,7 +241,7 @@ TEST(Bodies, NoHandIsPushedByReleaseOrUndo) {
   EXPECT_FALSE(run.apply({HoldBody{{1}}, 1}).refused);
   poses[1].position_world.z += 4;
   for (int i = 0; i < 60; ++i) step();
-  run.undo();  // of the release: the hand has grasped it again already, and keeps it
+  run.undo();  // undoes the release: the hand has already grasped the disk again, and keeps it
   for (int i = 0; i < 60; ++i) step();
   EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, 1);
   EXPECT_LT(max_force, 1e-9);
@@ -252,14 +253,14 @@ TEST(Bodies, ToolsAndBodiesMayChangeTogether) {
   haptics::Pose poses[2] = {resting().at(k_sawn), sawing().at(k_sawn)};
   saw(run);
   run.apply({RemoveInstrument{}, 1});
-  // The tool is requested before the body is detached, and adopted after it.
+  // Both tools are requested before the body is detached, and adopted afterwards.
   const Outcome begun = run.apply(ToolGeometry{1, {}});
   const AdoptJob ball = run.engine().run_job(begun.job);
   const Outcome chain = run.apply(ToolGeometry{0.5, {{0, 0, 0}, {0, 0, 3}}});
   const AdoptJob several = run.engine().run_job(chain.job);
   detach_pieces(run);
   ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
-  // A chain touches the detached body too: it rests on it as a ball does.
+  // A chain also touches the detached body: the chain rests on the body as a ball does.
   const auto rests_at = [&] {
     poses[0].position_world = {0, 0, 12};
     for (int i = 0; i < 400; ++i) run.step(poses);
@@ -327,7 +328,8 @@ TEST(Bodies, UndoOfAStrokeReleasesNothing) {
   }
   EXPECT_FALSE(run.apply({ReleaseBody{}, 1}).refused);
   EXPECT_NEAR(run.engine().now().undoable.bodies[0].placement.position_world.z, 20, 0.1);
-  // Undo of the release leaves the body in no hand; undo of the detachment removes it, even from a hand.
+  // Undo of the release leaves the body in no hand; undo of the detachment removes the body, even from a
+  // hand.
   run.undo();
   EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, -1);
   EXPECT_FALSE(run.apply({HoldBody{{1}}, 1}).refused);
@@ -336,7 +338,8 @@ TEST(Bodies, UndoOfAStrokeReleasesNothing) {
   EXPECT_TRUE(run.apply({ReleaseBody{}, 1}).refused);
 }
 
-// A checkpoint contains nothing about a body that was discarded.
+// A hand has a fault while it touches a body, and the body is discarded during the fault. Checkpoints contain
+// no discarded bodies, and the session still opens at any tick.
 TEST(Bodies, AFaultOnABodyThatIsThenDiscardedOpensAgain) {
   const Folder folder;
   const std::string path = folder.file("fault.session");
@@ -363,7 +366,7 @@ TEST(Bodies, AFaultOnABodyThatIsThenDiscardedOpensAgain) {
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base, 3);
 }
 
-TEST(Bodies, AtMostEightAreKeptAndDebrisIsReported) {
+TEST(Bodies, MoreThanEightAreNotDetachedAndDebrisIsReported) {
   SawBench bench;
   Lockstep run(bench.engine(), {}, 1000);
   // Straight cuts in a grid leave blocks.
@@ -394,7 +397,7 @@ TEST(Bodies, AtMostEightAreKeptAndDebrisIsReported) {
   const auto* discarded = events[events.size() - 1].value.as<JobDiscarded>();
   ASSERT_NE(discarded, nullptr);
   EXPECT_NE(discarded->reason.find("there is room for 8"), std::string::npos) << discarded->reason;
-  // All of them are debris if larger bodies are requested.
+  // If larger bodies are requested, all blocks are debris.
   const Outcome begun = run.apply(FreePieces{0, 60});
   run.apply(run.engine().run_job(begun.job));
   const Event& last = events[events.size() - 1];

@@ -1,4 +1,4 @@
-// Branches: named lines of the history, to try again from an earlier state.
+// Branches: named lines of the undo history, with which an operation continues again from an earlier state.
 #include "tests/sim/opens_anywhere.h"
 #include "tests/sim/toy_bench.h"
 
@@ -27,7 +27,7 @@ TEST(Branches, EachKeepsItsWholeHistory) {
   done(ToyCarve{{3, 0, 0}});
   const std::uint64_t after_second = undoable_of(engine);
   done(Undo{});
-  // Again from here: the first branch keeps the undone strokes.
+  // A second branch begins at this state. The first branch keeps the undone change.
   done(BeginBranch{"other"});
   EXPECT_EQ(engine.branch().name, "other");
   EXPECT_EQ(undoable_of(engine), after_first);
@@ -51,7 +51,7 @@ TEST(Branches, EachKeepsItsWholeHistory) {
   for (int n = 0; n < 3; ++n) done(Undo{});
   EXPECT_EQ(undoable_of(engine), bare);
   EXPECT_FALSE(engine.can_undo());
-  // A branch left in its middle is resumed there.
+  // A branch that was left with undone changes is resumed at the state in which it was left.
   done(SwitchBranch{"main"});
   EXPECT_EQ(undoable_of(engine), after_second);
   done(SwitchBranch{"other"});
@@ -87,11 +87,11 @@ TEST(Branches, ShareCommonStates) {
   engine.apply(BeginBranch{"other"});
   EXPECT_LT(engine.history_bytes() - before, 8192u);  // the tables of one state
   engine.apply(ToyCarve{{0, 4, 0}});
-  // One more cut adds its own bricks and tables, not all of them again.
+  // One more cut adds only its own bricks and tables: all others are shared.
   const std::size_t added = engine.history_bytes() - before;
   EXPECT_GT(added, 10000u);
   EXPECT_LT(added, 3 * whole / 4);
-  EXPECT_LT(before, 6 * whole);  // of nine states
+  EXPECT_LT(before, 6 * whole);  // the history has nine states
 }
 
 TEST(Branches, AreTheSameInReplayAndAfterSeek) {

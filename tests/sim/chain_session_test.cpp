@@ -1,4 +1,4 @@
-// Sessions with a rigid tool of several balls, set at the start or midway.
+// Sessions with a rigid tool of several balls (a chain), which is set at the start or during the session.
 #include "sim/engine/scene_description.h"
 #include "tests/sim/opens_anywhere.h"
 #include "tests/sim/session_fixture.h"
@@ -6,7 +6,8 @@
 namespace trephine::sim {
 namespace {
 
-/// Returns the pose of a hand over the plate in tick i, which tilts back and forth, in and out of contact.
+/// Returns the pose in tick i of a hand over the plate. The hand tilts back and forth, and moves in and out
+/// of contact.
 haptics::Pose waving(int i) {
   const double t = 1e-3 * i, half = 0.15 * std::sin(5 * t);
   return {{4 * std::sin(2 * t), 3 * std::cos(1.3 * t), 2.5 + 3 * std::cos(4 * t)},
@@ -79,11 +80,12 @@ TEST(ChainSession, IsRecordedReplayedAndOpenedAnywhereWithItsTorques) {
   expect_opens_anywhere(path, drilling_catalogue(), {});
 }
 
-// A hand that started with another method returns to it, live and from checkpoints.
+// A hand that started with another method than chain returns to that method, in the recording and when the
+// session is opened at checkpoints.
 TEST(ChainSession, BackToOneBallRestoresTheMethodOfTheStart) {
   const Folder folder;
   const std::string path = folder.file("back.session");
-  Bench bench;  // implicit
+  Bench bench;  // its method is implicit
   {
     auto writer = bench.writer(path, 1000, with_checkpoint_work(300));
     Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());

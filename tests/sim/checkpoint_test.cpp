@@ -36,7 +36,7 @@ TEST(Checkpoint, ARandomLogOpensAtAnyTick) {
   }
 }
 
-// The servo runs ahead of the edits by up to forty ticks, and reads old states for as long.
+// The servo runs up to forty ticks ahead of the edits, and therefore reads scenes without their changes.
 TEST(Checkpoint, OpensWithAServoAheadOfTheEdits) {
   const Folder folder;
   const std::string path = folder.file("a.session");
@@ -82,7 +82,7 @@ TEST(Checkpoint, ASessionWithAllFeaturesOpensAtAnyTick) {
   expect_opens_anywhere(path, drilling_catalogue(), {});
 }
 
-/// Records `ticks` ticks of drilling with a round burr; `on_tick` is called after each.
+/// Records `ticks` ticks of drilling with a round burr. Calls on_tick(run, tick) after each.
 template <class OnTick>
 void record_drilling(RoundBench& bench, const std::string& path, int ticks, OnTick&& on_tick) {
   auto writer = bench.writer(path, 1000, with_checkpoint_work(4000));
@@ -158,7 +158,7 @@ TEST(Checkpoint, ContinuesWithoutPlayingTheWholeSession) {
     const Outcome outcome = engine.apply(command);
     writer->add(command, engine, outcome);
     Lockstep run(std::move(engine), {}, 1000, writer.get(), first_tick);
-    // Back to strokes that were not played here, and on from there.
+    // Undo restores states of strokes that this replay did not play, and the run continues from there.
     for (int i = 0; i < 4; ++i) EXPECT_FALSE(run.undo().refused);
     const haptics::PosePath request = drilling_path(10);
     for (int i = 0; i < 2500; ++i) {
@@ -170,7 +170,7 @@ TEST(Checkpoint, ContinuesWithoutPlayingTheWholeSession) {
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base);
 }
 
-// Undos at random, with escape paths of varying length: the session opens at any tick.
+// Undos occur at random ticks, with escape paths of varying length. The session opens at any tick.
 TEST(Checkpoint, OpensAfterManyUndos) {
   const Folder folder;
   const std::string path = folder.file("a.session");
@@ -189,8 +189,9 @@ TEST(Checkpoint, OpensAfterManyUndos) {
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base);
 }
 
-// Commands issued midway are repeated in a valid order: one of eight effects ended before another began; a
-// larger burr preceded its ball.
+// An engine that is restored from an image has the same settings, although some commands are valid only in a
+// certain order. One of eight effects, the maximum, must end before another can begin. The burr must become
+// larger before the contact ball can.
 TEST(Checkpoint, CommandsAreRepeatedInAValidOrder) {
   RoundBench bench;
   auto laws = std::make_shared<haptics::LawSet>();
@@ -260,7 +261,7 @@ struct RecordedSession {
   std::string path;
   std::string preamble;
   std::vector<Block> blocks;
-  std::size_t checkpoint_block = 0;  ///< block of a checkpoint in the middle
+  std::size_t checkpoint_block = 0;  ///< index of the block with the examined checkpoint
   CheckpointIndex index;
 };
 RecordedSession recorded(const Folder& folder) {
@@ -282,7 +283,7 @@ RecordedSession recorded(const Folder& folder) {
   return all;
 }
 
-/// Returns the checkpoint with other bytes in a part; its lengths and checksums are valid.
+/// Returns the payload of the checkpoint with other bytes in one part. Its lengths are valid.
 std::string with_part(const RecordedSession& good, const CheckpointIndex::Part& part,
                       const std::string& bytes) {
   const std::string& payload = good.blocks[good.checkpoint_block].payload;
@@ -317,7 +318,7 @@ TEST(Checkpoint, EveryChangedFactIsDetected) {
   int seen = 0;
   constexpr int k_faults = 60;
   for (int i = 0; i < k_faults; ++i) {
-    // A bit of the rest (cores, ticks, settings), of a trail, or of a link of the chain.
+    // The fault is a flipped bit of the rest (cores, ticks, settings), of a trail, or of the last link.
     std::vector<Block> blocks = good.blocks;
     const CheckpointIndex::Part part = i % 3 == 0   ? good.index.rest
                                        : i % 3 == 1 ? good.index.trails
@@ -345,15 +346,16 @@ TEST(Checkpoint, EveryChangedFactIsDetected) {
     } else {
       ADD_FAILURE() << "planted fault " << i << " at byte " << at << " of " << bytes.size();
     }
-    // Opening it is harmless; in the worst case it is skipped.
+    // Seeking with the changed checkpoint is no error. In the worst case the replay skips the checkpoint.
     ASSERT_FALSE(replay.seek(good.index.next_tick + 5));
     ASSERT_FALSE(replay.seek(opened.value().tick_count()));
   }
   EXPECT_EQ(seen, k_faults);
 }
 
-/// Random bytes in the last checkpoint, with valid checksums: the session opens, at an older one in the worst
-/// case, and continues; no force exceeds its limit, and undo works.
+/// Puts random bytes into the last checkpoint, with valid checksums. Expects that the session opens, in the
+/// worst case at an older checkpoint, that it continues without crashing, also after undo, and that no force
+/// exceeds its limit.
 void expect_nothing_breaks(const std::string& path, const SceneData& data, unsigned seed) {
   RecordedSession good;
   good.path = path;
@@ -405,7 +407,8 @@ TEST(Checkpoint, RandomBytesBreakNothing) {
   expect_nothing_breaks(path, bench.scene.base, 17);
 }
 
-// An operation continues from a session whose reader was closed: an undo that needs it is refused.
+// An operation continues after the reader of its session was closed. An undo that has to read the session is
+// then refused.
 TEST(Checkpoint, AnEngineMayOutliveItsReader) {
   const Folder folder;
   const std::string path = folder.file("a.session");

@@ -1,4 +1,5 @@
-// A scene with every kind of content of a session, and a session of it.
+// A scene with two scans and two models, and a session that is recorded in this scene with tools, effects and
+// switched items.
 #pragma once
 
 #include "haptics/mesh/mesh_tree.h"
@@ -7,7 +8,7 @@
 
 namespace trephine::sim {
 
-/// Returns a box with faces outward.
+/// Returns a closed box whose triangles face outward.
 inline std::shared_ptr<const haptics::MeshTree> box(const dvec3& low, const dvec3& high) {
   std::vector<dvec3> corners;
   for (int i = 0; i < 8; ++i)
@@ -17,7 +18,7 @@ inline std::shared_ptr<const haptics::MeshTree> box(const dvec3& low, const dvec
                                                      2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5});
 }
 
-/// Returns the plate, a ball of another scan above it, a model at rest and one that moves.
+/// Returns the plate, a ball of another scan above the plate, a model at rest and a model that moves.
 inline haptics::TouchScene crowded() {
   haptics::TouchScene scene = small_bone();
   data_tools::PhantomOptions o;
@@ -46,7 +47,7 @@ inline SceneDescription crowded_spec(const haptics::TouchScene& scene) {
   return spec;
 }
 
-/// Records two hands over this scene for three seconds, with the scans in the file. Sets *state to the hash
+/// Records two hands over crowded() for three seconds, with the scans in the file. Sets *state to the hash
 /// of the final state.
 inline void record_crowd(const std::string& path, std::uint64_t* state,
                          int checkpoint_work = CheckpointMaker::k_work) {

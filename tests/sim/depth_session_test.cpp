@@ -1,5 +1,5 @@
-// Objects touched by depth images in an operation: sets follow the hands, and sessions replay them to the
-// bit.
+// Objects that are touched by depth images in an operation: sets of images follow the hands, and sessions
+// replay them to the bit.
 #include <chrono>
 #include <thread>
 
@@ -14,7 +14,7 @@ namespace {
 using haptics::depth::DepthModel;
 using haptics::depth::ModelKeys;
 
-/// Returns a paddle of small triangles at a time (s). It moves up and down, and bends.
+/// Returns a paddle of small triangles at `time` (s). The paddle moves up and down, and bends.
 std::shared_ptr<const haptics::MeshTree> paddle(double time) {
   constexpr int k_side = 16;
   std::vector<dvec3> corners;
@@ -75,13 +75,15 @@ OperationStart start_of(const haptics::TouchScene& scene) {
   return std::move(result).value();
 }
 
-/// The first hand drills; the second moves from the block to below the paddle and presses.
+/// Returns the poses of both hands at `t` (s). The first hand drills. The second moves back and forth between
+/// the block and the paddle, and presses on both.
 std::array<haptics::Pose, 2> poses_at(double t) {
   static const haptics::PosePath request = drilling_path(20);
   const double s = 0.5 - 0.5 * std::cos(4.4 * t);
   return {request.at(t), haptics::Pose{{8 - 16 * s, 0.6 * std::sin(5 * t), 3.4 + 3 * s}, {1, 0, 0, 0}, 0}};
 }
 
+/// Numbers of ticks in which the second hand touches.
 struct Touched {
   long on_block = 0, on_paddle = 0, pushed = 0;
   void add(const haptics::ServoRecord& r) {
@@ -147,7 +149,8 @@ TEST(DepthSession, NothingIsDrawnWithoutMotionOrHandsNearby) {
   EXPECT_FALSE(run.engine().servo_scene()->hands[0].state.depths[0]);
 }
 
-/// A hand so deep that no set covers all of it, in coarse pixels and in fine ones.
+/// The hand is so far from its proxy that no set covers the surroundings of both, with coarse and with fine
+/// pixels.
 TEST(DepthSession, AtMostAHundredSetsPerSecondWhateverTheirContents) {
   for (const double pixel : {5.0, 0.2}) {
     haptics::TouchScene scene = mixed();
@@ -166,8 +169,8 @@ TEST(DepthSession, AtMostAHundredSetsPerSecondWhateverTheirContents) {
   }
 }
 
-/// As many sets per second as requested (100 as published), each as large as a hand of 1 m/s needs until the
-/// next one.
+/// Sets are drawn at the requested rate (100 Hz in the publication: Kim et al., Presence 18:340, 2009). Each
+/// set is large enough for a hand that moves at 1 m/s until the next set.
 TEST(DepthSession, AsManySetsPerSecondAsRequested) {
   for (const double rate : {30.0, 100.0, 250.0}) {
     haptics::TouchScene scene = mixed();
@@ -178,7 +181,7 @@ TEST(DepthSession, AsManySetsPerSecondAsRequested) {
     for (int i = 0; i < 400; ++i) run.step(poses);
     const auto& set = run.engine().servo_scene()->hands[1].state.depths.at(1);
     ASSERT_TRUE(set) << rate;
-    // And one more at each turn, every tenth of a second.
+    // In addition, a set is drawn when the motion changes: at each key of the paddle, every 0.05 s.
     EXPECT_GE(static_cast<double>(set->serial), 0.4 * rate - 2 - 0.02 * rate) << rate;
     EXPECT_LE(static_cast<double>(set->serial), 0.4 * rate + 6 + 0.02 * rate) << rate;
     EXPECT_LE(set->view.interval, 1 / rate);
@@ -190,7 +193,8 @@ TEST(DepthSession, AsManySetsPerSecondAsRequested) {
   }
 }
 
-/// Overlays show an object at the current time: its nearest key, and the depth images of a hand.
+/// An overlay shows an object by the key that is nearest to the current time. The displayed depth images of a
+/// hand are drawn at the object's current pose.
 TEST(DepthSession, APictureShowsAMovingObjectAtItsTime) {
   OperationStart start = start_of(mixed());
   Lockstep run(Engine(std::move(start.hands), 1e-3, drilling_catalogue()), {}, 1000);
@@ -200,8 +204,8 @@ TEST(DepthSession, APictureShowsAMovingObjectAtItsTime) {
     for (const dvec3& p : tree.vertices()) z = std::min(z, p.z);
     return z;
   };
-  const auto lowest = [&](std::size_t thing) {
-    return lowest_of(*run.engine().overlays().at(thing).surface);
+  const auto lowest = [&](std::size_t overlay) {
+    return lowest_of(*run.engine().overlays().at(overlay).surface);
   };
   const double block = lowest(0);
   EXPECT_EQ(lowest(1), lowest_of(*paddle(0)));
@@ -225,7 +229,7 @@ TEST(DepthSession, PixelsTooFineForAHandAreRefused) {
   const auto fine = DepthSets::check_pixel(0.02, 100, 0);
   ASSERT_TRUE(fine);
   EXPECT_NE(fine->what.find("too small"), std::string::npos);
-  EXPECT_FALSE(DepthSets::check_pixel(0.02, 1000, 0));  // fewer are needed until the next set
+  EXPECT_FALSE(DepthSets::check_pixel(0.02, 1000, 0));  // at 1000 Hz the clip volume is smaller
 }
 
 /// Returns a command that adopts depth images with a clip volume of `edge` mm.
@@ -246,7 +250,7 @@ TEST(DepthSession, CommandsAboutSetsAreChecked) {
   torn.input.pop_back();
   EXPECT_TRUE(engine.apply({torn, 1}).refused);
   Adopt search = images_of(1, 20);
-  search.kind = DerivedKind::loose_parts;  // adopted by FreePieces
+  search.kind = DerivedKind::loose_parts;  // FreePieces adopts this kind
   EXPECT_TRUE(engine.apply({search, 1}).refused);
   EXPECT_FALSE(engine.apply({images_of(1, 20), 1}).refused);
 }
@@ -289,9 +293,10 @@ TEST(DepthSession, IncomingPicturesAreKeptAndReplayed) {
     for (const haptics::ServoRecord& r : run.step(poses))
       if (r.hand == 1 && r.has_contact) lowest[is_lower] = std::min(lowest[is_lower], r.proxy_world.z);
   }
-  EXPECT_NEAR(lowest[0], 3.8, 1e-3);  // the ball of 0.8 mm on it
+  EXPECT_NEAR(lowest[0], 3.8, 1e-3);  // the centre of a ball of radius 0.8 mm on the plane
   EXPECT_NEAR(lowest[1], 3.3, 1e-3);
-  // Refused: a picture of an item without depths, invalid pictures, and drawing an item of incoming pictures.
+  // A picture for an item without depth images is refused. So are invalid pictures, and the command to draw
+  // an item that receives incoming pictures.
   const auto is_refused = [&](const haptics::depth::DepthPicture& picture, std::int64_t item) {
     const DerivedJob job = run.engine().picture_job(picture, item, {8, 0, 3}, 16, 1);
     return run.apply(job.command({})).refused.has_value();
@@ -369,7 +374,7 @@ TEST(DepthSession, ALiveRunIsReplayedToTheBit) {
     const LiveSession::DerivedReport drawn = live.derived_report(DerivedKind::depth_images);
     Touched touched;
     for (const haptics::ServoRecord& r : live.trace()) touched.add(r);
-    // A machine too busy to draw in time lets the hand through, as intended.
+    // If the machine is too busy to draw in time, the hand passes through the object, as intended.
     if (drawn.longest_seconds < haptics::depth::k_extrapolation_time) {
       EXPECT_GT(drawn.count, 30u);
       EXPECT_GT(touched.on_block + touched.on_paddle, 100);

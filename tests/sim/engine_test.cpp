@@ -1,4 +1,4 @@
-// Engine: for any input, through any driver, the state is the same.
+// Engine: equal input gives an equal state through each driver.
 #include <deque>
 #include <map>
 #include <random>
@@ -33,7 +33,7 @@ void expect_hashes(const std::string& path, const ToyBench& bench, const Hashes&
   }
   EXPECT_EQ(compared, hashes.size());
   if (replay.mismatch()) ADD_FAILURE() << replay.mismatch()->what << ' ' << replay.mismatch()->replayed;
-  // By seek, forward and back.
+  // Compares the states after seeking forward and back.
   std::mt19937 random(seed);
   for (int i = 0; i < 6; ++i) {
     auto at = hashes.begin();
@@ -80,8 +80,8 @@ TEST(Engine, ARandomLogGivesOneStateThroughLockstepReplayAndSeek) {
   EXPECT_GT(undone, 50u);
 }
 
-// The threads of a live operation as a model, in random order: ticks run ahead of the edits, commands arrive
-// in bursts.
+// Simulates the threads of a live operation in random order: ticks run ahead of the edits, and commands
+// arrive in bursts.
 TEST(Engine, AnyInterleavingOfServoEditsAndCommandsGivesOneState) {
   const Folder folder;
   for (unsigned seed = 1; seed <= 3; ++seed) {
@@ -123,7 +123,7 @@ TEST(Engine, AnyInterleavingOfServoEditsAndCommandsGivesOneState) {
   }
 }
 
-/// Runs live over the plate; `during` is called with the running session.
+/// Runs a live session over the plate, and calls during(session) while it runs. Returns the final state.
 template <class During>
 std::shared_ptr<const OperationState> run_live(ToyBench& bench, const std::string& path, During&& during) {
   auto writer = bench.toy_writer(path);
@@ -146,7 +146,8 @@ bool wait_until(Done&& done) {
   return false;
 }
 
-// A job of 600 ms, and an undo in its middle: its result is rebased, or discarded if its kind requires it.
+// An undo occurs while a job of 600 ms runs. The result of the job is rebased onto the new state, or
+// discarded if the job is strict.
 TEST(Engine, AJobWithAnUndoInItsMiddleIsTheSameLiveAndReplayed) {
   const Folder folder;
   for (const bool is_strict : {false, true}) {
@@ -181,8 +182,8 @@ TEST(Engine, AJobWithAnUndoInItsMiddleIsTheSameLiveAndReplayed) {
   }
 }
 
-// A fact that a replay does not reproduce is detected.
-TEST(Engine, AnImpureJobAndADifferingStateAreDetected) {
+// A replay detects a result of a job, and an event, that it does not reproduce.
+TEST(Engine, AnImpureJobAndADifferingEventAreDetected) {
   const Folder folder;
   ToyBench bench;
   const std::string path = folder.file("impure.session");
@@ -204,10 +205,10 @@ TEST(Engine, AnImpureJobAndADifferingStateAreDetected) {
   EXPECT_EQ(other_result.mismatch->what, "job");
   EXPECT_EQ(other_result.mismatch->tick, 11u);
   Toy::event_salt = 1;
-  const Verdict other_state = replay(path, bench.scene.base, toys());
+  const Verdict other_event = replay(path, bench.scene.base, toys());
   Toy::event_salt = 0;
-  ASSERT_TRUE(other_state.mismatch);
-  EXPECT_EQ(other_state.mismatch->what, "event");
+  ASSERT_TRUE(other_event.mismatch);
+  EXPECT_EQ(other_event.mismatch->what, "event");
 }
 
 // The burr is changed in contact, with the button down.
@@ -240,7 +241,7 @@ TEST(Engine, ABurrChangedInContactIsTheSameLiveAndReplayed) {
   EXPECT_EQ(v.counts.commands, static_cast<std::uint64_t>(changes));
 }
 
-// A session names its modules: without one of them it can be viewed, but not run.
+// A session lists its modules. If one of them is missing, the session can be read, but not replayed.
 TEST(Engine, WithoutItsModuleASessionIsReadAndNotReplayed) {
   const Folder folder;
   ToyBench bench;
@@ -272,7 +273,8 @@ TEST(Engine, WithoutItsModuleASessionIsReadAndNotReplayed) {
   EXPECT_EQ(unknown, 2);
 }
 
-// A tool that becomes a ball in the middle of its own hole is led out; as a point again it reaches the hand.
+// A tool that becomes a ball inside its own narrower hole is led out. When it becomes a point again, it
+// reaches the hand.
 TEST(Engine, ATooLargeToolIsLedOutOfTheHoleOfASmallerOne) {
   ToyBench bench;
   Lockstep run(bench.engine(), {}, 1000);
@@ -282,7 +284,7 @@ TEST(Engine, ATooLargeToolIsLedOutOfTheHoleOfASmallerOne) {
   for (const double radius : {1.0, 0.0}) {
     const Outcome begun = run.apply(ToolGeometry{radius});
     ASSERT_FALSE(begun.refused);
-    // Until it is adopted the hand has the old tool.
+    // Until the new tool is adopted, the hand has the old tool.
     run.step({{0, 0, 0}, {1, 0, 0, 0}, false});
     EXPECT_FALSE(run.last_record().is_escaping);
     ASSERT_TRUE(run.apply(run.engine().run_job(begun.job)).is_changed);
@@ -376,20 +378,21 @@ TEST(Engine, AToolThatDoesNotFitIsRefusedAndNotAdopted) {
     EXPECT_TRUE(engine.apply(ToolGeometry{radius}).refused) << radius;
   drilling::Burr round{2, 60, 40};
   round.is_round = true;
-  EXPECT_TRUE(engine.apply(round).refused);  // only a point to touch with
+  EXPECT_TRUE(engine.apply(round).refused);  // the tool still touches as a point
   engine.apply(engine.run_job(engine.apply(ToolGeometry{0.4}).job));
   EXPECT_FALSE(engine.apply(round).refused);
-  EXPECT_TRUE(engine.apply(ToolGeometry{1.5}).refused);  // larger than its cut
+  EXPECT_TRUE(engine.apply(ToolGeometry{1.5}).refused);  // larger than the cut of the burr
   const Outcome begun = engine.apply(ToolGeometry{0.9});
   ASSERT_FALSE(begun.refused);
-  round.diameter = 1;  // another instrument in the meantime
+  round.diameter = 1;  // the instrument changes before the geometry is adopted
   EXPECT_FALSE(engine.apply(round).refused);
   EXPECT_FALSE(engine.apply(engine.run_job(begun.job)).is_changed);
   EXPECT_EQ(engine.scene().tool->radius(), 0.4);
   EXPECT_EQ(engine.now().chronicle[0].value.as<JobDiscarded>()->job.value, begun.job.value);
 }
 
-// The hash of a geometry job's result differs only by radius and by cuts.
+// The hash of a geometry job's result is equal for an equal radius, and differs for another radius and after
+// a cut.
 TEST(Engine, AGeometryIsDistinguishedByItsHash) {
   const ToyBench bench;
   Engine engine = bench.engine();
@@ -448,7 +451,7 @@ TEST(Engine, EventsMeasuresAndGuardsOfModules) {
   EXPECT_EQ(engine.now().chronicle[3].position_world, dvec3(3, 0, 0));
   engine.apply(Undo{});
   EXPECT_EQ(Toy::toy_undoable(engine.now()).marks, 9);
-  // Events and settings are kept.
+  // Undo keeps events and settings.
   EXPECT_EQ(engine.now().chronicle.size(), 10u);
   EXPECT_EQ(engine.now().settings.modules[1]->as<ToySettings>()->heard, 10);
   const std::vector<Measure> all = engine.measures();

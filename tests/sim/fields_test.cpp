@@ -1,3 +1,4 @@
+// Fields of structs: as bytes, as words, and checked against their ranges.
 #include "sim/api/fields.h"
 
 #include <cmath>
@@ -121,7 +122,7 @@ TEST(Fields, ValuesOutOfRangeAreRefusedByName) {
   refused("diameter=3", "diameter", "on, count, radius");
   refused("radius", "radius", "NAME=VALUE");
   refused("on=maybe", "everything on", "flag");
-  // Through bytes: a file may contain a value that cannot be typed.
+  // The bytes of a file may contain values that no words produce.
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), 0.0}) {
     Everything value = some(), back;
     value.radius = bad;
@@ -143,7 +144,7 @@ TEST(Fields, BrokenBytesAreAtMostAnError) {
     Everything value;
     errors += decode_fields(k_schema, &value, std::string_view(whole).substr(0, length)).has_value();
   }
-  // Bytes that end between two fields are valid, as those of an older program.
+  // Bytes that end between two fields are valid, like those of an older program with fewer fields.
   EXPECT_EQ(errors, static_cast<int>(whole.size() - std::size(k_everything)));
   std::mt19937 random(3);
   int read = 0;
@@ -170,7 +171,7 @@ TEST(Fields, AFieldAddedLaterKeepsItsDefault) {
   ASSERT_FALSE(decode_fields(k_schema, &now, bytes).has_value());
   EXPECT_EQ(now.radius, value.radius);
   EXPECT_EQ(now.spin, Spin::still);
-  // In reverse, unknown fields are ignored.
+  // An older program ignores the fields that it does not know.
   Everything then;
   ASSERT_FALSE(decode_fields(before, &then, bytes_of(value)).has_value());
   EXPECT_EQ(then.count, 7);

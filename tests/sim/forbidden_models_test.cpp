@@ -8,8 +8,8 @@
 namespace trephine::sim {
 namespace {
 
-/// Returns the number of turns of a surface around a point: the sum of the solid angles of its triangles (van
-/// Oosterom and Strackee 1983). 1 inside a closed surface, 0 outside.
+/// Returns the winding number of a surface around a point: the sum of the solid angles of its triangles,
+/// divided by 4 pi (van Oosterom and Strackee 1983). It is 1 inside a closed surface, and 0 outside.
 double winding_number(const haptics::MeshTree& mesh, const dvec3& p) {
   double sum = 0;
   for (std::uint32_t t = 0; t < mesh.triangle_count(); ++t) {
@@ -44,7 +44,8 @@ std::shared_ptr<const haptics::MeshTree> notched_ring(double radius, double tube
   return std::make_shared<const haptics::MeshTree>(std::move(vertices), std::move(triangles));
 }
 
-// Against solid angles and distances by brute force: at random points, near edges and corners, deep inside.
+// Compares a model with winding numbers and with the distances of all triangles, at random points, near
+// vertices and near edges.
 TEST(Forbidden, AModelIsTheSolidInsideItsSurface) {
   std::mt19937 random(8);
   std::uniform_real_distribution<double> share(-1, 1);
@@ -100,8 +101,8 @@ TEST(Forbidden, AModelWithHolesOrInsideOutIsRefused) {
   EXPECT_NE(refusal(inward).find("faces inward"), std::string::npos);
 }
 
-/// A nerve of triangles under the plate of bone: soft, touched and forbidden. A burr that goes through the
-/// bone enters it, equally in the recording and in a replay after a seek.
+/// A nerve of triangles in the plate of bone is soft, touched and forbidden. A burr that drills through the
+/// bone enters the nerve, equally in the recording and in a replay after a seek.
 TEST(Forbidden, AModelIsWatchedLikeALabel) {
   const Folder folder;
   const std::string path = folder.file("nerve.session");

@@ -1,3 +1,4 @@
+// Forbidden structures of a scan: distances, watches, events and sessions.
 #include "sim/api/forbidden.h"
 
 #include <glm/gtc/quaternion.hpp>
@@ -8,8 +9,8 @@
 namespace trephine::sim {
 namespace {
 
-// The distance to a ball of known radius, from outside and inside, in every frame, slice spacing and kind of
-// shape.
+// Compares the distance to a ball of known radius with the exact one, outside and inside, for every frame,
+// slice spacing, unit and mask.
 TEST(Forbidden, TheDistanceIsRightToHalfAVoxel) {
   for (const scenes::Scan& scan : scenes::k_scans) {
     SCOPED_TRACE(scan.name());
@@ -83,7 +84,7 @@ std::vector<const Event*> all_events(const Engine& engine) {
   return found;
 }
 
-// A burr moves down into the structure and up again: time, position and depth of its events.
+// A burr moves down into the structure and up again. Its events have the correct time, position and depth.
 TEST(Forbidden, EntriesAreReportedWithDepthTimeAndPosition) {
   const Guarded guarded;
   Lockstep run(guarded.engine({3, 1e4, 400, true}), {}, 1000);
@@ -118,7 +119,7 @@ TEST(Forbidden, EntriesAreReportedWithDepthTimeAndPosition) {
   EXPECT_NEAR(static_cast<double>(events[0]->tick), first, 30);  // a quarter of a mm
   EXPECT_NEAR(events[0]->position_world.z, Guarded::k_bottom + 1.5, 0.26);
   EXPECT_NEAR(left->deepest, -nearest, 0.25);
-  EXPECT_NEAR(events[2]->position_world.z, -4, 0.1) << "where it was deepest, not where it left";
+  EXPECT_NEAR(events[2]->position_world.z, -4, 0.1) << "the deepest position, not that of leaving";
   EXPECT_TRUE(guarded.forbidden->contains({0.3, -0.2, Guarded::k_bottom - 0.5}));
   EXPECT_FALSE(guarded.forbidden->contains({0.3, -0.2, Guarded::k_bottom + 0.5}));
   EXPECT_NEAR(left->seconds, 1e-3 * (last - first), 0.06);
@@ -170,10 +171,11 @@ TEST(Forbidden, ARoundBurrAtRestIsWatchedAtItsOwnSurface) {
   EXPECT_NEAR(run.engine().watch(0, 0).clearance, face - Guarded::k_bottom, 0.25);
 }
 
-// Stripped, touched or torn, depending on the depth and on whether the tool worked.
+// A structure is stripped, touched or torn, depending on the depth of the visit and on whether the tool
+// worked.
 TEST(Forbidden, EventsReportWhatAVisitDid) {
   Guarded guarded;
-  // A membrane in the air over the bone.
+  // A forbidden region in the air: everything more than 4 mm above the bone. The tool enters it from below.
   auto above = std::make_shared<volume::Volume>(
       volume::make_volume(guarded.scene.base->size, guarded.scene.base->frame, true).value());
   above->label_names = {"nothing", "dura"};
@@ -251,7 +253,7 @@ TEST(Forbidden, DepthIsMeasuredAlongThePathIn) {
       brain.label = 1;
       const auto forbidden = Forbidden::build(scan, brain).value();
       const double half = std::sqrt(k_radius * k_radius - offset * offset), ball = 0.5;
-      // In from above, in steps of several lengths, out at the far side and farther away.
+      // The tool enters from above, in steps of the given length, leaves at the far side and moves away.
       for (const double step : {0.03, 0.4, 3.0}) {
         ForbiddenWatch watch;
         dvec3 at(offset, 0, 12);
@@ -275,7 +277,7 @@ TEST(Forbidden, DepthIsMeasuredAlongThePathIn) {
         EXPECT_EQ(watch.depth, 0) << "outside again";
         EXPECT_GT(deepest, 1.7 * half) << "not the distance to the far side";
       }
-      // Just below its surface, half around.
+      // The tool slides 1 mm below the surface, almost half around the brain.
       ForbiddenWatch watch;
       const auto place = [&](double angle) {
         return (k_radius - 1) * dvec3(std::sin(angle), 0, std::cos(angle));
@@ -289,7 +291,7 @@ TEST(Forbidden, DepthIsMeasuredAlongThePathIn) {
     }
 }
 
-// Through a sheet and beyond in one tick: the path between two ticks counts.
+// A tool passes through a thin sheet within one tick. The path between the two ticks counts.
 TEST(Forbidden, AJumpThroughASheetIsDetected) {
   Guarded guarded;
   auto sheet = std::make_shared<volume::Volume>(
@@ -319,14 +321,14 @@ TEST(Forbidden, OnlyThePathOfTheToolItselfCounts) {
   Lockstep run(guarded.engine({4, 60, 40, true}), {}, 1000);
   const auto go = [&](const dvec3& at) { run.step({at, {1, 0, 0, 0}, false}); };
   go({-6, 0, 5});
-  // Around through the air, far from everything, without an instrument.
+  // The hand moves into the forbidden region and out again, without an instrument.
   run.apply(RemoveInstrument{});
   go({0, 0, -9});
   go({6, 0, 5});
   run.apply(drilling::Burr{4, 60, 40, true});
   go({6, 0, 5});
   EXPECT_EQ(run.engine().watch(0, 0).entries, 0);
-  // Laid down inside: the visit ends.
+  // The instrument is removed inside the structure, which ends the visit.
   run.step({{6, 0, -4}, {1, 0, 0, 0}, true});
   EXPECT_EQ(run.engine().watch(0, 0).entries, 1);
   run.apply(RemoveInstrument{});
@@ -334,8 +336,8 @@ TEST(Forbidden, OnlyThePathOfTheToolItselfCounts) {
   EXPECT_FALSE(run.engine().watch(0, 0).is_inside);
   const Chronicle& all = run.engine().now().chronicle;
   EXPECT_TRUE(all[all.size() - 1].value.as<ForbiddenLeft>());
-  // A burr that only touches: the ball is on the surface for any attitude of the stylus, and a hand that
-  // moves up and down enters nothing.
+  // A burr that is not kinematic and only touches stays on the surface of the bone, for any attitude of the
+  // stylus. A hand that moves up and down enters no structure.
   Lockstep touch(guarded.engine({4, 60, 40}), {}, 1000);
   for (int i = 0; i < 3000; ++i) {
     const double z = 1.5 * std::sin(0.01 * i);
@@ -343,7 +345,7 @@ TEST(Forbidden, OnlyThePathOfTheToolItselfCounts) {
     EXPECT_GT(touch.engine().watch(0, 0).clearance, 3.5) << i;
   }
   EXPECT_EQ(touch.engine().watch(0, 0).entries, 0);
-  // A tick is bounded for any jump.
+  // A jump of 1.6 km is no entry either.
   touch.step({{9e5, -9e5, 9e5}, {1, 0, 0, 0}, false});
   EXPECT_EQ(touch.engine().watch(0, 0).entries, 0);
 }
@@ -354,7 +356,7 @@ TEST(Forbidden, SessionsKeepItAndAnUnguardedSceneHasNoCost) {
   EXPECT_TRUE(without.now().watches.empty());
   EXPECT_TRUE(without.forbidden().empty());
 
-  // Through a session: the structure is one of its scan.
+  // A session contains the structure, which is a shape of the session's scan.
   const Folder folder;
   const std::string path = folder.file("guarded.session");
   haptics::TouchScene scene = small_bone();
@@ -388,7 +390,7 @@ TEST(Forbidden, SessionsKeepItAndAnUnguardedSceneHasNoCost) {
   expect_same(v);
   EXPECT_EQ(v.state, state);
   EXPECT_EQ(v.counts.events, events);
-  // An empty structure is refused by name.
+  // An empty structure is refused. The error names it.
   header.structures.back().shape.low = 32000;
   const auto empty = build_scene(header, data_of(scene), drilling_catalogue());
   ASSERT_FALSE(empty.is_ok());

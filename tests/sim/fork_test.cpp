@@ -1,4 +1,4 @@
-// fork_session(): the first part of a session as a new one, which is continued.
+// fork_session(): copies the first part of a session to a new session, which can be continued.
 #include <fstream>
 
 #include "sim/session/session_fork.h"
@@ -35,10 +35,11 @@ TEST(ForkedSession, EqualsTheFirstPartAndIsContinued) {
     SCOPED_TRACE(tick);
     const std::string fork = folder.file(("fork" + std::to_string(tick) + ".session").c_str());
     const auto ticks = fork_session(path, tick, fork);
-    if (!ticks && tick < 2000) continue;  // within the first block
+    if (!ticks && tick < 2000) continue;  // the first block may end after this tick
     ASSERT_TRUE(ticks.is_ok()) << ticks.error().message();
     ++forks;
     EXPECT_LE(ticks.value(), tick);
+    // Blocks have about 1000 ticks at most, and only whole blocks are copied.
     EXPECT_GE(ticks.value() + 1001, std::min<std::uint64_t>(tick, 6000));
     const Verdict verdict = replay(fork, base);
     expect_same(verdict);
@@ -75,14 +76,14 @@ TEST(ForkedSession, EqualsTheFirstPartAndIsContinued) {
     EXPECT_EQ(bytes_of(fork), before);
   }
   EXPECT_GE(forks, 3);
-  // Blocks have at most 1000 ticks; a time after the end is an error.
+  // A tick after the end is an error, and so is tick 0.
   const auto late = fork_session(path, 6001, folder.file("none.session"));
   ASSERT_FALSE(late.is_ok());
   EXPECT_EQ(late.error().found, "6.001 s");
   EXPECT_EQ(late.error().expected, "at most 6 s");
   EXPECT_FALSE(fork_session(path, 0, folder.file("none.session")).is_ok());
   EXPECT_FALSE(fs::exists(folder.file("none.session")));
-  // A damaged session, and another kind of file.
+  // A damaged session, a file of another kind and a missing file are refused, and no file is left behind.
   std::string damaged = whole;
   damaged[damaged.size() / 2] ^= 1;
   std::ofstream(folder.file("damaged.session"), std::ios::binary) << damaged;

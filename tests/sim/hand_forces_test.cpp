@@ -1,4 +1,4 @@
-// Forces of an instrument that depend on its state, and items that it passes through.
+// Forces of an instrument that depend on its state, and items through which the instrument passes.
 #include <chrono>
 #include <glm/gtc/quaternion.hpp>
 #include <thread>
@@ -10,7 +10,8 @@
 namespace trephine::sim {
 namespace {
 
-/// A toy probe: pressed into bone without a button it makes a track, in which bone lets the hand through.
+/// A toy probe. When the hand presses it onto bone, without a button, the probe makes a track, in which it
+/// passes through bone.
 struct ToyProbe {
   double resistance = 2;  ///< N
   static const Schema& schema() {
@@ -146,7 +147,7 @@ TEST(HandForces, DependOnTheStateOfTheInstrument) {
         }
     }
     EXPECT_EQ(lost, 1);
-    // Drawn out: bone blocks again, and the cuts were one stroke.
+    // The probe is drawn out: bone blocks it again, and all cuts of the track are one stroke.
     const haptics::ServoRecord out = move(run, -8, 8);
     EXPECT_FALSE(state_of(run.engine()).has_entered);
     EXPECT_FALSE(run.engine().servo_scene()->hands[0].passable_items.contains(0));
@@ -168,7 +169,8 @@ TEST(HandForces, DependOnTheStateOfTheInstrument) {
   const Verdict verdict = replay(path, bench.scene.base, probes());
   expect_same(verdict);
   EXPECT_EQ(verdict.state, state);
-  // Opened in the middle of the track: the same force and state.
+  // The session is opened in the middle of the track: the state is equal, and the replay ends without
+  // mismatch.
   auto opened = SessionReader::open(path, probes());
   ASSERT_TRUE(opened.is_ok()) << opened.error().message();
   auto run = Replay::open(opened.value(), bench.scene.base);
@@ -185,8 +187,7 @@ TEST(HandForces, DependOnTheStateOfTheInstrument) {
   EXPECT_EQ(run.value()->engine().now().hash(), state);
 }
 
-// Two hands, each with a track of its own, in a live session: each passes through bone in its own track only,
-// and the replay gives the same bits.
+// Two hands in a live session make a track each. The replay gives the same bits.
 TEST(HandForces, TwoLiveHandsReplayToTheBit) {
   const Folder folder;
   const std::string path = folder.file("probes.session");

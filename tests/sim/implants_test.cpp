@@ -8,7 +8,7 @@ namespace {
 
 constexpr double k_above = 6;  // mm, height of the implants above the middle of the plate
 
-/// Steps a hand that rests at a position.
+/// Runs `ticks` ticks with the hand at rest at a position. Returns the last record.
 haptics::ServoRecord rest(Lockstep& run, const dvec3& at, int ticks = 1) {
   haptics::ServoRecord record;
   for (int i = 0; i < ticks; ++i) record = run.step({at, {1, 0, 0, 0}, false});
@@ -42,7 +42,7 @@ TEST(Implants, TwelveFixedOnesAreTouchedUndoneAndReplayed) {
       EXPECT_EQ(body.matter, volume::Matter::titanium);
       EXPECT_TRUE(body.is_implant && body.is_fixed);
     }
-    // The hand stands on the first cube, half a millimetre above its middle.
+    // The hand rests on the first cube, half a millimetre above the cube's centre.
     rest(run, {-8, 0, k_above + 4}, 5);
     for (double z = k_above + 4; z > k_above; z -= 0.05) rest(run, {-8, 0, z});
     const haptics::ServoRecord on_top = rest(run, {-8, 0, k_above}, 20);
@@ -64,7 +64,7 @@ TEST(Implants, TwelveFixedOnesAreTouchedUndoneAndReplayed) {
     EXPECT_FALSE(rest(run, {-8, 0, k_above}, 20).has_contact);
     run.redo();
     EXPECT_EQ(run.engine().now().undoable.bodies.size(), 12u);
-    // Movable ones need a mover: there are eight.
+    // Each movable implant needs a mover, and there are eight movers.
     ASSERT_FALSE(run.apply_whole({ToyPlant{{-8, 5, k_above}, 8, 0, false}, 0}).refused);
     EXPECT_EQ(run.engine().now().undoable.bodies.size(), 20u);
     const Id last = run.engine().now().undoable.bodies.back().id;
@@ -108,9 +108,9 @@ TEST(Implants, OneInMotionIsAtItsPlaceByTheClockAndNotTouched) {
     begin = run.engine().now().next_tick;
     EXPECT_NEAR(height(run.engine()), k_above + 10, 1e-9);
     EXPECT_TRUE(run.engine().has_moving_surfaces());
-    rest(run, {0, 0, k_above}, 100);  // in the place of the implant
+    rest(run, {0, 0, k_above}, 100);  // at the final position of the implant
     EXPECT_NEAR(height(run.engine()), k_above + 7.5, 1e-9);
-    // Three turns, of which three quarters remain.
+    // The motion has three turns. After a quarter of the time, three quarters of the turns remain.
     const glm::dquat turn = run.engine().placement_of(run.engine().now().undoable.bodies[0]).rotation;
     const dvec3 side = turn * dvec3(1, 0, 0);
     const double angle = -2 * 3.14159265358979 * 3 * 0.75;

@@ -1,4 +1,4 @@
-// Compares a session opened at any tick with one played from its start.
+// Compares a session that is opened at random ticks with a replay from its start.
 #pragma once
 
 #include <map>
@@ -15,8 +15,9 @@ inline std::string bytes_of(const haptics::ServoRecord& record) {
   return bytes;
 }
 
-/// Compares, over the whole session, opening at random ticks with playing to them; returns the number of
-/// ticks that the worst of them had to play.
+/// Opens a session at random ticks, and compares each state and the following 300 records with those of a
+/// replay from the start. Returns the largest number of ticks that a seek had to play. `places`: number of
+/// times that the session is opened, with two seeks each.
 inline std::uint64_t expect_opens_anywhere(const std::string& path, const Catalogue& catalogue,
                                            const SceneData& data, int places = 6) {
   auto opened = SessionReader::open(path, catalogue);
@@ -49,7 +50,7 @@ inline std::uint64_t expect_opens_anywhere(const std::string& path, const Catalo
     auto again = SessionReader::open(path, catalogue);  // nothing is reused
     const auto replay_of = Replay::open(again.value(), data).value();
     Replay& replay = *replay_of;
-    for (int k = 0; k < 2; ++k) {  // the second from the end of the first, forward or back
+    for (int k = 0; k < 2; ++k) {  // the second seek begins after the records that followed the first
       auto to = hashes.begin();
       std::advance(to, static_cast<std::ptrdiff_t>(random() % hashes.size()));
       const std::uint64_t before = replay.counts().ticks;
@@ -83,7 +84,7 @@ inline std::uint64_t expect_opens_anywhere(const std::string& path, const Catalo
   return worst;
 }
 
-/// Returns options for checkpoints after `work` (WriterOptions::checkpoint_work).
+/// Returns options with `work` as WriterOptions::checkpoint_work.
 inline WriterOptions with_checkpoint_work(int work) {
   WriterOptions options;
   options.checkpoint_work = work;

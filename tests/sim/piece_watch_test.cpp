@@ -37,7 +37,7 @@ struct Plate {
     const double a = 0.5 * 3.14159265358979 * (quarter + share);
     return {{7 * std::cos(a), 7 * std::sin(a), z}, {1, 0, 0, 0}, is_pressed ? 1u : 0u};
   }
-  /// All poses of a stroke: down, around deeper and deeper, out.
+  /// Returns the poses of a stroke: down, along the quarter several times at increasing depth, and out.
   static std::vector<haptics::Pose> stroke(int quarter) {
     std::vector<haptics::Pose> poses{at(quarter, 0, 12, false), at(quarter, 0, 6, false)};
     for (double z = 5; z > -1.5; z -= 0.8)
@@ -56,7 +56,7 @@ std::size_t count_pieces(const Engine& engine) {
 }
 
 TEST(PieceWatch, ThePieceIsDetachedByTheStrokeThatClosesItsRing) {
-  for (const bool is_fine : {false, true}) {  // cut on voxels, and finer
+  for (const bool is_fine : {false, true}) {  // a cut lattice as fine as the voxels, and a finer one
     const Plate plate = is_fine ? Plate(0.5, 2.4) : Plate(0.32, 3);
     for (const bool is_watched : {true, false}) {
       Lockstep run(plate.engine(), {}, 1000);
@@ -71,9 +71,10 @@ TEST(PieceWatch, ThePieceIsDetachedByTheStrokeThatClosesItsRing) {
       EXPECT_EQ(run.pieces()->counts().strokes, 4u);
       EXPECT_EQ(run.pieces()->counts().disconnected, is_fine ? 0u : 1u);
       EXPECT_EQ(run.pieces()->counts().pending > 0, is_fine);
-      // Undo removes the piece, then the stroke; another stroke detaches the piece again.
+      // The first undo removes the detached piece, the second one the last stroke. When that stroke is
+      // repeated, it detaches the piece again.
       run.undo(), run.undo();
-      for (const haptics::Pose& pose : Plate::stroke(0)) run.step(pose);  // where it was cut before
+      for (const haptics::Pose& pose : Plate::stroke(0)) run.step(pose);  // already cut
       EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
       for (const haptics::Pose& pose : Plate::stroke(3)) run.step(pose);
       EXPECT_EQ(run.engine().now().undoable.bodies.size(), 1u);
@@ -81,7 +82,7 @@ TEST(PieceWatch, ThePieceIsDetachedByTheStrokeThatClosesItsRing) {
   }
 }
 
-/// The watch ignores commands of others that are refused or find nothing.
+/// FreePieces commands of the caller that are refused or detach nothing do not affect the watch.
 TEST(PieceWatch, CommandsOfOthersDoNotAffectIt) {
   const Plate plate(0.32, 3);
   Lockstep run(plate.engine(), {}, 1000);
@@ -105,8 +106,8 @@ TEST(PieceWatch, SmallerPiecesStay) {
   EXPECT_EQ(run.engine().now().chronicle.size(), 0u);
 }
 
-/// A live run with strokes in immediate succession.
-TEST(PieceWatch, LiveRunsGiveTheSameState) {
+/// The strokes of a live run follow each other immediately.
+TEST(PieceWatch, ALiveRunDetachesThePiece) {
   const Plate plate(0.5, 2.4);
   std::vector<haptics::PosePath::Sample> samples;
   for (int quarter = 0; quarter < 4; ++quarter)

@@ -32,13 +32,13 @@ TEST(Plan, IsPartOfASceneDescription) {
         "outline_point=1 2", "target=without a label", "landmark=nasion", "landmark_at=1e9 0 0",
         "trajectory_colour=red"})
     EXPECT_FALSE(decode_header(text + lines + "\n").is_ok()) << lines;
-  // A line of an object before that of its name.
+  // A line of an object is refused if the line with the object's name does not precede it.
   for (const char* line : {"trajectory_entry=1 2 3", "trajectory_side=left", "outline_point=1 2 3",
                            "plane_at=1 2 3", "target_label=tumour", "landmark_at=1 2 3"})
     EXPECT_FALSE(decode_header(encode(bench.header()) + line + "\n").is_ok()) << line;
 }
 
-TEST(Plan, IsInTheStateOfEveryDriverWithoutItsCase) {
+TEST(Plan, IsInTheStateOfLockstepAndReplayWithoutItsCase) {
   const Folder folder;
   const std::string path = folder.file("planned.session");
   const ToyBench bench;
@@ -70,7 +70,7 @@ TEST(Plan, IsInTheStateOfEveryDriverWithoutItsCase) {
     EXPECT_EQ(*state.plan, sample_plan()) << tick;
     EXPECT_NEAR(state.seconds(), 1e-3 * static_cast<double>(tick), 1e-12);
   }
-  // An operation without a plan has none.
+  // If the operation has no plan, its state has a null pointer.
   EXPECT_EQ(bench.engine().now().plan, nullptr);
 }
 
@@ -104,14 +104,14 @@ TEST(ModuleResult, IsStaleAfterACutAndAfterUndo) {
     note();
     ASSERT_FALSE(run.apply_whole({ToyFlood{outside}, 0}).refused);
     note();
-    run.undo(), run.undo();  // the mark of the flood, then the cut
+    run.undo(), run.undo();  // the change by the flood, then the cut
     note();
     ASSERT_FALSE(writer->finish(run.engine()));
   }
   const std::vector<bool> stale{false, false, false, true, false, true};
   ASSERT_EQ(expected.size(), stale.size());
   for (std::size_t i = 0; i < stale.size(); ++i) EXPECT_EQ(expected[i].second, stale[i]) << i;
-  // A replay has the same values at any moment.
+  // A replay has the same values at each of these ticks.
   expect_same(replay(path, bench.scene.base, toys()));
   auto opened = SessionReader::open(path, toys());
   ASSERT_TRUE(opened.is_ok()) << opened.error().message();
@@ -123,7 +123,7 @@ TEST(ModuleResult, IsStaleAfterACutAndAfterUndo) {
   }
 }
 
-/// A job that ends after a cut describes the anatomy in which it began.
+/// A job that ends after a cut describes the anatomy in which it began. Its result is therefore stale.
 TEST(ModuleResult, OfAJobDescribesTheAnatomyInWhichItBegan) {
   const ToyBench bench;
   Engine engine = bench.engine();

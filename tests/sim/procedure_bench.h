@@ -1,4 +1,4 @@
-// ProcedureBench: two hands on the small bone, the toy module, and a plan with a procedure.
+// ProcedureBench: empty hands on the small bone, the toy module, and a plan with a procedure.
 #pragma once
 
 #include "sim/engine/procedure_check.h"
@@ -8,7 +8,7 @@ namespace trephine::sim {
 
 inline constexpr const char* k_taken_burr = "diameter=3 removal_rate=60 feed_limit=40";
 
-/// Returns a procedure that begins with marks and drills until enough is removed.
+/// Returns a procedure with the steps mark, drill, inspect and close.
 inline volume::SurgicalProcedure sample_procedure() {
   volume::SurgicalProcedure procedure;
   procedure.name = "opening";
@@ -66,13 +66,15 @@ struct ProcedureBench : ToyBench {
   }
 };
 
+/// Returns the name of the current step; empty without a procedure.
 inline std::string step_of(const Engine& engine) {
   const ProcedurePosition& position = engine.now().undoable.procedure;
   return position.step < 0 ? ""
                            : engine.now().plan->procedure.steps[static_cast<std::size_t>(position.step)].name;
 }
 
-/// Returns the events of the procedure from `first` on: "entered drill", "refused burr in mark".
+/// Returns the events of the procedure from index `first` on as texts, such as "entered drill" or
+/// "refused burr in mark".
 inline std::vector<std::string> steps_in(const Chronicle& chronicle, std::size_t first = 0) {
   std::vector<std::string> all;
   for (std::size_t i = first; i < chronicle.size(); ++i) {

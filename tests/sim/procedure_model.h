@@ -1,4 +1,5 @@
-// Interpreter of procedures, written from their description; it shares no code with the engine.
+// Interpreter of procedures, written from their documentation. It shares no code with the engine's
+// procedures.
 #pragma once
 
 #include <map>
@@ -11,12 +12,12 @@ namespace trephine::sim {
 
 enum class PlantedFault {
   none,
-  strict_limit,
-  last_transition,
-  blind_to_hands,
-  old_events,
-  kept_visits,
-  lax_star
+  strict_limit,     ///< a value equal to a minimum does not meet the condition
+  last_transition,  ///< the last possible transition is taken, not the first
+  blind_to_hands,   ///< a step begins although it forbids an instrument in a hand
+  old_events,       ///< events before the current step count
+  kept_visits,      ///< undo, redo and branches keep the numbers of visits
+  lax_star          ///< "*" also allows the commands that a step has to name
 };
 
 /// Returns the words of an entry of a list: a name and required values.
@@ -52,7 +53,8 @@ inline Facts facts_of(const Engine& engine) {
           engine.now().result_of<ToyFound>()->number};
 }
 
-/// Interpreter of procedures: lists of branches with positions, hands as texts, events as names.
+/// Interpreter of procedures. It stores a list of positions per branch, the instruments of the hands as
+/// texts, and the events as names.
 class Model {
  public:
   Model(const volume::SurgicalProcedure& procedure, std::size_t hands, PlantedFault fault)
@@ -132,7 +134,8 @@ class Model {
   }
   bool in_stroke() const { return std::find(pressed_.begin(), pressed_.end(), true) != pressed_.end(); }
 
-  /// Returns false if the procedure must refuse a command. `gives`: the instrument that it gives.
+  /// Returns false if the procedure must refuse a command. `gives`: the instrument that the command gives;
+  /// may be empty.
   bool accepts(const Command& command, const std::string& gives, const Facts& facts) const {
     const std::string name(command.request.name());
     if (!gives.empty()) return allows_instrument(now_.step, gives);
@@ -157,7 +160,8 @@ class Model {
 
   void refuse(const std::string& request) { emit("refused " + request + " in " + step().name); }
 
-  /// A command that was carried out. `events`: names of the events of modules and of the engine.
+  /// Applies a command that the engine accepted. `events`: names of the events that it caused, except those
+  /// of the procedure.
   void command(const Command& command, const std::string& gives, const std::vector<std::string>& events,
                const Facts& before, const Facts& after) {
     const std::string name(command.request.name());
@@ -195,7 +199,7 @@ class Model {
     }
     if (is_changed_ && !in_stroke()) end_stroke();
   }
-  /// The end of a job that gives an instrument.
+  /// Applies the end of a job that gives an instrument.
   void give(int hand, const std::string& instrument) { hands_[static_cast<std::size_t>(hand)] = instrument; }
 
   void tick(std::size_t hand, std::uint64_t ticks, bool is_pressed, const std::vector<std::string>& events,

@@ -114,13 +114,13 @@ class Comparison {
     if (position.visits != expected.visits) differ("visits after " + what);
   }
   void issue(const std::vector<Command>& commands) {
-    // A cycle of steps may issue commands without end.
+    // The depth is limited, since a cycle of steps may issue commands without end.
     if (++depth_ < 8)
       for (const Command& command : commands) apply(command);
     --depth_;
   }
 
-  /// Returns the instrument that a command gives, with all its parameters.
+  /// Returns the instrument that a command gives, with all its parameters; empty if it gives no instrument.
   std::string given(const Command& command) const {
     if (const auto* burr = command.request.as<drilling::Burr>()) return "burr " + Value(*burr).words();
     const auto* take = command.request.as<TakeInstrument>();
@@ -135,6 +135,7 @@ class Comparison {
     const std::string name(command.request.name()), gives = given(command);
     const Facts before = facts_of(engine_);
     const std::size_t first = engine_.now().chronicle.size();
+    // The toy module refuses the eleventh mark, which the procedure does not record.
     const bool has_ten = command.request.as<ToyMark>() && before.marks >= 10;
     const bool is_accepted = !has_ten && model_.accepts(command, gives, before);
     const bool was_allowed = !engine_.reason_to_refuse(command);
@@ -164,7 +165,7 @@ class Comparison {
     if (issued != normalized(model_.take_issued())) differ("issued commands after " + name);
     issue(outcome.next_commands);
   }
-  /// Returns commands in words as the table of their fields writes them.
+  /// Returns commands in the notation of Value::words(), with all their fields.
   static std::vector<std::string> normalized(const std::vector<std::string>& all) {
     std::vector<std::string> result;
     for (const std::string& one : all) {

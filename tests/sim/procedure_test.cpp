@@ -1,4 +1,5 @@
-// Procedures: equal in every driver, recorded refusals, history, lines of a header, checks of names.
+// Procedures: equal states in all drivers, recorded refusals, undo history, lines of a header, checks of
+// names.
 #include <thread>
 
 #include "sim/drivers/live_session.h"
@@ -11,7 +12,7 @@ namespace {
 
 haptics::Pose in_air() { return {{0, 0, 8}, {1, 0, 0, 0}, false}; }
 
-/// Commands and ticks through all steps of sample_procedure(), with refusals, undo and branches.
+/// Operates through all steps of sample_procedure(), with refused commands, undo and branches.
 void operate(Lockstep& run) {
   const auto rest = [&](int ticks) {
     for (int i = 0; i < ticks; ++i) run.step(in_air());
@@ -106,7 +107,7 @@ TEST(Procedure, CostsNothingWhereThePlanHasNone) {
   EXPECT_EQ(outcome.refused->what, "the operation has no procedure");
   EXPECT_FALSE(outcome.is_refusal_recorded);
   EXPECT_EQ(without.now().chronicle.size(), 0u);
-  // Its session lists no types of procedures, and can be continued all the same.
+  // The header of its session lists no types of procedures. With a procedure the header lists all types.
   SessionHeader header = describe_scene(bench.scene, *bench.method, {}, burr_spec());
   describe(toys(), header);
   for (const NamedVersion& type : header.types)
@@ -294,7 +295,7 @@ TEST(Measurements, CountEventsOfOneHandOrAll) {
   EXPECT_TRUE(Measurements(other, {}).meets({"changes", 2.0, 2.0}));
 }
 
-/// A log of two refused commands, a mark that begins a step, and ticks.
+/// Returns a log of two marks, the second of which begins a step, two refused commands, and ticks.
 std::vector<LogItem> sample_log(const ProcedureBench& bench) {
   Engine engine = bench.planned_engine();
   haptics::ServoCore core({}, 1e-3);
@@ -391,7 +392,7 @@ TEST(Procedure, IsPartOfAHeader) {
         "score_weight=-1", "score_colour=red", "procedure_score=time", "procedure_score_weight=-1",
         "step_colour=red", "procedure_colour=red"})
     EXPECT_FALSE(decode_header(text + line + "\n").is_ok()) << line;
-  // Lines before those of their objects. The error names the line.
+  // A line is refused if the line of its object does not precede it. The error quotes the refused line.
   SessionHeader empty = bench.header();
   empty.plan = {};
   for (const char* line : {"step_title=a", "transition=mark", "condition_minimum=1", "score_full_at=1",

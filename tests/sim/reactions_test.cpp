@@ -1,4 +1,4 @@
-// Modules that react to events and commands: they see the state, and raise further events.
+// Modules that react to events and commands: they read the state, and raise further events.
 #include "tests/sim/toy_bench.h"
 
 namespace trephine::sim {
@@ -23,7 +23,7 @@ struct Heard {
     return table;
   }
 };
-/// Raised in reaction to itself, until the engine cuts it off.
+/// Raised in reaction to each event of its own type, until the engine ends the chain.
 struct Ping {
   std::int64_t count = 0;
   static const Schema& schema() {
@@ -46,7 +46,7 @@ class ListeningModule final : public Module {
     auto& settings = reaction.change_settings<ListenerSettings>();
     settings.undos += command.request.as<Undo>() != nullptr;
     settings.carved += command.request.as<ToyCarve>() != nullptr;
-    // The state after the command.
+    // `state` is the state after the command.
     if (command.request.as<ToyMark>()) settings.noted_marks = Toy::toy_undoable(state).marks;
     reaction.raise_event(Heard{std::string(command.request.name())}, glm::dvec3(1, 2, 3));
     if (command.request.as<ToyResize>()) reaction.raise_event(Ping{1}, glm::dvec3(0));
@@ -95,7 +95,7 @@ TEST(ModuleReaction, ReceivesCommandsAndRaisesEvents) {
     EXPECT_EQ(heard[0], "toy-mark");
     EXPECT_EQ(heard[2], "toy-carve");
     EXPECT_EQ(heard[3], "undo");
-    // An endless chain of events is cut off at a thousand.
+    // The engine ends an endless chain of events after at most a thousand events.
     const Outcome endless = run.apply({ToyResize{2}, 0});
     EXPECT_GE(endless.event_count, 900u);
     EXPECT_LE(endless.event_count, 1000u);

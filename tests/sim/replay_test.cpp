@@ -1,4 +1,4 @@
-// Replay: to the bit, to any tick, with every changed fact detected.
+// Replay: gives the same bits, seeks to any tick, and detects changed facts.
 #include "sim/drivers/replay.h"
 
 #include <deque>
@@ -35,7 +35,7 @@ TEST(Replay, SeeksForwardAndBackToTheSameState) {
 
 enum class PlantedFault { none, force, stated_force, removed_volume, voxels };
 
-/// Writes a session block by block, with one changed fact.
+/// Writes a session with one changed fact.
 void write_session_with(PlantedFault planted, const std::string& path) {
   Bench bench;
   Engine edits(bench.scene, bench.method, drilling::burr(bench.burr), 1e-3);
@@ -52,7 +52,7 @@ void write_session_with(PlantedFault planted, const std::string& path) {
     const Outcome outcome = edits.apply(record);
     if (planted == PlantedFault::force && i == 400) record.force_world.x += 1e-12;
     if (planted == PlantedFault::stated_force && i == 599) {
-      // Another force with the checksum of the true one.
+      // The last tick has another force, but the checksum of the true force.
       ItemEncoder other = items;
       haptics::ServoRecord changed = record;
       changed.force_world.x += 1;
@@ -82,7 +82,7 @@ void write_session_with(PlantedFault planted, const std::string& path) {
 
 TEST(Replay, EveryPlantedFaultIsDetected) {
   const Folder folder;
-  const std::string path = folder.file("lie.session");
+  const std::string path = folder.file("faulty.session");
   const std::pair<PlantedFault, const char*> planted_faults[] = {
       {PlantedFault::none, ""},
       {PlantedFault::force, "force"},
@@ -142,8 +142,8 @@ TEST(Replay, ARecordingOfAnotherBuildReplaysToTheBit) {
   EXPECT_GT(v.removed, 0);
 }
 
-// The two threads of a live session as a model, in random order: ticks run ahead of the edits, undos and
-// redos arrive in bursts, also while a tool is led out. The replay is the same for any interleaving.
+// Simulates the two threads of a live session in random order: ticks run ahead of the edits, and undos and
+// redos arrive in bursts, also while a tool is led out. Each recording replays to the bit.
 TEST(Replay, AnyInterleavingOfServoAndEditsReplaysToTheBit) {
   const Folder folder;
   std::mt19937 random(4);
@@ -178,7 +178,7 @@ TEST(Replay, AnyInterleavingOfServoAndEditsReplaysToTheBit) {
       if (random() % 300 == 0)
         for (unsigned i = 0, n = 1 + random() % 4; i < n; ++i)
           waiting.push_back(random() % 3 == 0 ? Command(Redo{}) : Command(Undo{}));
-      // Several at once: the servo may miss the states between them.
+      // Several commands are applied at once: the servo may never read the states between them.
       while (!waiting.empty()) {
         const Outcome outcome = edits.apply(waiting.front());
         if (outcome.is_changed) published = edits.servo_scene();

@@ -5,7 +5,7 @@
 
 namespace trephine::sim {
 
-/// A burr whose centre is at the hand, on the small bone.
+/// A round burr (Burr::is_round) on the small bone, and a scene whose tool has the burr's touch radius.
 struct RoundBench {
   haptics::TouchScene scene = small_bone();
   std::unique_ptr<haptics::ProxyMethod> method = haptics::make_method("subvoxel").value();

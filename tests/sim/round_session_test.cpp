@@ -1,5 +1,5 @@
-// Sessions of a round tool: its offset fields follow the cuts, off the servo, and a replay repeats their
-// timing.
+// Sessions of a round tool: its offset fields are updated after cuts, outside the servo thread, and a replay
+// adopts them at the recorded ticks.
 #include <chrono>
 #include <set>
 #include <thread>
@@ -11,8 +11,8 @@
 namespace trephine::sim {
 namespace {
 
-/// Returns the largest excess freedom of the field in use over a field rebuilt from the version, mm. Above
-/// the field's own accuracy a ball could enter the remaining matter.
+/// Returns the largest amount by which a field rebuilt from the version exceeds the field in use, mm. If it
+/// is larger than the accuracy of the fields, a ball could enter the remaining matter.
 double too_free(const haptics::TouchScene& scene, const Engine& edits) {
   const volume::OffsetField& used = edits.servo_scene()->hands[0].state.offset(scene, 0);
   const auto fresh = volume::OffsetField::build(scene.items[0].field, *scene.items[0].bits,
@@ -22,7 +22,7 @@ double too_free(const haptics::TouchScene& scene, const Engine& edits) {
   for (int z = 0; z < used.size().z; ++z)
     for (int y = 0; y < used.size().y; ++y)
       for (int x = 0; x < used.size().x; ++x)
-        // Near the zero set of either field.
+        // Only near the zero set of the rebuilt field.
         if (std::abs(fresh->at(x, y, z)) < 0.5 * fresh->far_mm())
           worst = std::max(worst, fresh->at(x, y, z) - used.at(x, y, z));
   return worst;
@@ -110,8 +110,8 @@ TEST(RoundSession, AnotherFieldIsDetected) {
   }
 }
 
-/// Undone in contact, a tool is led to a position free of its method's own solid, not only of voxels: it is
-/// never buried there again.
+/// After an undo in contact, a tool is led to a position outside the solid of its own method, not only
+/// outside solid voxels. The method therefore does not report it as buried afterwards.
 TEST(RoundSession, EveryMethodIsLedOutOfItsOwnSolid) {
   for (const char* name :
        {"subvoxel", "implicit", "path", "explicit", "explicit-cubes", "scene", "scene-sequential"})
@@ -135,7 +135,8 @@ TEST(RoundSession, EveryMethodIsLedOutOfItsOwnSolid) {
         }
       }
       EXPECT_GT(led, 5) << name << " " << radius;
-      // A cut may move a vertex of the net outward, over a proxy that rests there; nothing else buries one.
+      // With the method explicit, a cut may move a vertex of the surface net outward, over a proxy that rests
+      // there. No other cause buries a proxy.
       EXPECT_LE(buried, std::string(name) == "explicit" ? 3 : 0) << name << " " << radius;
     }
 }
@@ -151,7 +152,7 @@ TEST(RoundSession, ReachesTheHandThroughItsCut) {
   }
   EXPECT_FALSE(r.has_contact);
   EXPECT_EQ(r.proxy_world, r.pose.position_world);
-  // Undone in the hole: led out, and never inside the restored matter.
+  // After an undo in the hole, the tool is led out, and finally rests on the restored matter.
   EXPECT_TRUE(run.undo().is_changed);
   bool was_led = false;
   for (int i = 0; i < 500; ++i) {
@@ -199,7 +200,7 @@ TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
   EXPECT_GE(v.counts.commands, 8u);  // six undos, two redos, and adopted fields
 }
 
-/// A header keeps the radius of the tool, the material of a back and effects.
+/// A header keeps the radius of the tool, the material of a back side, and effects.
 TEST(RoundSession, AHeaderKeepsRadiusBackAndEffects) {
   RoundBench bench;
   bench.scene.items[0].back_material = haptics::Material{.stiffness = 0.3, .viscosity = 0.01, .pop_force = 2};

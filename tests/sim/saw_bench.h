@@ -7,9 +7,10 @@
 namespace trephine::sim {
 
 constexpr double k_circle = 5, k_saw = 1.5;                // mm, radii of the circle and of the saw
-constexpr double k_sawn = 3.2, k_lift = 3.6, k_end = 4.4;  // s
+constexpr double k_sawn = 3.2, k_lift = 3.6, k_end = 4.4;  // s, ends of sawing, rest and path
 
-/// The first hand rests on the plate. The second saws a disk out around it, and moves up.
+/// Paths of two hands. The first hand rests on the plate. The second saws a disk out around the first hand,
+/// and then moves up.
 inline haptics::PosePath resting() {
   std::vector<haptics::PosePath::Sample> samples;
   samples.push_back({0, {{0, 0, 5}, {1, 0, 0, 0}, 0}});
@@ -65,7 +66,7 @@ inline void saw(Lockstep& run) {
   }
 }
 
-/// Detaches the disconnected parts, by a job that ends at once.
+/// Detaches the disconnected parts by a job, whose result is adopted immediately.
 inline Outcome detach_pieces(Lockstep& run) {
   const Outcome begun = run.apply(FreePieces{});
   EXPECT_FALSE(begun.refused) << begun.refused->message();

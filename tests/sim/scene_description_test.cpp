@@ -1,4 +1,4 @@
-// SceneDescription: the start of an operation, printed, written, read and built again.
+// SceneDescription: the start of an operation is written to a header, read, and built again.
 #include <random>
 
 #include "tests/sim/crowd.h"
@@ -51,12 +51,12 @@ TEST(SceneDescription, ATreeFromTheDataOfATreeEqualsIt) {
   for (std::size_t cut = 0; cut < bytes.size(); cut += 5)
     EXPECT_FALSE(decode_model(bytes.substr(0, cut)).is_ok()) << cut;
   std::string wrong = bytes;
-  wrong[16 + 8 * 24] = 8;  // a missing corner
+  wrong[16 + 8 * 24] = 8;  // index of a corner that does not exist
   EXPECT_FALSE(decode_model(wrong).is_ok());
 }
 
-// Two volumes, a model at rest, one that moves, two hands with two tools; effects, switches, poses and tools
-// changed midway. The session contains all of it.
+// The scene has two volumes, a model at rest, a model that moves, and two hands with two tools. Effects,
+// switched items, poses and tools change during the session. The session file contains all of it.
 TEST(SceneDescription, ASessionWithAllFeaturesReplaysToTheBitFromItsFileAlone) {
   const Folder folder;
   const std::string path = folder.file("crowd.session");
@@ -74,7 +74,7 @@ TEST(SceneDescription, ASessionWithAllFeaturesReplaysToTheBitFromItsFileAlone) {
   EXPECT_EQ(replay.engine().now().hash(), state);
 }
 
-// Files may request anything of a model; features that it lacks are refused.
+// A file may request any feature of a model. Features that models do not support are refused.
 TEST(SceneDescription, HeadersThatAskTooMuchOfAModelAreRefused) {
   const std::string good = encode(SessionHeader(crowded_spec(crowded())));
   const std::size_t at = good.find("of_model=0");

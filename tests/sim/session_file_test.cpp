@@ -76,7 +76,7 @@ TEST(Session, TornAtAnyByteTheWholeBlocksAreKept) {
   in.read(bytes.data(), static_cast<std::streamsize>(size));
   std::mt19937 random(5);
   std::uint64_t last_ticks = 0;
-  // Up to the whole file: the length of its last block depends on the time of day.
+  // The whole file is the last cut: the random cuts may end before its last block, whose length varies.
   std::vector<std::size_t> cuts;
   for (std::size_t cut = 0; cut < size; cut += 1 + random() % 97) cuts.push_back(cut);
   cuts.push_back(size);
@@ -85,7 +85,7 @@ TEST(Session, TornAtAnyByteTheWholeBlocksAreKept) {
     std::ofstream(torn, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(cut));
     auto opened = SessionReader::open(torn);
     if (!opened) {
-      EXPECT_LT(cut, 4000u);  // only without a complete header
+      EXPECT_LT(cut, 4000u);  // an error only if the header is incomplete
       EXPECT_FALSE(opened.error().what.empty());
       continue;
     }
@@ -132,7 +132,7 @@ TEST(Session, ForeignNewerAndOlderFilesAreReported) {
   ASSERT_FALSE(newer.is_ok());
   EXPECT_NE(newer.error().what.find("newer"), std::string::npos);
 
-  // Older arithmetic: can be viewed, not verified.
+  // A session with older arithmetic can be viewed, but not verified.
   Bench bench;
   SessionHeader header = bench.header();
   header.revision = 0;
@@ -202,7 +202,7 @@ TEST(Session, AFullDiskEndsTheRecordingAndKeepsWrittenBlocks) {
     run.step(request.at(1e-3 * i));
     if (i % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(3));
   }
-  EXPECT_TRUE(writer->status().has_value());  // reported while recording continues
+  EXPECT_TRUE(writer->status().has_value());  // reported before finish()
   const Status status = writer->finish(run.engine());
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, old_handler);
@@ -214,7 +214,7 @@ TEST(Session, AFullDiskEndsTheRecordingAndKeepsWrittenBlocks) {
   EXPECT_GT(opened.value().tick_count(), 50u);
   expect_same(replay(path));
 
-  // No directory to write to, and never over an existing file.
+  // A missing directory is an error, and an existing file is never overwritten.
   EXPECT_FALSE(SessionWriter::create(folder.file("no/such/folder"), bench.header(), bench.scene.base,
                                      drilling_catalogue())
                    .is_ok());
@@ -223,8 +223,8 @@ TEST(Session, AFullDiskEndsTheRecordingAndKeepsWrittenBlocks) {
   EXPECT_NE(taken.error().what.find("already"), std::string::npos);
 }
 
-/// In every frame, unit and mask, with points and balls: drilling, undo and redo give the same bits, and so
-/// does the replay.
+/// For every frame, unit and mask, with points and balls: undo and redo restore the bits of the states, and
+/// the replay gives the same bits.
 TEST(Session, DrillsUndoesAndReplaysInEveryFrameUnitAndMask) {
   const Folder folder;
   int n = 0;

@@ -1,4 +1,4 @@
-// Fixture for session tests: a small plate of bone, a burr, a folder, and a verdict on a replay.
+// Fixture for session tests: a small plate of bone, a burr, a folder, and the result of a replay.
 #pragma once
 
 #include <cmath>
@@ -44,12 +44,12 @@ inline const Catalogue& drilling_catalogue() {
   return all;
 }
 
-/// A temporary folder, deleted afterwards.
+/// A temporary folder, which the destructor deletes.
 struct Folder : scenes::Scratch {
   std::string file(const char* name) const { return (path / name).string(); }
 };
 
-/// The scene, a method and a burr: all that a run borrows.
+/// A scene, a method and a burr, with which a test runs.
 struct Bench {
   haptics::TouchScene scene = small_bone();
   haptics::ImplicitProxy method;
@@ -88,6 +88,7 @@ inline void write_session(const std::string& path, const SessionHeader& header, 
   std::ofstream(path, std::ios::binary) << bytes;
 }
 
+/// Result of a complete replay.
 struct Verdict {
   std::optional<Mismatch> mismatch;
   Replay::Counts counts;

@@ -1,4 +1,4 @@
-// Live sessions: under load, killed, with two hands, in any interleaving, resumed.
+// Live sessions: under load, with faults, with two hands, resumed, and killed by a signal.
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -36,7 +36,8 @@ class CpuLoad {
   std::vector<std::thread> threads_;
 };
 
-/// Drives a live session under load with `undos` in contact, and records it.
+/// Records a live session under load, with `undos` undos while the burr touches bone. Sets `hash` to that of
+/// the last version, and `removed` to the removed volume, mm3.
 void record_live(const std::string& path, int undos, double rate, std::uint64_t* hash, double* removed) {
   Bench bench;
   auto writer = bench.writer(path, rate);
@@ -51,7 +52,7 @@ void record_live(const std::string& path, int undos, double rate, std::uint64_t*
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     const LiveState s = live.fetch_state();
     if (s.newest.faults & haptics::k_latched_faults) live.reset_faults();
-    // While the burr is in its hole: the bone grows over it.
+    // Undoes while the burr is in its hole, so that bone grows over the burr.
     if (s.can_undo && s.newest.pose.is_pressed() && s.newest.has_contact && s.newest.t > 0.15 * (done + 1)) {
       live.undo();
       if (++done % 5 == 0) live.redo();
@@ -75,7 +76,7 @@ TEST(Session, ALiveRunUnderLoadWithUndosInContactReplaysToTheBit) {
   record_live(path, 20, 500, &hash, &removed);
   if (const char* keep = std::getenv("TREPHINE_KEEP_SESSION"))
     fs::copy_file(path, keep, fs::copy_options::overwrite_existing);
-  // Two at a time: replays share nothing.
+  // Two replays run at the same time: they share no data.
   Verdict first, second;
   std::thread other([&] { second = replay(path); });
   first = replay(path);
@@ -95,7 +96,7 @@ TEST(Session, ALiveRunUnderLoadWithUndosInContactReplaysToTheBit) {
   EXPECT_EQ(opened.value().lost_bytes(), 0u);
 }
 
-/// A burr whose step takes long in one tick.
+/// A burr whose step takes `milliseconds` (ms) longer in tick 100.
 struct SlowBurr {
   double milliseconds = 0;
   drilling::Burr burr = k_burr;
@@ -123,8 +124,8 @@ class SlowDrilling final : public Module {
   }
 };
 
-// A full ring drops whole ticks and fades the force; late edits make the scene stale. Both latch, are
-// recorded and replay.
+// A full ring drops whole ticks and fades the force. Late edits make the scene stale. Both faults are latched
+// and recorded, and the session replays without a mismatch.
 TEST(Session, AFullRingAndSlowEditsFadeTheForceAndReplay) {
   const Folder folder;
   for (const bool is_full : {true, false}) {
@@ -172,7 +173,7 @@ TEST(Session, AFullRingAndSlowEditsFadeTheForceAndReplay) {
     EXPECT_EQ(v.hash, live.engine().current()->content_hash());
     EXPECT_EQ(v.counts.dropped, report.dropped);
     EXPECT_EQ(report.dropped > 0, is_full);
-    // Ticks that are played twice are counted once.
+    // Seeking back and forth plays ticks twice. The replay must count them once, without a mismatch.
     auto again = SessionReader::open(path, catalogue);
     ASSERT_TRUE(again.is_ok());
     const auto sought = Replay::open(again.value(), small_bone().base);
@@ -190,7 +191,7 @@ TEST(Session, AFullRingAndSlowEditsFadeTheForceAndReplay) {
         if (const auto* fault = event->event.value.as<FaultEvent>())
           events.push_back(fault->is_cleared ? "cleared" : fault->names);
     ASSERT_GE(events.size(), 2u);
-    // The fade comes first, also if the ring is small.
+    // The stale scene is the first fault, also if the ring is small.
     EXPECT_NE(events.front().find("stale scene"), std::string::npos) << events.front();
     const auto is_full_ring = [](const std::string& e) { return e.find("full ring") != std::string::npos; };
     EXPECT_EQ(std::any_of(events.begin(), events.end(), is_full_ring), is_full);
@@ -235,7 +236,7 @@ TEST(Session, TwoHandsShareAServoAndAHistory) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   live.stop();
   EXPECT_FALSE(writer->finish(live.engine()));
-  // Both drilled, as one stroke; the two hands of a tick read one version.
+  // Both hands drilled, in one stroke. In each tick both hands read the same version.
   EXPECT_EQ(live.engine().stroke_count(), 1u);
   EXPECT_GT(live.engine().removed_mm3(), 5);
   const auto& trace = live.trace();
@@ -249,7 +250,7 @@ TEST(Session, TwoHandsShareAServoAndAHistory) {
     right_contact = right_contact || trace[i + 1].has_contact;
   }
   EXPECT_TRUE(left_contact && right_contact);
-  // A lost device removes its own force, not the other hand's.
+  // The loss of a device is a fault of its own hand only.
   EXPECT_TRUE(trace.back().faults & haptics::fault_lost_device);
   EXPECT_EQ(trace[trace.size() - 2].faults & haptics::k_latched_faults, 0u);
   const Verdict v = replay(path);
@@ -261,7 +262,7 @@ TEST(Session, ContinuesWhereItStopped) {
   const Folder folder;
   const std::string path = folder.file("a.session");
   record_lockstep(path, 700);
-  // As if killed: the end and a part of the last block are missing.
+  // Removes the end and a part of the last block, as if the process was killed.
   fs::resize_file(path, fs::file_size(path) - 100);
   Bench bench;
   auto opened = SessionReader::open(path, drilling_catalogue());
@@ -293,12 +294,12 @@ TEST(Session, ContinuesWhereItStopped) {
   EXPECT_GE(v.counts.ticks, first_tick + 400);
 }
 
-// A power cut loses no finished stroke and no command: both are synced at once.
+// A power cut loses no finished stroke and no command: the file is synced at once after both.
 TEST(Session, EndsOfStrokesAndCommandsAreSyncedAtOnce) {
   const Folder folder;
   Bench bench;
   WriterOptions options;
-  options.sync_seconds = 1000;  // only on request
+  options.sync_seconds = 1000;  // no periodic sync during the test
   auto writer = bench.writer(folder.file("a.session"), 1000, options);
   Lockstep run(bench.scene, bench.method, drilling::burr(bench.burr), {}, 1000, writer.get());
   const auto wait_for = [&](int syncs) {
@@ -351,7 +352,7 @@ TEST(Session, KilledAtAnyMomentKeepsAllThatWasWritten) {
       std::this_thread::sleep_for(std::chrono::microseconds(200));
     EXPECT_GT(newest->load(), 0u);
     std::this_thread::sleep_for(std::chrono::microseconds(random() % 250'000));
-    const std::uint64_t then = newest->load(), bytes_then = written->load();  // done when the signal is sent
+    const std::uint64_t then = newest->load(), bytes_then = written->load();  // before the signal is sent
     kill(child, SIGKILL);
     int status = 0;
     waitpid(child, &status, 0);

@@ -25,7 +25,7 @@ haptics::TouchScene flat_bone() {
   return scenes::phantom_scene("plane", o);
 }
 
-/// Presses at (x, 0) for `ticks`, then lifts for a few.
+/// Approaches at (x, 0) mm, drills there for `ticks` ticks, and lifts the tool again.
 void stroke(Lockstep& run, double x, int ticks) {
   for (int i = 0; i < 60; ++i) run.step({{x, 0, 3}, {1, 0, 0, 0}, false});
   for (int i = 0; i < ticks; ++i) run.step({{x, 0, -3}, {1, 0, 0, 0}, true});
@@ -49,7 +49,7 @@ TEST(Lockstep, SameInputSameBits) {
   }
   EXPECT_EQ(hashes[0], hashes[1]);
   EXPECT_EQ(forces[0], forces[1]);
-  // Equal on every compiler, preset and x86-64 CPU.
+  // The golden values hold for every compiler, preset and x86-64 CPU.
   EXPECT_EQ(hashes[0], scenes::golden("lockstep, removed volume"));
   EXPECT_EQ(std::bit_cast<std::uint64_t>(forces[0].z), scenes::golden("lockstep, last force"));
 }
@@ -120,8 +120,8 @@ haptics::TouchScene thin_bone() {
   return scenes::phantom_scene("plate", o);
 }
 
-// Bone grows back over the tool, which is led out along its own path to the side from which it came, with
-// bounded speed and force, and without generating energy.
+// After an undo, bone grows back over the tool. The tool is led out along its own path to the side from which
+// it came. Speed and force are bounded, and a hand at rest receives no energy.
 TEST(Lockstep, GrowthLeadsTheToolOutToTheSideItCameFrom) {
   for (const double side : {1.0, -1.0}) {
     const haptics::TouchScene scene = thin_bone();
@@ -130,7 +130,7 @@ TEST(Lockstep, GrowthLeadsTheToolOutToTheSideItCameFrom) {
     const drilling::Burr burr{4, 60, 40, false};
     Lockstep run(scene, method, drilling::burr(burr), {}, 1000);
     haptics::ServoRecord r;
-    // Sideways first, so that the path back has a bend, then into the bone, nearly through.
+    // First obliquely, so that the escape path has a bend; then straight into the bone, nearly through it.
     for (int i = 0; i < 100; ++i) r = run.step({{0.02 * i, 0, side * (6 - 0.03 * i)}, {1, 0, 0, 0}, false});
     for (int i = 0; i < 2500; ++i)
       r = run.step({{2, 0, side * std::max(-0.8, 3 - 0.01 * i)}, {1, 0, 0, 0}, true});
@@ -140,7 +140,7 @@ TEST(Lockstep, GrowthLeadsTheToolOutToTheSideItCameFrom) {
     ASSERT_GT(before, 1);
     ASSERT_TRUE(run.undo().is_changed);
     EXPECT_EQ(run.engine().removed_mm3(), 0);
-    // The hand holds still, button down: the tool is led out, and cuts nothing meanwhile.
+    // The hand holds still with the button pressed. The tool is led out, and cuts nothing on this path.
     double last_force = glm::length(r.force_world), strongest = 0;
     dvec3 last_proxy = hand;
     int led = 0;
@@ -161,13 +161,13 @@ TEST(Lockstep, GrowthLeadsTheToolOutToTheSideItCameFrom) {
     }
     EXPECT_GT(led, 15);
     EXPECT_LT(led, 400);
-    EXPECT_GT(side * last_proxy.z, 1.0);  // outside again, on its own side
+    EXPECT_GT(side * last_proxy.z, 1.0);  // outside again, on the side from which it came
     EXPECT_GT(r.energy.discarded, 0.5);   // energy that a jump would have stored
     EXPECT_EQ(r.energy.growth, 0);        // a hand at rest receives no work
     EXPECT_TRUE(r.has_contact);
-    // Except for the first bite of a touching ball.
+    // Only the tick after the escape may cut a little, since the button is still pressed.
     EXPECT_LT(run.engine().removed_mm3(), 0.05);
-    // Afterwards the surface holds it as before, while the full force returns over tenths of a second.
+    // Afterwards the surface stops the tool as before, while the full force returns over tenths of a second.
     for (int i = 0; i < 600; ++i) {
       r = run.step({hand, {1, 0, 0, 0}, false});
       EXPECT_LE(std::abs(glm::length(r.force_world) - last_force), 1.0 + 1e-9);
@@ -187,7 +187,7 @@ TEST(Lockstep, AHandThatYieldsReceivesOnlyBoundedWorkFromGrowth) {
   haptics::ServoRecord r;
   for (int i = 0; i < 2500; ++i) r = run.step({{0, 0, std::max(-0.8, 4 - 0.01 * i)}, {1, 0, 0, 0}, true});
   ASSERT_TRUE(run.undo().is_changed);
-  // A free mass of 50 g with the device's damping, released.
+  // The hand is replaced by a free mass of 50 g, with a damping of 0.002 N s/mm by the device.
   dvec3 x(0, 0, -0.8), v(0);
   double fastest = 0;
   for (int i = 0; i < 2000; ++i) {

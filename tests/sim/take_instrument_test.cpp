@@ -1,11 +1,11 @@
-// TakeInstrument: an instrument and the balls that it touches with, by one command.
+// TakeInstrument: one command sets an instrument and the balls with which it touches.
 #include "modules/drilling/perforator.h"
 #include "tests/sim/session_fixture.h"
 
 namespace trephine::sim {
 namespace {
 
-/// A thick plate on 0.5 mm, touched as a point at the start.
+/// A plate of 8 mm in voxels of 0.5 mm. The hand touches it with a point at the start.
 struct TrayBench {
   haptics::TouchScene scene;
   std::unique_ptr<haptics::ProxyMethod> method = haptics::make_method("subvoxel").value();
@@ -45,7 +45,7 @@ TEST(TakeInstrument, BringsItsBallAndReplaysToTheBit) {
     const double radius =
         perforator.type->needs(perforator.parameters.data(), *bench.scene.base).tool->radius();
     ASSERT_GE(radius, 5);
-    // Until the job ends the hand keeps its burr.
+    // The hand keeps its burr until the job of the command is adopted.
     const Outcome begun = run.apply(Command(TakeInstrument{"perforator", "diameter=13"}, 0));
     ASSERT_FALSE(begun.refused) << begun.refused->message();
     EXPECT_EQ(tool_of(run.engine()), "burr");
@@ -54,14 +54,14 @@ TEST(TakeInstrument, BringsItsBallAndReplaysToTheBit) {
     EXPECT_EQ(tool_of(run.engine()), "perforator");
     EXPECT_EQ(run.engine().now().settings.hands[0].parameters.as<drilling::Perforator>()->diameter, 13);
     EXPECT_DOUBLE_EQ(radius_of(run.engine()), radius);
-    // It touches with its ball, and its force is set.
+    // The perforator touches with its ball, and its force law is set.
     haptics::ServoRecord record;
     for (double z = 12; z > 8; z -= 0.02) record = run.step({{0, 0, z}, {1, 0, 0, 0}, false});
     EXPECT_TRUE(record.has_contact);
     EXPECT_NEAR(record.proxy_world.z, 4 + radius, 0.2);
     EXPECT_NE(run.engine().servo_scene()->hands[0].laws, nullptr);
     for (int i = 0; i < 30; ++i) run.step({{0, 0, 14}, {1, 0, 0, 0}, false});
-    // A burr touches as at the start again: with a point.
+    // A burr touches with a point again, as at the start.
     ASSERT_FALSE(run.apply_whole({TakeInstrument{"burr", "diameter=4 removal_rate=30"}, 0}).refused);
     EXPECT_EQ(tool_of(run.engine()), "burr");
     EXPECT_EQ(radius_of(run.engine()), 0);
@@ -98,7 +98,7 @@ TEST(TakeInstrument, IsRefusedWithItsReason) {
   EXPECT_NE(refusal("perforator", "diameter=10 inner=11").find("inner"), std::string::npos);
   EXPECT_TRUE(engine.jobs().empty());
   EXPECT_EQ(tool_of(engine), "burr");
-  // Two instruments at a time: the later one that ends stays.
+  // If two requests are pending, the hand keeps the instrument whose job is adopted last.
   const Outcome first = engine.apply(Command(TakeInstrument{"perforator", ""}, 0)),
                 second = engine.apply(Command(TakeInstrument{"burr", "diameter=4 removal_rate=30"}, 0));
   ASSERT_FALSE(first.refused || second.refused);

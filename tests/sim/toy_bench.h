@@ -8,6 +8,7 @@
 
 namespace trephine::sim {
 
+/// Returns a catalogue with the drilling module and the toy module.
 inline const Catalogue& toys() {
   static const drilling::Drilling drilling;
   static const Toy toy;
@@ -94,7 +95,8 @@ inline Command random_command(std::mt19937& random, const std::vector<PendingJob
   }
 }
 
-/// Returns the command with the hash of the job's result in AdoptJob, as in a live operation.
+/// Returns the command. As a live operation does, sets the hash of an AdoptJob to that of the job's result,
+/// or to 0 if the result is no longer valid.
 inline Command with_hash(Command command, const Engine& engine) {
   if (auto* adopt = command.request.as<AdoptJob>())
     for (const PendingJob& job : engine.jobs())

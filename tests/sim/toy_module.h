@@ -1,4 +1,4 @@
-// Toy: a module for tests with every part that a module may have.
+// Toy: a module for tests, with commands, events, jobs, undoable state, settings, a result and measures.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ struct ToyUndoable {
     return table;
   }
 };
-/// Result of the last ToyFlood.
+/// Result of the last adopted ToyFlood.
 struct ToyFound {
   double number = 0;
   static const Schema& schema() {
@@ -78,7 +78,8 @@ struct ToyResize {
     return table;
   }
 };
-/// Emitted by ToyMark, with the number of positions, and by the adoption of a ToyFlood.
+/// Emitted by ToyMark, with the number of positions, and by the adoption of a ToyFlood, with
+/// Toy::event_salt.
 struct ToyMarked {
   std::int64_t count = 0;
   static const Schema& schema() {
@@ -87,9 +88,9 @@ struct ToyMarked {
     return table;
   }
 };
-/// A job that takes `milliseconds` (ms) and makes a number from the state in which it started. Its adoption
-/// adds the number to ToyUndoable::flooded and removes a ball at the requested position. The result of a
-/// strict job is invalid if matter was removed in the meantime.
+/// A job that takes `milliseconds` (ms) and computes a number from the state in which it started. Its
+/// adoption adds the number to ToyUndoable::flooded and removes a ball at the requested position. The result
+/// of a strict job is invalid if the amount of removed matter changed after the start of the job.
 struct ToyFlood {
   glm::dvec3 at{0.0};
   double milliseconds = 0;
@@ -154,10 +155,10 @@ class Toy final : public Module {
   }
   void apply(const Command& command, ModuleWork& work) const override {
     if (const auto* mark = command.request.as<ToyMark>()) {
-      ToyUndoable& world = work.change_undoable<ToyUndoable>();
-      world.marks += 1;
-      world.places.push_back(mark->at);
-      work.raise_event(ToyMarked{world.marks}, mark->at);
+      ToyUndoable& changed = work.change_undoable<ToyUndoable>();
+      changed.marks += 1;
+      changed.places.push_back(mark->at);
+      work.raise_event(ToyMarked{changed.marks}, mark->at);
     } else if (const auto* carve = command.request.as<ToyCarve>()) {
       work.remove({carve->at, carve->at, work.settings<ToySettings>().radius, false});
     } else if (command.request.as<ToyMend>()) {
@@ -175,16 +176,16 @@ class Toy final : public Module {
             {"found", found ? found->number : 0, "", now.is_result_stale<ToyFound>()}};
   }
 
-  /// Planted faults: the result of a ToyFlood also depends on `salt`, and its event has `event_salt` as
-  /// count.
+  /// Planted faults: the result of a ToyFlood also depends on `salt`, and the event of its adoption has
+  /// `event_salt` as its count.
   static inline double salt = 0;
   static inline std::int64_t event_salt = 0;
 
   /// Returns the undoable state of this module; the initial one if the operation lacks the module.
   static const ToyUndoable& toy_undoable(const OperationState& state) {
     static const ToyUndoable initial;
-    const ToyUndoable* world = state.undoable_of<ToyUndoable>();
-    return world ? *world : initial;
+    const ToyUndoable* found = state.undoable_of<ToyUndoable>();
+    return found ? *found : initial;
   }
 
  private:

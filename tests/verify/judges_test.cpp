@@ -1,4 +1,4 @@
-// Judges: each detects its planted fault.
+// Judges of apps/verify: each accepts correct results, and detects planted faults.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -21,7 +21,8 @@ namespace {
 
 using glm::dvec3;
 
-/// Solid below z = 4 in a grid of 10^3.
+/// Returns a judge for a grid of 10^3 voxels, of which those up to z = 4 are solid. The surface is at z
+/// = 4.5.
 FallThroughJudge floor_judge() {
   return FallThroughJudge({10, 10, 10}, [](int, int, int z) { return z <= 4; });
 }
@@ -37,14 +38,14 @@ TEST(FallThroughJudge, AcceptsAProxyThatStaysOutside) {
   judge_one(judge, {{5, 5, 6}, {5, 5, 4.6}}, {5, 5, 1}, true);
   EXPECT_EQ(judge.fall_throughs(), 0);
   EXPECT_EQ(judge.steps(), 3);
-  EXPECT_EQ(judge.judged(), 2);  // the first has no predecessor
+  EXPECT_EQ(judge.judged(), 2);  // the first step has no known previous proxy
   judge.restart();
   judge_one(judge, {{5, 5, 2}}, {5, 5, 2}, false);
   judge_one(judge, {{5, 5, 2}, {5, 5, 1}}, {5, 5, 1}, false);
   EXPECT_EQ(judge.judged(), 2);  // a proxy that started inside is not judged
 }
 
-/// A proxy without contact is at the hand, except for rounding of frames.
+/// A proxy without contact must be at the HIP, except for rounding by the transforms between frames.
 TEST(FallThroughJudge, ToleratesOnlyRounding) {
   for (const double off : {1e-15, 1e-9}) {
     FallThroughJudge judge = floor_judge();
@@ -72,7 +73,7 @@ TEST(FallThroughJudge, FindsAProxyInMatterAJumpAndALostContact) {
   EXPECT_EQ(jump.fall_throughs(), 1);
   FallThroughJudge lost = floor_judge();
   judge_one(lost, {{5, 5, 8}}, {5, 5, 8}, false);
-  judge_one(lost, {{5, 5, 8}, {5, 5, 6}}, {5, 5, 1}, false);  // no contact, yet not at the HIP
+  judge_one(lost, {{5, 5, 8}, {5, 5, 6}}, {5, 5, 1}, false);  // no contact, but not at the HIP
   EXPECT_EQ(lost.fall_throughs(), 1);
 }
 
@@ -87,8 +88,9 @@ TEST(FallThroughJudge, CountsAStartBuriedByGrowthSeparately) {
   EXPECT_EQ(judge.buried_starts(), 1);
 }
 
-/// A method that reports "buried" is not excused if the solid did not change, or not at its proxy.
-TEST(FallThroughJudge, AMethodIsNotAcquittedByReportingGrowth) {
+/// A report of "buried" counts as a fall-through if the solid did not change, or if the changed solid does
+/// not contain the last proxy.
+TEST(FallThroughJudge, UnjustifiedReportsOfGrowthCountAsFallThroughs) {
   FallThroughJudge unchanged = floor_judge();
   judge_one(unchanged, {{5, 5, 8}}, {5, 5, 8}, false);
   for (int i = 0; i < 3; ++i) {
@@ -114,39 +116,41 @@ TEST(RestingPoint, RollsToThePointAboveTheHip) {
   EXPECT_NEAR(rest.z, 4.5, 1e-9);
 }
 
-/// Rest of a proxy that follows from a point above straight to the HIP.
+/// Returns the rest position of a proxy that starts at `above` with the HIP, which then moves straight to
+/// `hip`.
 dvec3 rest_of(const Clearance& wall, const dvec3& above, const dvec3& hip) {
   return follow_exactly(wall, 0.5, above, above, hip);
 }
 
-TEST(ExactHand, RestsAtTheAlgebraicSolution) {
+TEST(IdealProxy, RestsAtTheAlgebraicSolution) {
   const Clearance ball = [](const dvec3& p) { return glm::length(p) - 10; };
   EXPECT_LT(glm::length(rest_of(ball, {3, -2, 12}, {3, -2, 6}) - 10.0 / 7 * dvec3(3, -2, 6)), 1e-5);
-  // V-grooves along y, and a corner of three walls: on one side, on the edge, in the corner.
+  // V-grooves along y: rests in the groove's edge, and on one flank. Then a corner of three walls: rests in
+  // the corner, and on an edge.
   for (const double half : {15.0, 45.0}) {
     const double c = std::cos(half * 0.017453292519943295), s = std::sin(half * 0.017453292519943295);
     const Clearance groove = [=](const dvec3& p) { return std::min(c * p.x + s * p.z, -c * p.x + s * p.z); };
     const dvec3 hip(3, 4, -12);
     EXPECT_LT(glm::length(rest_of(groove, {0, 1, 20}, hip) - dvec3(0, 4, 0)), 1e-4);
-    const dvec3 aside(9, 4, 1), n(-c, 0, s);
-    EXPECT_LT(glm::length(rest_of(groove, {0, 1, 20}, aside) - (aside - glm::dot(aside, n) * n)), 1e-4);
+    const dvec3 lateral(9, 4, 1), n(-c, 0, s);
+    EXPECT_LT(glm::length(rest_of(groove, {0, 1, 20}, lateral) - (lateral - glm::dot(lateral, n) * n)), 1e-4);
   }
   const Clearance corner = [](const dvec3& p) { return std::min({p.x, p.y, p.z}); };
   EXPECT_LT(glm::length(rest_of(corner, {5, 6, 7}, {-3, -1, -2})), 1e-4);
   EXPECT_LT(glm::length(rest_of(corner, {5, 6, 7}, {-3, 2, -1}) - dvec3(0, 2, 0)), 1e-4);
 }
 
-TEST(ExactHand, StaysOnItsSideAndPassesEdges) {
-  // A plate a voxel thick: wherever the HIP is below it, the proxy stays above.
+TEST(IdealProxy, StaysOnItsSideAndPassesEdges) {
+  // A plate 0.5 mm thick, as long as a step of the HIP: the proxy stays above, also if the HIP is far below.
   const Clearance plate = [](const dvec3& p) { return std::abs(p.z) - 0.25; };
   EXPECT_LT(glm::length(rest_of(plate, {0, 0, 5}, {7, 3, -30}) - dvec3(7, 3, 0.25)), 1e-4);
-  // A step down: held on top until the HIP is past the edge, then at the foot of the wall.
+  // A step down: the proxy is held on top until the HIP is past the edge. Then it moves freely to the HIP.
   const Clearance step = [](const dvec3& p) { return std::max(p.z, p.x); };
   const dvec3 above(-4, 0, 1), below(-1, 0, -2), past(1, 0, -2);
   const dvec3 held = follow_exactly(step, 0.5, above, above, below);
   EXPECT_LT(glm::length(held - dvec3(-1, 0, 0)), 1e-4);
   EXPECT_LT(glm::length(follow_exactly(step, 0.5, held, below, past) - past), 1e-4);
-  // A proxy that starts in the wall is led out.
+  // A proxy that starts in the plate is moved to its surface.
   EXPECT_LT(glm::length(follow_exactly(plate, 0.5, {0, 0, 0.1}, {0, 0, -1}, {0, 0, -1}) - dvec3(0, 0, 0.25)),
             1e-4);
 }
@@ -173,7 +177,7 @@ TEST(MeshJudge, FindsEveryKindOfFault) {
   EXPECT_EQ(judge_mesh(v, faulty).pinched_vertices, 1u);
 }
 
-/// One wall has a friction angle; in a groove both walls hold, each by its normal force.
+/// At one wall, the pull is compared with one friction cone. In a groove, the cones of both walls add up.
 TEST(FrictionJudge, HandlesConesAndGrooves) {
   const double mu = 0.2;
   const glm::dvec3 up(0, 0, 1);
@@ -181,8 +185,10 @@ TEST(FrictionJudge, HandlesConesAndGrooves) {
     const double beyond = distance_from_cone({share, 0, -1}, {up}, mu);
     EXPECT_NEAR(beyond, std::max(0.0, share - mu) / std::sqrt(1 + mu * mu), 1e-6) << share;
   }
-  EXPECT_NEAR(distance_from_cone({0.3, 0, 0.4}, {up}, mu), 0.5, 1e-6) << "no wall holds a pull away";
-  // Along a groove the walls hold mu / sin(half its angle) of the normal force.
+  EXPECT_NEAR(distance_from_cone({0.3, 0, 0.4}, {up}, mu), 0.5, 1e-6)
+      << "friction does not resist a pull away from the wall";
+  // Along a groove, friction resists at most mu / sin(half of the groove's angle) times the pull into the
+  // groove.
   for (const double degrees : {90.0, 60.0}) {
     const double half = 0.5 * degrees / 57.29577951308232, most = mu / std::sin(half);
     const std::vector<glm::dvec3> walls{{std::cos(half), 0, std::sin(half)},
@@ -190,7 +196,8 @@ TEST(FrictionJudge, HandlesConesAndGrooves) {
     EXPECT_LT(distance_from_cone({0, 0.99 * most, -1}, walls, mu), 1e-3) << degrees;
     EXPECT_GT(distance_from_cone({0, 2 * most, -1}, walls, mu), 0.1) << degrees;
   }
-  // Walls found: one on a plane and in a wide bowl, two in a groove.
+  // walls_at() finds one wall on a plane and in a wide bowl. In a groove it must find both walls: the pull
+  // below is outside the cone of one wall.
   const auto plane = [](const glm::dvec3& p) { return -(0.3 * p.x + p.z); };
   const auto walls = walls_at(plane, glm::dvec3(0), 0.01, 1);
   ASSERT_EQ(walls.size(), 1u);
@@ -225,7 +232,7 @@ TEST(PassageJudge, DistinguishesThroughFromAround) {
   EXPECT_FALSE(judge.passes({4.9, 1.1, 0.1}, {4.9, 1.1, -0.1})) << "a graze at the rim";
   judge.restart();
   EXPECT_FALSE(judge.passes({6, 1.1, 0.3}, {6, 1.1, -0.3})) << "next to it";
-  // Deep in thick matter.
+  // Thick matter: a path that enters it deeper than the tolerance is reported once.
   const std::vector<glm::dvec3> cube{{0, 0, 0}, {9, 0, 0}, {0, 9, 0}, {9, 9, 0},
                                      {0, 0, 9}, {9, 0, 9}, {0, 9, 9}, {9, 9, 9}};
   PassageJudge thick(
@@ -241,7 +248,8 @@ TEST(PassageJudge, DistinguishesThroughFromAround) {
 }
 
 TEST(ExactTraversal, FollowsTheRuleOfThePerturbedLine) {
-  // At corners the line is perturbed by (e, e^2, e^3): upward x is crossed before y, y before z.
+  // At corners the line is perturbed by (e, e^2, e^3). With increasing coordinates, it crosses x planes
+  // before y planes and y planes before z planes; with decreasing coordinates, in the reverse order.
   const auto up = exact_traversal({0, 0, 0}, {1, 1, 1}, {0, 0, 0}, {3, 3, 3});
   ASSERT_EQ(up.size(), 4u);
   EXPECT_EQ(up[1].voxel, (std::array<int, 3>{1, 0, 0}));
@@ -252,7 +260,7 @@ TEST(ExactTraversal, FollowsTheRuleOfThePerturbedLine) {
   EXPECT_EQ(down[2].voxel, up[1].voxel);
 }
 
-/// The judge accepts forces of the law, and detects violations.
+/// The judge accepts forces of the law (`wrong` 0), and detects a wrong force (1) and a wrong ledger (2).
 TEST(ForceJudge, AcceptsTheLawAndDetectsAWrongForceOrLedger) {
   for (const int wrong : {0, 1, 2}) {
     ForceLaw law;
@@ -281,7 +289,8 @@ TEST(ForceJudge, AcceptsTheLawAndDetectsAWrongForceOrLedger) {
   }
 }
 
-/// Across a wall at a constant depth: viscosity pulls back, and its work counts as friction.
+/// The tool moves along a wall at a constant depth. Viscosity pulls it back, and the work of this force
+/// counts as friction. `wrong` 1: too small a force; 2: the ledger lacks the friction.
 TEST(ForceJudge, HandlesViscosityAndTheLedgerOfFriction) {
   for (const int wrong : {0, 1, 2}) {
     ForceLaw law;
@@ -307,8 +316,9 @@ TEST(ForceJudge, HandlesViscosityAndTheLedgerOfFriction) {
   }
 }
 
-/// Into a spring and out of it in steps of equal length: held forces return more energy than they took, and
-/// the controller limits the excess at the end.
+/// The tool moves into a spring and out of it in steps of equal length. Forces that are held for a tick would
+/// return more energy than they received; the passivity controller limits them at the end. `wrong`: without
+/// the controller.
 TEST(ForceJudge, HandlesThePassivityController) {
   for (const int wrong : {0, 1}) {
     ForceLaw law;
@@ -323,7 +333,7 @@ TEST(ForceJudge, HandlesThePassivityController) {
       depth += i == 0 ? 0 : is_out ? -step : step;
       taken += last * (depth - before);
       double force = k * depth;
-      // Moving out at the pace of the last step, the next hold returns force * step.
+      // If the tool moves out by another step, the force held during that tick returns force * step.
       if (is_out && force * step > std::max(0.0, taken)) force = std::max(0.0, taken) / step, ++cut;
       ForceTick tick;
       tick.position = {0, 0, -depth}, tick.normal = {0, 0, 1};
@@ -338,7 +348,8 @@ TEST(ForceJudge, HandlesThePassivityController) {
   }
 }
 
-/// A push and a spring in the air: a missing effect is detected, and so is energy on the wrong account.
+/// A push and a spring act in free space. The judge detects a missing effect (`wrong` 1), and energy in the
+/// wrong entry of the ledger (2).
 TEST(ForceJudge, HandlesEffects) {
   for (const int wrong : {0, 1, 2}) {
     ForceLaw law;
@@ -365,7 +376,8 @@ TEST(ForceJudge, HandlesEffects) {
   }
 }
 
-/// A path through a wall of one voxel is blocked, one next to it is free, and a cut in the wall frees it.
+/// A path through a wall one voxel thick is blocked, and a path in front of the wall is free. A cut in the
+/// wall frees the path through it.
 TEST(SmoothSolid, BlocksPathsThroughMatterHoweverThin) {
   const Samples wall = [](int x, int, int) { return x == 5 ? 1.0 : -1.0; };
   const SmoothSolid solid(wall);
@@ -382,7 +394,7 @@ TEST(BallJudge, ReportsHowFarABallReachesIntoMatter) {
   const BallJudge judge(2);
   const auto floor = [](const dvec3& p) { return p.z <= 0; };
   const auto slab = [](const dvec3& p) { return p.z <= 0 && p.z > -0.2; };
-  // Never more than the true depth, and little less.
+  // The reported depth is at most 0.001 mm above the true depth, and at most 0.015 mm below it.
   for (const double deep : {-0.5, 0.0, 0.05, 0.2, 1.0, 1.9}) {
     const double found = judge.penetration_mm({3, 4, 2 - deep}, floor), truth = std::max(0.0, deep);
     EXPECT_LE(found, truth + 1e-3);
@@ -390,7 +402,7 @@ TEST(BallJudge, ReportsHowFarABallReachesIntoMatter) {
     EXPECT_NEAR(judge.penetration_mm({3, 4, 2 - deep}, slab), found, 0.015);
   }
   EXPECT_EQ(judge.penetration_mm({0, 0, -5}, floor), 2);
-  // A solid floating inside the ball, and an edge.
+  // A small solid entirely inside the ball, and an edge that enters it.
   EXPECT_GT(
       judge.penetration_mm({0, 0, 0}, [](const dvec3& p) { return glm::length(p - dvec3(0.8, 0, 0)) < 0.3; }),
       1);

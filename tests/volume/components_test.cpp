@@ -71,7 +71,7 @@ TEST(Components, EqualVoxelwiseQueueFlood) {
     volumes.push_back(volume_of(size, gyroid));
     volumes.push_back(volume_of(size, [](const glm::ivec3&) { return false; }));
     volumes.push_back(volume_of(size, [](const glm::ivec3&) { return true; }));
-    // Solids joined only by edges, and only by corners.
+    // Voxels that touch others only at edges, and only at corners.
     volumes.push_back(volume_of(size, [](const glm::ivec3& v) { return (v.x + v.y + v.z) % 2 == 0; }));
     volumes.push_back(volume_of(
         size, [](const glm::ivec3& v) { return v.x % 2 == v.y % 2 && v.y % 2 == v.z % 2 && v.x % 3 != 2; }));

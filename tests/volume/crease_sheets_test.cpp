@@ -1,5 +1,5 @@
-// Sheets of offset fields at creases: balls in grooves against closed forms, and the rules that keep tools
-// free.
+// Sheets of offset fields at creases: balls in grooves against closed forms, no sheets on smooth or convex
+// shapes, and updates that add no matter.
 #include "volume/fields/crease_sheets.h"
 
 #include <bit>
@@ -19,8 +19,8 @@ using glm::ivec3;
 
 constexpr double k_degree = 0.017453292519943295;
 
-/// A V groove in oblique position: its flanks meet in the line through the origin along `axis`, and it opens
-/// along `up`.
+/// A V groove oblique to the grid. Its flanks meet in the line through the origin along `axis`, and it opens
+/// along `up`. `degrees`: angle between the flanks; `half_angle`: half of it, in radians.
 struct Groove {
   double half_angle;
   dvec3 axis, up, across;
@@ -57,8 +57,8 @@ struct Groove {
   }
 };
 
-/// Returns the value of a field at p (world), >= 0 in the solid: the largest of its sheets, or that of the
-/// field alone.
+/// Returns the value of the solid at p (world), >= 0 inside: the largest value of the sheets of the cube. In
+/// cubes without sheets, or without `has_sheets`, returns the value of the field itself.
 double solid_at(const OffsetField& f, const dvec3& p_world, bool has_sheets) {
   const dvec3 p = f.frame().volume_from_world(p_world);
   const ivec3 v = voxel_of(p);
@@ -76,7 +76,7 @@ double solid_at(const OffsetField& f, const dvec3& p_world, bool has_sheets) {
   return most;
 }
 
-/// Returns the largest error (mm) of the height at which a ball rests in a groove, along 8 mm of it.
+/// Returns the largest error (mm) of the height at which a ball rests in a groove, along 8 mm of the groove.
 double worst_rest(const Groove& g, const OffsetField& f, bool has_sheets) {
   const double exact = f.radius_mm() / std::sin(g.half_angle);
   double worst = 0;
@@ -104,7 +104,7 @@ TEST(CreaseSheets, BallsRestInNarrowGroovesWhereTheClosedFormSays) {
       std::printf("groove of %2.0f degrees: ball within %.3f mm; without sheets %.3f mm\n", degrees, with,
                   without);
       EXPECT_LT(with, 0.04 / std::tan(groove.half_angle) * 0.25 + 0.02);
-      // Planted fault: the field without its sheets.
+      // Planted fault: without sheets, the error must be much larger.
       EXPECT_GT(without, 4 * with);
     }
 }

@@ -1,4 +1,5 @@
-// Direct volume rendering: against every sample of every ray in double precision, and against closed forms.
+// Direct volume rendering: compared with a sum over every sample of every ray in double precision, and with
+// closed forms.
 #include "volume/imaging/direct_image.h"
 
 #include <array>
@@ -82,7 +83,7 @@ struct BruteForceRay {
     const auto& open = request.openings;
     if (open.plane && glm::dot(world - open.plane->at, open.plane->normal) > 0) return false;
     for (const auto& tube : open.tubes) {
-      double nearest = 1e9;  // over a thousand points along the tube
+      double nearest = 1e9;  // mm, to the nearest of a thousand points on the tube's axis
       for (int s = 0; s <= 1000; ++s)
         nearest = std::min(nearest, glm::length(world - glm::mix(tube.from, tube.to, s / 1000.0)));
       if (nearest < tube.radius) return false;
@@ -152,7 +153,6 @@ TEST(DirectImage, EqualsBruteForceOfEverySampleOfEveryRay) {
     const Field bone(*scan, Shape{"bone", 200});
     RemovalEditor editor(std::make_shared<Version>(scan, CutLattice::for_burr(*scan, 4).value()), {bone});
     editor.remove({{0, -12, 3}, {2, -11, 0}, 4});
-    editor.freeze();
     const auto cut = editor.freeze();
     DirectImage image(scan, 2);
     image.set_transfer_function(k_bone);
@@ -179,7 +179,7 @@ TEST(DirectImage, EqualsBruteForceOfEverySampleOfEveryRay) {
             // A ray ends at a transmittance of 0.5 %.
             worst = std::max(worst, is > 0.995 && result > 0.995 ? 0.0 : std::abs(is - result));
           }
-        // Planted fault: the twin reads the untouched scan.
+        // Planted fault: a twin that reads the untouched scan must differ.
         if (opening == 0) {
           const Version untouched(scan);
           const BruteForceRay wrong{*scan, untouched, k_bone, request, image.default_step_mm()};
@@ -191,13 +191,14 @@ TEST(DirectImage, EqualsBruteForceOfEverySampleOfEveryRay) {
         }
       }
   }
-  std::printf("%d rays, worst opacity by %.1e; without its cuts %d rays differ\n", rays, worst, planted);
+  std::printf("%d rays: largest error of the opacity %.1e; %d rays differ from those of the untouched scan\n",
+              rays, worst, planted);
   EXPECT_LT(worst, 2e-3);
   EXPECT_GT(planted, 20);
 }
 
 TEST(DirectImage, BallConvergesToItsChordWithTheStep) {
-  // The edge of the ball is 0.8 mm wide: a sharp edge would show the voxels.
+  // The intensity changes over 0.8 mm at the surface of the ball: a sharp edge would show the voxels.
   const auto scan = scan_of({80, 80, 80}, dmat3(0.5), [](const dvec3& p) {
     return 1000 * std::clamp((14 - glm::length(p)) / 0.8 + 0.5, 0.0, 1.0);
   });
@@ -217,7 +218,8 @@ TEST(DirectImage, BallConvergesToItsChordWithTheStep) {
       for (int i = 0; i < 40; ++i) {
         const Camera::Ray ray = request.camera.ray(i, j);
         const double b = glm::dot(ray.from, ray.along), root = b * b - glm::dot(ray.from, ray.from) + 14 * 14;
-        if (std::abs(14 - std::sqrt(14 * 14 - root)) < 1) continue;  // the rim is soft
+        if (std::abs(14 - std::sqrt(14 * 14 - root)) < 1)
+          continue;  // near the soft rim the closed form does not hold
         const double is = root > 0 ? 1 - std::pow(0.95, 2 * std::sqrt(root)) : 0;
         square +=
             std::pow(is - static_cast<double>(drawn[static_cast<std::size_t>(i + 40 * j)].opacity), 2) / 1600;
@@ -263,8 +265,8 @@ TEST(DirectImage, EndsOnWallsHidesLabelsAndReportsDepth) {
   EXPECT_EQ(pixel.opacity, 0) << "an opaque wall in front hides the ball";
 }
 
-/// The distance between samples must not show as rings: a layer thinner than a step is as opaque at the usual
-/// step as at much shorter ones.
+/// The distance between samples must not show as rings: a layer thinner than a step is as opaque with the
+/// default step as with much shorter steps.
 TEST(DirectImage, ThinLayersShowNoRings) {
   const auto scan = scan_of({80, 80, 80}, dmat3(0.5), [](const dvec3& p) {
     return -1000 + 2000 * std::clamp((14 - glm::length(p)) / 1.6 + 0.5, 0.0, 1.0);
@@ -285,7 +287,7 @@ TEST(DirectImage, ThinLayersShowNoRings) {
     return result;
   };
   const auto fine = opacities(0.02), usual = opacities(0);
-  // Planted: the transfer function at the samples alone.
+  // Planted fault: the transfer function is evaluated only at the samples.
   request.step = 0;
   const BruteForceRay ray{*scan, untouched, layer, request, 0.25};
   double worst = 0, planted = 0;
@@ -306,8 +308,8 @@ TEST(DirectImage, ThinLayersShowNoRings) {
   EXPECT_GT(planted, 0.2);
 }
 
-/// Returns the red of one ray whose layers are shaded by the gradient at their middle, with a lamp at the
-/// camera. `start`: mm along the ray, in air.
+/// Returns the red component of one ray whose layers are shaded by the gradient at their middle, with a lamp
+/// at the camera. `start`: position of the first sample, mm along the ray, in air.
 double shaded_at_middles(const BruteForceRay& twin, const Camera::Ray& ray, double start, double colour) {
   const Volume& scan = twin.scan;
   const auto value = [&](const dvec3& world) { return twin.value(scan.frame.volume_from_world(world)); };
@@ -326,7 +328,7 @@ double shaded_at_middles(const BruteForceRay& twin, const Camera::Ray& ray, doub
       g[a] = value(middle + h) - value(middle - h);
     }
     const double size = glm::length(g);
-    // The image has another lamp, which changes the brightness and not the rings.
+    // The lamp of DirectImage is at another position, which changes the brightness but not the rings.
     const double brightness = size > 0.6 ? 0.22 + 0.78 * std::abs(glm::dot(g / size, ray.along)) : 0.7;
     const double share = passed * (1 - std::exp(-depth));
     red += share * colour * brightness;
@@ -335,8 +337,9 @@ double shaded_at_middles(const BruteForceRay& twin, const Camera::Ray& ray, doub
   return red;
 }
 
-/// Inside uniform bone the gradient vanishes: the depth at which it does must not show as rings. Rings move
-/// with the first sample of the rays; their amplitude is the deviation from the mean over its positions.
+/// Inside uniform bone the gradient vanishes. The depth at which it vanishes must not show as rings. Rings
+/// move if the first sample of the rays is shifted. Their amplitude is the deviation of the pixels from their
+/// means over all shifts (rms).
 TEST(DirectImage, ShadingOfUniformBoneShowsNoRings) {
   const auto scan = scan_of({80, 80, 80}, dmat3(0.5), [](const dvec3& p) {
     return -1000 + 2200 * std::clamp((14 - glm::length(p)) / 1.0 + 0.5, 0.0, 1.0);
@@ -351,7 +354,7 @@ TEST(DirectImage, ShadingOfUniformBoneShowsNoRings) {
   const double step = image.default_step_mm();
   const BruteForceRay twin{*scan, untouched, bone, request, step};
   constexpr int k_shifts = 6, k_every = 6, k_pixels = 60;
-  constexpr double k_start = 18;  // mm from the centre, in air
+  constexpr double k_start = 18;  // mm from the centre of the ball, in air
   std::vector<std::array<double, k_shifts>> drawn, middles;
   for (int shift = 0; shift < k_shifts; ++shift) {
     const double height = k_start - shift * step / k_shifts;
@@ -384,7 +387,7 @@ TEST(DirectImage, ShadingOfUniformBoneShowsNoRings) {
   std::printf("rings of %.4f (rms); by the gradient at the middle %.4f\n", amplitude(drawn),
               amplitude(middles));
   EXPECT_LT(amplitude(drawn), 0.004);
-  EXPECT_GT(amplitude(middles), 0.01);  // planted
+  EXPECT_GT(amplitude(middles), 0.01);  // planted fault
 }
 
 TEST(DirectImage, ChecksTransferFunctionsAndFindsTheirWindows) {
@@ -405,7 +408,7 @@ TEST(DirectImage, ChecksTransferFunctionsAndFindsTheirWindows) {
   EXPECT_NEAR(*between->low, -300, 1e-9);
   EXPECT_NEAR(*between->high, 50, 1e-9);
   EXPECT_FALSE(window_of_opacity(skin, 0.5).has_value());
-  // The window is the longer of two runs.
+  // If two ranges of intensities are opaque enough, the window is the longer one.
   const TransferFunction two_runs{{0, dvec3(1), 0},   {10, dvec3(1), 1},  {20, dvec3(1), 0},
                                   {100, dvec3(1), 0}, {200, dvec3(1), 1}, {300, dvec3(1), 0}};
   EXPECT_NEAR(*window_of_opacity(two_runs, 0.5)->low, 150, 1e-9);

@@ -47,7 +47,7 @@ TEST(Volume, RefusesImpossibleSizesBeforeAllocating) {
   EXPECT_EQ(huge.error().kind, ErrorKind::missing_here);
 }
 
-// Scans in metres and micro-CT are valid frames; a frame without volume is invalid.
+// Voxel spacings in metres and in micrometres give valid frames; axes that span no volume are refused.
 TEST(Frame, AcceptsMetresAndMicrometres) {
   for (const double spacing : {1e-6, 5e-5, 5e-4, 0.005, 1.0, 1e4}) {
     const auto frame = Frame::from_spacing({1, 2, 3}, glm::dvec3(spacing, spacing, 6 * spacing));
@@ -91,7 +91,7 @@ TEST(Field, GradientIsTheDerivativeOfTheValue) {
   std::mt19937_64 random(4);
   for (auto& x : v.voxels.span()) x = static_cast<std::int16_t>(random() % 3000) - 1500;
   Shape shape;
-  shape.low = -200, shape.high = 900;  // crosses both ends of the window
+  shape.low = -200, shape.high = 900;  // the intensities are within the window, below and above it
   const Field field(v, shape);
   std::uniform_real_distribution<double> u(-1.4, 9.4);
   for (int i = 0; i < 2000; ++i) {
@@ -118,7 +118,8 @@ TEST(Field, SmoothGradientIsContinuousAcrossCells) {
   }
 }
 
-/// Returns the position along -x at which the trilinear field of a solid that fills the grid reaches 0.
+/// Returns the x coordinate (voxels) below 0 at which the trilinear field of a solid that fills the grid
+/// reaches 0.
 double border_of(const Volume& v, const Shape& shape) {
   const Field field(v, shape);
   double solid = 1, air = -1.5;
@@ -129,7 +130,7 @@ double border_of(const Volume& v, const Shape& shape) {
   return solid;
 }
 
-TEST(Field, SolidsEndHalfAVoxelBeyondTheGridInEveryUnit) {
+TEST(Field, SolidsEndHalfAVoxelBeyondTheLastCentresInEveryUnit) {
   // Hounsfield units, raw 12-bit scanner values, an 8-bit mask, dense metal; open and closed windows.
   for (const auto& [intensity, low, high] : {std::tuple(1600.0, 300.0, 1e9),
                                              {301.0, 300.0, 1e9},

@@ -74,7 +74,8 @@ TEST(Lathe, AThreadIsOneClosedSurfaceWithTheVolumeOfItsRidge) {
         double turn = std::atan2(v.y, v.x) / (2 * std::numbers::pi);
         if (turn < -1e-9) turn += 1;
         const double r = std::hypot(v.x, v.y);
-        // Just below and above the vertex, since corners of the section are at the vertices.
+        // Takes the mean of the profile just below and above the vertex, since corners of the section are at
+        // the vertices.
         const double low = radius_of(thread, v.z - 1e-6, turn), high = radius_of(thread, v.z + 1e-6, turn);
         EXPECT_NEAR(r, 0.5 * (low + high), 2e-3);
         outer += r > 2.999;

@@ -31,14 +31,14 @@ Volume metal_noise(const ivec3& size, std::uint64_t seed) {
         v.voxels[i] = static_cast<std::int16_t>(
             number(block + 1000 * seed) < 0.5 ? -1000 - (i % 3 == 0 ? 24 : 0) : -1000 + 3000 * u * u);
       }
-  v.voxels[v.voxels.size() - 1] = 2000;  // the last voxel is read as well
+  v.voxels[v.voxels.size() - 1] = 2000;  // shows whether the last voxel is read
   return v;
 }
 
-/// Returns the sum by the independent judge.
+/// Returns the integral of one ray by the independent judge, in units of the ray's length.
 double judged(const Volume& v, const Ray& ray) {
   const auto plain = [](const dvec3& p) { return std::array<double, 3>{p.x, p.y, p.z}; };
-  // One voxel more on each side, so that leaving the grid is a crossing too.
+  // The traversed grid has one more voxel on each side, so that leaving the scan is a crossing too.
   const auto visits =
       verify::exact_traversal(plain(ray.start), plain(ray.end), {-1, -1, -1}, {v.size.x, v.size.y, v.size.z});
   long double sum = 0;
@@ -56,13 +56,15 @@ double judged(const Volume& v, const Ray& ray) {
   return static_cast<double>(sum);
 }
 
-/// Returns the weight of the heaviest voxel: single precision may miss an edge of it that a ray just crosses.
+/// Returns the largest weight of a voxel. Errors are relative to at least one step through such a voxel,
+/// since single precision may miss a voxel whose edge a ray just crosses.
 double heaviest(const Volume& v) {
   return k_weights.of(*std::max_element(v.voxels.span().begin(), v.voxels.span().end()));
 }
 
-/// Returns a fan from one side of the volume to the other. n selects rays from within, along axes, through
-/// corners, at 45 degrees or past the border.
+/// Returns the fan number n. By n, its rays pass through the volume along an axis, nearly along an axis, at
+/// 45 degrees, along a space diagonal or in any direction, or start and end inside. In half of the groups of
+/// 18 fans, sources outside the volume and their pixels are on whole and half voxels.
 RayFan fan_of(std::uint64_t n, const ivec3& size) {
   const auto at = [n](std::uint64_t k) { return number(101 * n + k); };
   const dvec3 s(size);
@@ -135,8 +137,10 @@ TEST(LineIntegrals, EqualExactArithmeticOnEveryRay) {
   EXPECT_GT(met, rays / 4);
   RecordProperty("rays", static_cast<int>(rays));
   RecordProperty("worst", std::to_string(worst));
-  std::printf("%ld rays, %ld met something, worst %.2g of the larger of sum and a heaviest voxel's step\n",
-              rays, met, worst);
+  std::printf(
+      "%ld rays, %ld with a positive sum; error at most %.2g, relative to the larger of the sum and "
+      "a step through the heaviest voxel\n",
+      rays, met, worst);
 }
 
 TEST(LineIntegrals, AreExactOnRaysWhereTraversalsBreak) {
@@ -185,7 +189,7 @@ TEST(LineIntegrals, AreTheSameBitsForAnyCpuThreadCountAndBox) {
 TEST(LineIntegrals, SkipOnlyEmptyBlocks) {
   const Volume v = metal_noise({64, 64, 64}, 9);
   const LineIntegrals lines(v, k_weights, 1);
-  // For these weights no intensity is empty, so that no block is.
+  // With these weights every intensity counts, so that no block may be skipped.
   const VoxelWeights all{-2000, -2000, -1000, 0, 0};
   int filled = 0;
   for (int z = 0; z < 8; ++z)

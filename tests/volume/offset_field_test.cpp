@@ -37,7 +37,8 @@ Made phantom(const std::string& name, int size, double shear = 0,
   return {base, Field(*base, Shape{}), Occupancy::build(*base, Shape{})};
 }
 
-/// Calls check(world point, u) for lattice points at which |u| is less than half of its limit.
+/// Calls check(position, u) for each lattice point at which |u| is less than half of far_mm(). The position
+/// is in the world frame, u is the value of the field there. Returns the number of calls.
 template <class Check>
 long for_band(const OffsetField& f, Check&& check) {
   long count = 0;
@@ -56,19 +57,19 @@ TEST(OffsetField, EqualsDistanceToASphereMinusTheRadius) {
     for (const double radius : {1.0, 2.0, 6.0}) {
       const Made m = phantom("sphere", 96, shear, {{"radius", 25}});
       const auto f = OffsetField::build(m.field, m.bits, nullptr, radius).value();
-      // The blur shrinks the ball slightly; the shift is measured in the field itself, the rest must be
-      // exact.
+      // The blur of the phantom shifts the surface slightly. The middle of the errors is this shift; their
+      // range must be small.
       double least = 1e9, most = -1e9;
       const long count = for_band(*f, [&](const dvec3& p, double u) {
         const double error = u - (radius - (glm::length(p) - 25));
         least = std::min(least, error), most = std::max(most, error);
       });
       EXPECT_GT(count, 1000);
-      // Samples of a blurred ball carry no more detail; between their bumps the second-nearest point may be
-      // found.
+      // The samples of a blurred ball allow no smaller limit: their spline has bumps, and between two bumps
+      // the second-nearest point may be found.
       EXPECT_LT(most - least, 0.075) << radius << " " << shear;
       EXPECT_LT(std::abs(0.5 * (least + most)), 0.15);
-      // Points inside and outside.
+      // Far inside and outside, values are limited.
       const dvec3 middle = f->frame().volume_from_world(dvec3(0));
       EXPECT_EQ(f->at(static_cast<int>(middle.x), static_cast<int>(middle.y), static_cast<int>(middle.z)),
                 f->far_mm());
@@ -83,8 +84,8 @@ struct Slices {
 };
 constexpr double k_pi = 3.14159265358979;
 
-/// Returns a wall `thickness` mm thick through the world's origin, with at least `room` mm around it. Its
-/// faces are exact planes, since the intensity is linear across them.
+/// Returns a wall `thickness` mm thick through the world's origin, in a grid with at least `room` mm around
+/// it. The faces of the wall are exact planes, since the intensity is linear across them.
 Made wall(const Slices& s, const dvec3& normal, double thickness, double room) {
   glm::dmat3 axes(0.0);
   for (int a = 0; a < 3; ++a) axes[a][a] = s.spacing[a];
@@ -104,8 +105,8 @@ Made wall(const Slices& s, const dvec3& normal, double thickness, double room) {
   return {result, Field(*result, Shape{}), Occupancy::build(*result, Shape{})};
 }
 
-/// A flat wall in any direction, in thick and sheared slices; no position at which the ball would enter it is
-/// free.
+/// Flat walls in several directions, in thick and sheared slices. No position is free if the ball would enter
+/// the wall there by more than the tolerance.
 TEST(OffsetField, EqualsDistanceToAWallUnderThickSlices) {
   for (const Slices& s : {Slices{{0.4, 0.4, 3}, 0},
                           {{0.4, 0.4, 5}, 0},
@@ -116,7 +117,8 @@ TEST(OffsetField, EqualsDistanceToAWallUnderThickSlices) {
     for (const dvec3& direction : {dvec3(1, 0, 0), dvec3(1, 0.4, 0), dvec3(0, 0, 1), dvec3(0.6, -0.3, 1)})
       for (const double radius : {0.5, 1.0, 2.0}) {
         const dvec3 normal = glm::normalize(direction);
-        // Thick enough that no spline at its faces reaches its middle plane, where the field has an edge.
+        // The wall is so thick that no spline at its faces reaches its middle plane, where the intensity has
+        // a bend.
         const dvec3 reach = glm::abs(normal * s.spacing) +
                             glm::abs(dvec3(0, normal.y, 0)) * s.spacing.z * std::tan(s.shear * k_pi / 180);
         const double thickness = 1 + 4 * (reach.x + reach.y + reach.z);
@@ -131,7 +133,8 @@ TEST(OffsetField, EqualsDistanceToAWallUnderThickSlices) {
               const dvec3 p = f->frame().world_from_volume({x, y, z});
               const dvec3 in_grid =
                   glm::abs(m.base->frame.volume_from_world(p) - 0.5 * dvec3(m.base->size - 1));
-              if (glm::any(glm::greaterThan(in_grid, edge))) continue;  // the border bounds the wall too
+              if (glm::any(glm::greaterThan(in_grid, edge)))
+                continue;  // the end of the grid is a surface too
               const double u = f->at(x, y, z),
                            exact = radius - (std::abs(glm::dot(p, normal)) - 0.5 * thickness);
               free_in_matter += u < 0 && exact > 0.1 + 0.02 * radius;
@@ -146,11 +149,12 @@ TEST(OffsetField, EqualsDistanceToAWallUnderThickSlices) {
       }
 }
 
-/// A labyrinth (gyroid): against the nearest of many points of its surface.
+/// Compares the field of a gyroid, a labyrinth, with the distance to the nearest of many points on its
+/// surface.
 TEST(OffsetField, EqualsNearestDistanceInAGyroid) {
   const Made m = phantom("gyroid", 64, 0, {{"period", 40}});
   const auto f = OffsetField::build(m.field, m.bits, nullptr, 3).value();
-  // Points of the smooth surface, found by bisection along all edges of half a voxel.
+  // Points of the smooth surface, found by bisection along all edges of a grid of half voxels.
   std::vector<dvec3> surface;
   const auto value = [&](const dvec3& p) {
     QuadraticPatch patch;
@@ -185,13 +189,14 @@ TEST(OffsetField, EqualsNearestDistanceInAGyroid) {
     if (std::min({v.x, v.y, v.z}) < 28 || std::max({v.x, v.y, v.z}) > 36) return;
     double nearest = 1e9;
     for (const dvec3& s : surface) nearest = std::min(nearest, glm::length(p - s));
-    // At two equally near sheets the sampled one may be the farther, by a fraction of a voxel (1.9 mm).
+    // Between two almost equally near sheets of the surface, the field may have the distance to the farther
+    // one. The difference is a fraction of a voxel (1.9 mm).
     EXPECT_LT(3 - nearest, u + 0.1);
     worst = std::max(worst, u - (3 - nearest));
     ++compared;
   });
   EXPECT_GT(compared, 100);
-  EXPECT_LT(worst, 0.2);  // error of the points' spacing, 0.9 mm, at a distance of 1 mm
+  EXPECT_LT(worst, 0.2);  // mm; points 0.9 mm apart, at a distance of at least 1 mm from the surface
 }
 
 /// Distance (mm) from p to the nearest point of a solid within `reach` (mm), by sampling the solid.
@@ -230,8 +235,9 @@ TEST(OffsetField, AnUpdateAfterACutEqualsANewField) {
   for (int z = 0; z < before->size().z; ++z)
     for (int y = 0; y < before->size().y; ++y)
       for (int x = 0; x < before->size().x; ++x) {
-        // An update keeps a value if matter is still as near, to half a hundredth of a step; a new field may
-        // miss that on rims, and is exact only within 2.2 steps.
+        // An update keeps a value if matter is still as near, with a tolerance of 0.005 steps. A new field
+        // may miss that matter on rims, and is exact only at values up to 2.2 steps. Samples of the solid
+        // decide where the update has more matter than the new field.
         const double more = updated->at(x, y, z) - rebuilt->at(x, y, z), allowed = 0.006 * updated->step_mm();
         if (more > allowed && std::abs(updated->at(x, y, z)) < 2.2 * updated->step_mm()) {
           const dvec3 at = updated->frame().world_from_volume(dvec3(x, y, z));
@@ -246,7 +252,7 @@ TEST(OffsetField, AnUpdateAfterACutEqualsANewField) {
       }
   EXPECT_LT(doubted, 50);
   EXPECT_LT(too_solid, 0.05);
-  EXPECT_LT(too_free, 0.05);  // error of either field on the rim of the hole
+  EXPECT_LT(too_free, 0.05);  // mm, error of both fields on the rim of the hole
   EXPECT_GT(differ, 100);
   // The tool fits into the hole.
   const dvec3 in_hole = updated->frame().volume_from_world(dvec3(2, 1.5, -9));
@@ -255,8 +261,8 @@ TEST(OffsetField, AnUpdateAfterACutEqualsANewField) {
   EXPECT_LT(updated->at(v.x, v.y, v.z), 0);
 }
 
-/// Bone that fills its grid, near each face of the border, with thick slices and with faces on the lattice's
-/// planes.
+/// Bone fills the grid. The field is compared near each face of the grid, in thick slices, and with faces
+/// that coincide with planes of the lattice.
 TEST(OffsetField, EqualsDistanceToTheBorder) {
   for (const dvec3& spacing :
        {dvec3(0.5), dvec3(0.5, 0.5, 3), dvec3(0.5, 0.5, 4), dvec3(4, 0.5, 0.5), dvec3(0.5, 0.5, 5)}) {
@@ -274,7 +280,7 @@ TEST(OffsetField, EqualsDistanceToTheBorder) {
           for (int x = 0; x < f->size().x; ++x) {
             const dvec3 v = f->frame().world_from_volume(dvec3(x, y, z)) / spacing,
                         off = glm::max(-0.5 - v, v - (dvec3(size) - 0.5)) * spacing;
-            // Points over exactly one face: the edges of the grid are rounded.
+            // Only points over exactly one face are compared, since the edges of the solid are rounded.
             int outside = 0, inner = 0;
             for (int a = 0; a < 3; ++a) outside += off[a] > 1e-9, inner += off[a] < -1.5 * spacing[a];
             if (outside != 1 || inner != 2) continue;
@@ -289,8 +295,7 @@ TEST(OffsetField, EqualsDistanceToTheBorder) {
   }
 }
 
-/// Update after update while a burr moves on, in thick and sheared slices too, each nowhere larger than its
-/// predecessor: errors must not add up.
+/// Successive updates while a burr moves on, also in thick and sheared slices: errors must not add up.
 TEST(OffsetField, AChainOfUpdatesStaysTheDistance) {
   for (const Slices& s : {Slices{{0.5, 0.5, 0.5}, 0}, {{0.5, 0.5, 2.5}, 0}, {{0.5, 0.5, 1.5}, 25}})
     for (const double radius : {0.5, 1.0, 2.0}) {
@@ -338,7 +343,8 @@ TEST(OffsetField, AChainOfUpdatesStaysTheDistance) {
     }
 }
 
-/// Fields from bytes alone, over updates and back to an earlier one (an undo), are equal to the bit.
+/// Fields restored from bytes are equal to the original fields to the bit, over updates and over the return
+/// to an earlier field (an undo).
 TEST(OffsetField, AChainOfUpdatesRoundTripsThroughBytes) {
   const Made m = wall({{0.5, 0.5, 1.5}, 25}, dvec3(0, 0, 1), 9, 3);
   RemovalEditor editor(std::make_shared<Version>(m.base), {m.field});
@@ -366,7 +372,7 @@ TEST(OffsetField, AChainOfUpdatesRoundTripsThroughBytes) {
         }
     EXPECT_GT(differ, 100u);
   }
-  // Corrupt bytes are refused or give a valid field.
+  // Corrupt bytes are refused, or give a field with bounded values.
   std::mt19937 random(5);
   for (int i = 0; i < 300; ++i) {
     std::string wrong = changes[i % 2 ? 1 : 5];
@@ -382,7 +388,8 @@ TEST(OffsetField, AChainOfUpdatesRoundTripsThroughBytes) {
   }
 }
 
-/// The rims of crossing cuts, where no surface is smooth: by samples of the judge's own solid.
+/// Near the rims of crossing cuts, where the surface has edges, the field is compared with samples of the
+/// judge's own solid.
 TEST(OffsetField, EqualsDistanceToRimsOfCuts) {
   for (const double slice : {1.25, 2.5}) {
     data_tools::PhantomOptions o;
@@ -401,14 +408,14 @@ TEST(OffsetField, EqualsDistanceToRimsOfCuts) {
     double worst = 0;
     int count = 0;
     for_band(*field, [&](const dvec3& at, double u) {
-      // A sample of the points above the rims.
+      // Compares every tenth point above the rims.
       const double above = data_tools::phantom_distance("plane", {{"angle", 20}}, at);
       if (above < 0.5 || above > 2 || glm::length(at - dvec3(4, 1, at.z)) > 9 || count++ % 10 != 0) return;
       const double nearest = nearest_solid(solid, *m.base, at, 3.5);
       worst = std::max(worst, std::abs(2 - nearest - u));
     });
-    EXPECT_GT(count, 100) << slice;
-    EXPECT_LT(worst, 0.06 * slice) << slice;  // mm, in proportion to the slices
+    EXPECT_GT(count, 1000) << slice;
+    EXPECT_LT(worst, 0.06 * slice) << slice;  // mm; the limit is 6 % of the slice spacing
   }
 }
 

@@ -22,7 +22,8 @@ std::shared_ptr<const Volume> block(const glm::dvec3& spacing, bool is_hounsfiel
   return std::make_shared<Volume>(std::move(v));
 }
 
-/// Voxels move toward air by their removed fraction, which is estimated from 216 points per voxel.
+/// The intensity of a voxel moves toward air by the removed fraction of the voxel. The test estimates this
+/// fraction from 216 points per voxel.
 TEST(OperatedVolume, MovesVoxelsTowardAirByTheirRemovedFraction) {
   for (const glm::dvec3& spacing : {glm::dvec3(0.5), glm::dvec3(0.5, 0.5, 2)})
     for (const bool is_hounsfield : {true, false}) {
@@ -38,7 +39,7 @@ TEST(OperatedVolume, MovesVoxelsTowardAirByTheirRemovedFraction) {
       const auto version = editor.publish();
       const auto result = operated_volume(*version);
       ASSERT_TRUE(result);
-      const double air = is_hounsfield ? -1000 : 1000 - 21;
+      const double air = is_hounsfield ? -1000 : 1000 - 21;  // uncalibrated: lowest intensity of the block
       long gone = 0, part = 0;
       for (int z = 0; z < base->size.z; ++z)
         for (int y = 0; y < base->size.y; ++y)

@@ -45,7 +45,7 @@ TEST(QuadraticPatch, EqualsTheSumOfSplinesWithItsDerivativesAndBounds) {
     const ivec3 v(static_cast<int>(random(n + 6) * 15) - 2, static_cast<int>(random(n + 7) * 13) - 2,
                   static_cast<int>(random(n + 8) * 14) - 2);
     const dvec3 u(random(n) - 0.5, random(n + 1) - 0.5, random(n + 2) - 0.5);
-    const dvec3 way(random(n + 3) - 0.5, random(n + 4) - 0.5, random(n + 5) - 0.5);
+    const dvec3 direction(random(n + 3) - 0.5, random(n + 4) - 0.5, random(n + 5) - 0.5);
     n += 9;
     for (std::size_t f = 0; f < samples.size(); ++f) {
       QuadraticPatch patch;
@@ -61,26 +61,26 @@ TEST(QuadraticPatch, EqualsTheSumOfSplinesWithItsDerivativesAndBounds) {
       ASSERT_EQ(s.gradient, j.gradient);
       ASSERT_LE(s.value, patch.maximum() + scale);
       ASSERT_GE(s.value, patch.minimum() - scale);
-      // Derivatives against central differences of the values, which are exact to rounding for these
-      // low-degree polynomials.
+      // Compares derivatives with central differences of the values. For these low-degree polynomials the
+      // error of such a difference is below the tolerance.
       const double h = 1e-4;
-      const dvec3 ahead = u + h * way, behind = u - h * way;
+      const dvec3 ahead = u + h * direction, behind = u - h * direction;
       const double slope =
           (patch.value_and_gradient(ahead).value - patch.value_and_gradient(behind).value) / (2 * h);
-      ASSERT_NEAR(slope, glm::dot(s.gradient, way), 1e-7 * (f < 2 ? 4000 : 1));
+      ASSERT_NEAR(slope, glm::dot(s.gradient, direction), 1e-7 * (f < 2 ? 4000 : 1));
       const double curvature =
           glm::dot(patch.value_and_gradient(ahead).gradient - patch.value_and_gradient(behind).gradient,
-                   way) /
+                   direction) /
           (2 * h);
-      ASSERT_NEAR(curvature, glm::dot(j.hessian_times(way), way), 1e-7 * (f < 2 ? 8000 : 2));
-      ASSERT_LE(std::abs(glm::dot(j.hessian_times(way), way)),
-                patch.hessian_bound().along(way) * (1 + 1e-12) + scale);
+      ASSERT_NEAR(curvature, glm::dot(j.hessian_times(direction), direction), 1e-7 * (f < 2 ? 8000 : 2));
+      ASSERT_LE(std::abs(glm::dot(j.hessian_times(direction), direction)),
+                patch.hessian_bound().along(direction) * (1 + 1e-12) + scale);
     }
   }
 }
 
-/// Both kernels on one machine give the same bits, so that a session recorded with one replays with the
-/// other.
+/// The wide kernel (AVX2) and the narrow one give the same bits, so that a session that was recorded with one
+/// of them replays with the other.
 TEST(QuadraticPatch, WideAndNarrowKernelsGiveTheSameBits) {
   if (!k_has_wide_patches) GTEST_SKIP() << "no AVX2 here";
   std::uint64_t n = 0;

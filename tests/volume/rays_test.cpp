@@ -1,4 +1,4 @@
-// First hits of rays: against visiting every voxel in exact order.
+// First hits of rays: compared with an exact traversal that visits every voxel.
 #include "volume/cuts/rays.h"
 
 #include <atomic>
@@ -64,7 +64,7 @@ TEST(Rays, FindTheVoxelThatAnExactWalkFinds) {
         ASSERT_EQ(all[i].voxel, wanted.voxel);
         ASSERT_EQ(all[i].t, found.t);
         hits += found.is_hit;
-        // t and face: the entry into that voxel.
+        // t and face must describe the entry into that voxel.
         if (!found.is_hit || found.face.axis < 0) continue;
         const int a = found.face.axis;
         const double plane = found.voxel[a] - 0.5 * found.face.step;
@@ -75,7 +75,7 @@ TEST(Rays, FindTheVoxelThatAnExactWalkFinds) {
   }
 }
 
-TEST(Rays, WithInfiniteOrNonFiniteEndsHitNothing) {
+TEST(Rays, WithTooFarOrNonFiniteEndsHitNothing) {
   const Volume base = data_tools::make_phantom("sphere", {}).value();
   const Shape bone;
   const Occupancy bits = Occupancy::build(base, bone);
@@ -99,7 +99,7 @@ TEST(Rays, StartJustBelowAPlaneInTheVoxelBelowIt) {
   const RayHit hit = first_hit(bits, {{0.49999999999999994, 5, 5}, {9, 5.1, 5.2}});
   EXPECT_TRUE(hit.is_hit);
   EXPECT_EQ(hit.voxel, ivec3(0, 5, 5));
-  // Along an axis too, where adding 0.5 rounds to the next row.
+  // Rays along an axis too: adding 0.5 to this coordinate would round it into the next row.
   for (auto& v : base.voxels.span()) v = -1000;
   base.voxels[base.index(9, 0, 5)] = base.voxels[base.index(9, 1, 6)] = 1600;
   const Occupancy rows = Occupancy::build(base, Shape{});

@@ -1,5 +1,5 @@
-// RemovalEditor against a brute-force twin: distances, kept bits, masks and ledger; channels of versions.
-// Kept in one file: all tests are of one editor.
+// RemovalEditor against a brute-force twin: distances, kept bits, masks and ledger; channels of versions. One
+// file, since all tests use the same editor.
 #include "volume/cuts/removal.h"
 
 #include <algorithm>
@@ -43,14 +43,16 @@ std::vector<Frame> frames() {
 }
 
 /// Returns the allowance by which distances are below the distance to the ball
-/// (docs/decisions/0012-cut-lattice.md): 3/16 h^2 / r, at most 2 % of r.
+/// (docs/decisions/0012-cut-lattice.md): 3/16 h^2 / r, at most 2 % of r. h^2 is the mean square of the
+/// lattice's spacings.
 double documented_allowance(double radius, const Frame& lattice) {
   const glm::dvec3& h = lattice.spacing();
   return std::min(3.0 / 16 * glm::dot(h, h) / 3 / radius, 0.02 * radius);
 }
 
-/// Returns the position of a point of a cell (docs/decisions/0012-cut-lattice.md): the points of each cell
-/// are shifted by a fraction of their step, from a table of integers.
+/// Returns the position of a point of a cell, in lattice steps from the cell's sample
+/// (docs/decisions/0012-cut-lattice.md). The points of each cell are shifted by a fraction of their step,
+/// which follows from a table of integers.
 glm::dvec3 documented_offset(const glm::ivec3& sample, int point, int n) {
   const int table[9] = {237, 499, 327, 247, 59, 631, 709, 861, 993};
   const int in_cell[3] = {point % n, point / n % n, point / (n * n)};
@@ -67,10 +69,11 @@ struct BruteForceCase {
   Frame frame;
   glm::ivec3 size;
   double radius;
-  double smallest_burr;  ///< mm; 0: cut on the voxels
+  double smallest_burr;  ///< mm; 0: the lattice has one sample per voxel
 };
 
-// Distances, kept bits and masks against a brute force over every sample and point in double precision.
+// Compares distances, kept bits, masks and the ledger with a brute force over every sample and point in
+// double precision.
 void expect_brute_force(const BruteForceCase& c) {
   const Frame& frame = c.frame;
   const auto base = block(c.size, frame);
@@ -132,7 +135,8 @@ void expect_brute_force(const BruteForceCase& c) {
                                             1));
           if (is_removed != (e <= 0)) {
             ++disagreements;
-            // single precision on the surface itself, 30 mm from a sweep's start
+            // Points on the surface may differ, since masks are computed in single precision up to 30 mm from
+            // the start of a sweep.
             ASSERT_LT(std::abs(e), 1e-4);
           }
           const glm::dvec3 in_volume = lattice.volume_from_lattice(in_lattice);
@@ -145,8 +149,8 @@ void expect_brute_force(const BruteForceCase& c) {
   EXPECT_GT(units, 1000);
 }
 
-/// Along rows of the grid and across them, for the smallest burr that a lattice is made for and for a larger
-/// one.
+/// Sweeps along rows of the grid and oblique to them, with the smallest burr for which this lattice suffices
+/// (4.5 samples per radius) and with one of twice its radius.
 TEST(Removal, VolumesAreTheCapsulesInEveryDirection) {
   const auto base = block({64, 64, 64}, Frame());
   const Field field(*base, Shape{});
@@ -169,8 +173,8 @@ TEST(Removal, VolumesAreTheCapsulesInEveryDirection) {
     }
 }
 
-/// Random positions and directions, single balls too (docs/decisions/0012-cut-lattice.md): bias, spread and
-/// worst error.
+/// Bias, spread and largest error of the removed volume for capsules at random positions in random
+/// directions, and for single balls (docs/decisions/0012-cut-lattice.md).
 TEST(Removal, VolumesOfRandomCapsulesSpreadLittle) {
   const auto base = block({40, 40, 40}, Frame());
   const Field field(*base, Shape{});
@@ -247,7 +251,8 @@ TEST(CutLattice, RefusesABurrThatIsTooSmallAndNamesTheSmallestThatWorks) {
   EXPECT_FALSE(CutLattice::for_burr(*base, std::nan("")));
 }
 
-/// A cut does not depend on earlier cuts: a large ball over fine scratches is counted as over fresh bone.
+/// Removed fractions and ledger do not depend on the order of cuts: a large ball over fine scratches is
+/// counted like scratches after the large ball.
 TEST(Removal, AnOrderOfSmallAndLargeBallsMakesNoDifference) {
   const auto base = block({40, 40, 40}, Frame::from_spacing({0, 0, 0}, glm::dvec3(0.25)).value());
   const Field field(*base, Shape{});
@@ -295,8 +300,8 @@ TEST(Removal, IsIdempotentAndOrderFree) {
   EXPECT_EQ(run(sweeps)->ledger().total(), first->ledger().total());
 }
 
-// A continued sweep skips its part behind the start; it must equal the plain one (distances to
-// single-precision rounding).
+// A continued sweep does not process the cells behind its start again. The result must equal that of plain
+// sweeps (distances up to single-precision rounding).
 TEST(Removal, ContinuingASweepChangesNothing) {
   for (const double step : {0.02, 0.3, 2.0}) {
     const auto base = block({48, 40, 40}, Frame());
@@ -352,8 +357,8 @@ TEST(Removal, EightLanesGiveTheBitsOfFour) {
     }
 }
 
-/// A frozen version is read completely on another thread while the stroke continues; the result is that of a
-/// stroke without the reader.
+/// Another thread may read a frozen version completely while the stroke continues. The stroke ends with the
+/// same result as a stroke without frozen versions.
 TEST(Removal, AFrozenVersionMayBeKeptInTheMiddleOfAStroke) {
   const auto base = block({40, 40, 40}, Frame());
   const auto drill = [&](bool is_frozen, std::vector<std::shared_ptr<const Version>>& kept) {
@@ -393,7 +398,7 @@ TEST(Removal, AFrozenVersionMayBeKeptInTheMiddleOfAStroke) {
     editor->remove({{20.3, 20, 20.1}, {20.6, 20, 20.1}, 4});
     EXPECT_EQ(seen->content_hash(), hash);
   }
-  // A kept version has the fractions of its own moment: as much as its ledger reports.
+  // The removed fractions of a kept version are those at the time of freeze(): their sum equals its ledger.
   ASSERT_EQ(kept.size(), 3u);
   double last = 0;
   for (const auto& version : kept) {
@@ -420,7 +425,8 @@ TEST(Removal, OldVersionsStayAsTheyWere) {
     editor.end_stroke();
   }
   for (std::size_t i = 0; i < versions.size(); ++i) EXPECT_EQ(versions[i]->content_hash(), hashes[i]);
-  // Undo to the third and cut elsewhere; the old branch is untouched, and redoing it gives the same bits.
+  // Returns to the third version and cuts elsewhere. The old versions do not change, and a repetition of the
+  // original cut gives the same bits.
   editor.reset(versions[2]);
   editor.remove({{30, 10, 10}, {30, 10, 10}, 4});
   EXPECT_NE(editor.publish()->content_hash(), hashes[2]);
@@ -450,8 +456,9 @@ TEST(Removal, MaskedRowsEqualKeptBits) {
   }
 }
 
-// Readers traverse the newest version while the writer makes more: every version they read is consistent (its
-// kept bits and its distances agree), and none is freed while read. Interleavings are forced by yields.
+// Readers sample the newest version while the writer publishes further versions. Every version that they read
+// is consistent (its kept bits agree with its distances), and no version is freed while a reader uses it.
+// Calls of yield() vary the interleaving of the threads.
 TEST(Channel, ReadersSeeWholeVersionsWhileEditsGoOn) {
   const auto base = block({64, 64, 64}, Frame());
   const Field field(*base, Shape{});
@@ -496,7 +503,7 @@ TEST(Channel, ReadersSeeWholeVersionsWhileEditsGoOn) {
   EXPECT_EQ(torn.load(), 0);
   EXPECT_EQ(backward.load(), 0);
   channel.publish(editor.publish());
-  EXPECT_EQ(channel.alive_count(), 1) << "all readers are gone: only the newest may live";
+  EXPECT_EQ(channel.alive_count(), 1) << "all readers are closed: only the newest version may be alive";
   EXPECT_GE(max_alive, 1u);
 }
 

@@ -15,7 +15,7 @@
 namespace trephine::volume {
 namespace {
 
-/// A slab from which a burr of k_radius saws a disk along a circle of k_circle.
+/// A slab of bone. A burr of radius k_radius saws a disk out of it, along a circle of radius k_circle.
 struct SawnSlab {
   static constexpr double k_circle = 7, k_radius = 1.2;  // mm
   double half_height;
@@ -33,7 +33,7 @@ struct SawnSlab {
     for (int z = 0; z < size.z; ++z)
       for (int y = 0; y < size.y; ++y)
         for (int x = 0; x < size.x; ++x) {
-          // Its faces are planes, so the trilinear field is exact.
+          // The faces of the slab are planes, so that the trilinear field is exact.
           const double height = std::abs(frame.world_from_volume({x, y, z}).z - middle.z);
           result->voxels[result->index(x, y, z)] =
               static_cast<std::int16_t>(std::clamp(300 + 400 * (half_height - height), -1000.0, 3000.0));
@@ -74,7 +74,7 @@ std::vector<SawnSlab> slabs() {
   all.emplace_back(Frame::from_spacing({5, -3, 2}, {0.6, 0.6, 2.0}).value(), glm::ivec3(40, 40, 9), 2.4);
   all.emplace_back(Frame::from_axes({1, 2, 3}, sheared).value(), glm::ivec3(44, 40, 14), 2.4);
   all.emplace_back(Frame::from_axes({1, 2, 3}, left).value(), glm::ivec3(40, 40, 16), 2.4);
-  // Surfaces between an air voxel and a bone voxel, nearer to the air.
+  // The faces of these slabs are between an air voxel and a bone voxel, nearer to the air voxel.
   all.emplace_back(Frame::from_spacing({5, -3, 2}, {0.6, 0.6, 2.0}).value(), glm::ivec3(40, 40, 11), 2.4,
                    3.9);
   all.emplace_back(Frame::from_spacing({5, -3, 2}, {1, 1, 1}).value(), glm::ivec3(26, 26, 15), 2.4, 3.4);
@@ -105,15 +105,15 @@ TEST(RemoveParts, FreesASawnDiskAsThatDisk) {
     ASSERT_EQ(count, 1);
     const PartSurface surface = part_surface(slab.field, slab.bits, slab.version, parts, off);
 
-    // Closed: every edge occurs once in either direction.
+    // The surface is closed: every edge occurs once in each direction.
     std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
     for (std::size_t t = 0; t < surface.triangles.size(); t += 3)
       for (std::size_t k = 0; k < 3; ++k)
         EXPECT_TRUE(edges.emplace(surface.triangles[t + k], surface.triangles[t + (k + 1) % 3]).second);
     for (const auto& [a, b] : edges) EXPECT_TRUE(edges.contains({b, a}));
     ASSERT_GT(edges.size(), 100u);
-    // A disk as high as the slab. Its rim is wavy from the ridges between the balls: its volume is between
-    // those for a kerf without ridges and for the ridge tips.
+    // The part is a disk as high as the slab. Ridges between the sweeps of the ball remain on its rim. So its
+    // volume exceeds that of a disk within a kerf without ridges, by at most 8 %.
     const double r = SawnSlab::k_circle - SawnSlab::k_radius, h = 2 * slab.half_height;
     const double disk = 3.14159265358979 * r * r * h;
     EXPECT_GT(volume_of(surface), disk);
@@ -129,11 +129,13 @@ TEST(RemoveParts, FreesASawnDiskAsThatDisk) {
     const RemovalReport report =
         slab.editor.remove_parts(parts, goes, parts.parts()[static_cast<std::size_t>(off)].box);
     const auto left = slab.editor.freeze();
-    // Freed, not removed; the freed volume equals the piece's, to a fraction of its surface.
+    // The matter counts as freed, not as removed. The freed volume equals that within the surface of the
+    // part, up to 2 % of the disk.
     EXPECT_EQ(left->ledger().total(), removed);
     EXPECT_EQ(left->ledger().detached_units, report.removed_units);
     EXPECT_NEAR(left->mm3_of(report.removed_units), volume_of(surface), 0.02 * disk);
-    // The remainder is a single part, and its surface is unchanged.
+    // The remainder is a single part. Its surface has the same number of triangles and the same volume as
+    // before.
     const SolidParts rest(slab.field, slab.bits, *left);
     EXPECT_EQ(rest.parts().size(), 1u);
     const PartSurface before = part_surface(slab.field, slab.bits, slab.version, parts, 1 - off),
@@ -148,19 +150,19 @@ TEST(RemoveParts, FreesASawnDiskAsThatDisk) {
           const glm::dvec3 p = slab.volume->frame.volume_from_world(slab.middle + glm::dvec3(x, y, z));
           EXPECT_FALSE(slab.field.value(p) >= 0 && left->distance(p) > 0) << x << ' ' << y << ' ' << z;
         }
-    // A second call finds nothing to free.
+    // A call that selects no part changes nothing.
     EXPECT_EQ(slab.editor
                   .remove_parts(rest, std::vector<std::uint8_t>(1, 0), {glm::ivec3(0), slab.volume->size - 1})
                   .bricks_changed,
               0);
-    // Removal there counts nothing twice.
+    // A tool that sweeps the hole removes nothing, so that freed matter is not counted again.
     EXPECT_EQ(slab.editor.remove({slab.middle, slab.middle + glm::dvec3(2, 0, 0), 2, false}).removed_units,
               0);
   }
 }
 
-/// Two blocks with one voxel of weak bone between them, and a bridge that is cut: no part of the one is freed
-/// with the other.
+/// Two blocks with a layer of weak bone between them, one voxel thick, are joined by a bridge, which is then
+/// cut. If one block is freed, the other block does not change.
 TEST(RemoveParts, KeepsNeighbouringParts) {
   const auto volume = std::make_shared<Volume>(make_volume({24, 14, 14}, Frame()).value());
   for (int z = 0; z < 14; ++z)
@@ -199,7 +201,7 @@ TEST(RemoveParts, KeepsNeighbouringParts) {
     farthest = std::max(farthest, nearest);
   }
   EXPECT_LT(farthest, 1e-5);
-  // Away from the saw the surface is that of the field: bone of 1000 next to 290, in a step of a voxel.
+  // Far from the cut, the surface is that of the field, between a voxel of 1000 and one of 290.
   int faced = 0;
   for (const glm::vec3& v : after.vertices_world)
     if (v.x < 12 && v.y > 3 && v.y < 4 && v.z > 3 && v.z < 11) {

@@ -34,7 +34,8 @@ ImagePlane plane_of(std::uint64_t n, int pixels, double mm) {
   return plane;
 }
 
-/// Returns the grey value by definition.
+/// Returns the intensity at a position by the definition of trilinear interpolation. Sets `is_in`: the
+/// position is inside the scan.
 double judged(const Volume& v, const dvec3& world, bool& is_in) {
   const dvec3 p = v.frame.volume_from_world(world);
   is_in = true;

@@ -1,4 +1,4 @@
-// Separations by a cut: against the parts of the whole volume, which solid_parts_test judges.
+// Separations by a cut: compared with the parts of the whole volume, which solid_parts_test.cpp tests.
 #include "volume/cuts/separation.h"
 
 #include <array>
@@ -50,7 +50,7 @@ struct Cut {
   }
 };
 
-/// Lumps of noise, slightly more than half of them solid; `lump`: their width in voxels.
+/// Returns lumps of noise, slightly more than half of them solid. `lump`: width of a lump in voxels.
 Volume lumps(const Frame& frame, unsigned seed, int lump) {
   std::mt19937 random(seed);
   const auto between = [&](double low, double high) {
@@ -69,7 +69,7 @@ Volume lumps(const Frame& frame, unsigned seed, int lump) {
 }
 
 TEST(Separation, AgreesWithPartsOfTheWholeVolume) {
-  std::array<int, 3> kinds{};  // cases on lattices of voxels
+  std::array<int, 3> kinds{};  // number of results by Separation::Kind, on lattices with one sample per voxel
   int fine_held = 0, fine_pending = 0, fine_needless = 0;
   for (const Frame& frame : odd_frames())
     for (unsigned seed = 1; seed <= 4; ++seed) {
@@ -83,7 +83,7 @@ TEST(Separation, AgreesWithPartsOfTheWholeVolume) {
       for (int stroke = 0; stroke < (is_fine ? 8 : 20); ++stroke) {
         const auto before = editor.freeze();
         glm::dvec3 at(between(-1, 43), between(-1, 37), between(-1, 30));
-        for (int way = 0; way < 3; ++way) {
+        for (int leg = 0; leg < 3; ++leg) {
           const glm::dvec3 next = at + glm::dvec3(between(-9, 9), between(-9, 9), between(-9, 9));
           editor.remove(
               {frame.world_from_volume(at), frame.world_from_volume(next), between(1.5, 2.5), false});
@@ -92,17 +92,17 @@ TEST(Separation, AgreesWithPartsOfTheWholeVolume) {
         const auto after = editor.freeze();
         const Separation verdict =
             detect_detachment(cut.field, cut.bits, *before, *after, {.max_bricks = 1 << 20});
-        const bool is_loose = cut.has_disconnected_part(*after);
+        const bool has_detached = cut.has_disconnected_part(*after);
         if (is_fine) {
           ASSERT_NE(verdict.kind, Separation::Kind::detached);
           if (verdict.kind == Separation::Kind::connected) {
-            ASSERT_FALSE(is_loose) << seed << " stroke " << stroke;
+            ASSERT_FALSE(has_detached) << seed << " stroke " << stroke;
             ++fine_held;
           } else {
-            ++fine_pending, fine_needless += !is_loose;
+            ++fine_pending, fine_needless += !has_detached;
           }
         } else {
-          ASSERT_EQ(verdict.kind, is_loose ? Separation::Kind::detached : Separation::Kind::connected)
+          ASSERT_EQ(verdict.kind, has_detached ? Separation::Kind::detached : Separation::Kind::connected)
               << seed << " stroke " << stroke;
           ++kinds[static_cast<std::size_t>(verdict.kind)];
         }
@@ -124,7 +124,8 @@ TEST(Separation, AgreesWithPartsOfTheWholeVolume) {
   EXPECT_LE(fine_needless, fine_pending / 2);
 }
 
-/// A plate of bone, and a saw along a ring: nothing is separated until the ring closes, then the disk is.
+/// A saw cuts along a ring through a plate of bone. No part is detached until the ring closes; then the disk
+/// is detached.
 TEST(Separation, FindsADiskWhenItsRingCloses) {
   for (const double burr : {0.0, 2.2}) {
     auto result = make_volume({90, 90, 24}, Frame::from_spacing({0, 0, 0}, glm::dvec3(0.6)).value()).value();
@@ -144,15 +145,15 @@ TEST(Separation, FindsADiskWhenItsRingCloses) {
       for (double z = 10.6; z > 3; z -= 0.7) editor.remove({at(i, z), at(i + 1, z), 1.2, false});
       const auto after = editor.freeze();
       const Separation verdict = detect_detachment(cut.field, cut.bits, *before, *after);
-      const bool is_loose = cut.has_disconnected_part(*after);
-      EXPECT_EQ(verdict.kind, !is_loose     ? Separation::Kind::connected
+      const bool has_detached = cut.has_disconnected_part(*after);
+      EXPECT_EQ(verdict.kind, !has_detached ? Separation::Kind::connected
                               : burr == 0.0 ? Separation::Kind::detached
                                             : Separation::Kind::pending)
           << i;
-      // The saw is 2.4 mm wide, a step 2.2 mm long: the last step but one closes the ring.
-      EXPECT_EQ(is_loose, i >= k_steps - 2) << i;
-      if (is_loose) {
-        // Planted fault: without the change no separation is found.
+      // The saw is 2.4 mm wide, and a step is 2.2 mm long, so that the last step but one closes the ring.
+      EXPECT_EQ(has_detached, i >= k_steps - 2) << i;
+      if (has_detached) {
+        // Planted fault: if both versions are the cut one, no separation is found.
         EXPECT_EQ(detect_detachment(cut.field, cut.bits, *after, *after).kind, Separation::Kind::connected);
         break;
       }

@@ -16,7 +16,7 @@ Volume cube(int side, std::int16_t value) {
   return v;
 }
 
-/// Two normal distributions, and the threshold from an exhaustive search over all thresholds.
+/// The threshold between two normal distributions is as good as the best one of an exhaustive search.
 TEST(OtsuThreshold, EqualsExhaustiveSearch) {
   Volume v = cube(32, 0);
   std::mt19937 random(3);
@@ -66,7 +66,7 @@ TEST(LargestPart, IsKeptUnchangedAndOthersBecomeAir) {
   for (std::size_t i = 0; i < kept.voxels.size(); ++i)
     if (kept.shape_voxels[i] != scan->voxels[i]) {
       ++changed;
-      ASSERT_EQ(kept.shape_voxels[i], -900);  // as low as any voxel there, and not below air
+      ASSERT_EQ(kept.shape_voxels[i], -900);  // the lowest intensity of the scan, which is not below air
       ASSERT_GE(scan->voxels[i], 300);
     }
   EXPECT_EQ(changed, result.others);
@@ -77,7 +77,7 @@ TEST(LargestPart, IsKeptUnchangedAndOthersBecomeAir) {
   EXPECT_FALSE(keep_largest_part(std::make_shared<const Volume>(cube(4, 0)), bone, result).is_ok());
 }
 
-/// Two balls: the larger one has no dense core, and becomes air.
+/// Two balls: the larger one has no dense core, so that it becomes air.
 TEST(SeededParts, KeepOnlyPartsConnectedToASeed) {
   auto scan = std::make_shared<Volume>(cube(40, -900));
   scan->is_hounsfield = true;
@@ -108,15 +108,15 @@ TEST(SeededParts, KeepOnlyPartsConnectedToASeed) {
       }
   EXPECT_EQ(gone.others, changed);
   EXPECT_FALSE(keep_seeded_parts(scan, bone, 901, 0, gone).is_ok());
-  // The second ball is 1.6 times as large.
+  // Both balls contain a seed now. The smaller one has 0.65 times the voxels of the larger one.
   ASSERT_TRUE(keep_seeded_parts(scan, bone, 301, 0.6, gone).is_ok());
   EXPECT_EQ(gone.count, 0);
   ASSERT_TRUE(keep_seeded_parts(scan, bone, 301, 0.7, gone).is_ok());
   EXPECT_EQ(gone.count, 1);
 }
 
-/// Counts voxels of `filled` that differ from the definition: a voxel is open when a ball without solid
-/// voxels contains it, half a voxel or more below the ball's surface.
+/// Counts voxels of `filled` that differ from the definition of fill_thin_walls(). A voxel is open, and thus
+/// not filled, if a ball without solid voxels contains it at least half a voxel below the ball's surface.
 std::int64_t closing_errors(const Volume& v, const Shape& shape, const Volume& filled, double from, double to,
                             double reach) {
   std::vector<glm::ivec3> ball, inner;
@@ -147,7 +147,7 @@ std::int64_t closing_errors(const Volume& v, const Shape& shape, const Volume& f
           is_open = is_free;
         }
         const std::size_t i = v.index(x, y, z);
-        // Solid on both sides along a row, a diagonal or a space diagonal.
+        // A filled voxel is between solid voxels along a row, a diagonal or a space diagonal.
         bool is_between = false;
         for (int dz = -1; dz <= 1; ++dz)
           for (int dy = -1; dy <= 1; ++dy)
@@ -162,8 +162,9 @@ std::int64_t closing_errors(const Volume& v, const Shape& shape, const Volume& f
               }
               is_between = is_between || (sides[0] && sides[1]);
             }
-        // A filled voxel has, on at least three lines, darker voxels on both sides before the first solid
-        // one: darker by half the difference between the shape's threshold and `from`.
+        // On at least three lines through a filled voxel, there is a darker voxel on both sides before the
+        // first solid one. Darker means: by at least half the difference between the shape's threshold and
+        // `from`.
         int lines = 0;
         const double dark = v.voxels[i] - (shape.low - from) / 2;
         for (int n = 14; n < 27; ++n) {
@@ -192,7 +193,7 @@ TEST(ThinFill, EqualsTheClosingByDefinitionOnAnyGrid) {
                               glm::dmat3(0.8, 0, 0, 0, 0.8, 0, 0, 0.5, 1.1)};
   for (const glm::dmat3& axes : grids) {
     Volume v = make_volume({70, 13, 11}, Frame::from_axes(glm::dvec3(3), axes).value()).value();
-    // Sheets with holes, and crumbs between them.
+    // Sheets with holes, and single solid or grey voxels between the sheets.
     for (std::size_t n = 0; n < v.voxels.size(); ++n) {
       const bool is_sheet = n % 70 % 8 == 3;
       const unsigned long solid = is_sheet ? 70 : 2, grey = is_sheet ? 100 : 15, dice = random() % 100;
@@ -205,11 +206,13 @@ TEST(ThinFill, EqualsTheClosingByDefinitionOnAnyGrid) {
     EXPECT_EQ(count, differing);
     EXPECT_GT(count, 100);
     EXPECT_EQ(closing_errors(v, bone, filled, 150, 350, 1.8), 0);
-    EXPECT_GT(closing_errors(v, bone, filled, 150, 350, 2.1), 0) << "the judge detects another reach";
+    EXPECT_GT(closing_errors(v, bone, filled, 150, 350, 2.1), 0)
+        << "the judge must reject a result for another reach";
   }
 }
 
-/// A ball must be wide to stay out of a hole in a sheet.
+/// A hole with a radius of 2 mm in a sheet of 2 mm is filled: a ball with a radius of 6 mm cannot
+/// enter it.
 TEST(ThinFill, ClosesAHoleInAThinWall) {
   Volume v = cube(40, -50);
   for (int z = 0; z < 40; ++z)
@@ -237,7 +240,7 @@ TEST(ThinFill, LeavesJointsOpen) {
   EXPECT_EQ(count, 0);
 }
 
-/// The outer surface of a wall oblique to the grid is unchanged, although its edge is soft.
+/// The outer surface of a ball, in any direction to the grid, is unchanged, although its edge is soft.
 TEST(ThinFill, LeavesOuterSurfacesUnchanged) {
   Volume v = cube(60, -50);
   for (int z = 0; z < 60; ++z)
@@ -252,7 +255,8 @@ TEST(ThinFill, LeavesOuterSurfacesUnchanged) {
   EXPECT_EQ(count, 0);
 }
 
-/// Returns a skull and a jaw in tissue, with a cushion and a holder under it; voxels of 1 x 1 x 2.5 mm.
+/// Returns a skull and a jaw in tissue, with a cushion and a holder under the head; voxels of 1 x 1 x 2.5 mm.
+/// `cushion`, `tissue`: intensities, HU.
 std::shared_ptr<Volume> head_in_holder(std::int16_t cushion, std::int16_t tissue = 40) {
   const glm::dmat3 axes(glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(0, 0, 2.5));
   auto scan = std::make_shared<Volume>(
@@ -300,9 +304,9 @@ TEST(PartsOutsideTheBody, StayIfTheyTouchItOrIfThereIsNoTissue) {
   EXPECT_EQ(omit_parts_outside_body(uncalibrated, Shape{}, removed).value(), uncalibrated);
 }
 
-/// The edge of a table has few voxels and is long; a short splinter stays.
+/// A long part, such as the edge of a table, is omitted although it has few voxels. A short splinter stays.
 TEST(PartsOutsideTheBody, AreOmittedIfTheyAreLong) {
-  for (const int slices : {24, 16}) {  // 60 and 40 mm
+  for (const int slices : {24, 16}) {  // length of the part: 60 and 40 mm
     const auto scan = head_in_holder(-950);
     for (int z = 0; z < 25; ++z)
       for (int y = 0; y < 71; ++y)

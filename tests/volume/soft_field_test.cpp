@@ -1,5 +1,5 @@
-// Smoothed binary shapes: the blur against a direct sum, signs kept, thin parts kept, and the distance of the
-// surface from the shape that was thresholded.
+// Smoothed binary shapes: the blur against a direct sum, signs and thin parts that are kept, and the distance
+// and inclination of the surface relative to the shape before the threshold.
 #include "volume/fields/soft_field.h"
 
 #include <cmath>
@@ -80,7 +80,7 @@ TEST(SoftField, KeepsThinPlatesAndRodsAndTheSideOfEveryVoxel) {
           ASSERT_EQ(soft->at(x, y, z), 0.5);
         }
       }
-  // Their smooth solids are unchanged.
+  // The smooth solid contains the plate, which is one voxel thick.
   QuadraticPatch patch;
   for (const ivec3& at : {ivec3(20, 20, 12), ivec3(3, 33, 12)}) {
     soft->load(at, patch);
@@ -104,7 +104,8 @@ TEST(SoftField, SurfaceIsNearTheThresholdedShape) {
       QuadraticPatch patches[2];
       soft->load(v, patches[0]);
       patches[1].load(field, v);
-      // Along z through the cube: position of the surface, and its distance from the true one.
+      // Along z through the cube: position of the surface, its distance from the true surface, and the angle
+      // between both normals.
       bool has_both = true;
       double off[2], angle[2];
       for (int k = 0; k < 2; ++k) {
@@ -155,7 +156,7 @@ TEST(SoftField, DetectsTwoValuedScansAndGivesTheSameBitsForAnyNumberOfThreads) {
   const Field grey_field(grey, b.shape);
   EXPECT_FALSE(SoftField::is_two_valued(grey_field, Occupancy::build(grey, b.shape)));
   o.psf_sigma_voxels = 1.5;
-  o.parameters = {{"angle", 90}};  // grey along x only
+  o.parameters = {{"angle", 90}};  // the intensity changes along x only
   const Volume wall = data_tools::make_phantom("plane", o).value();
   const Field wall_field(wall, b.shape);
   EXPECT_FALSE(SoftField::is_two_valued(wall_field, Occupancy::build(wall, b.shape)));
@@ -169,8 +170,8 @@ TEST(SoftField, DetectsTwoValuedScansAndGivesTheSameBitsForAnyNumberOfThreads) {
   EXPECT_TRUE(std::isfinite(patch.value_and_gradient(dvec3(0)).value));
 }
 
-/// The soft field of a shape next to another one equals that of the shape extended by four voxels into its
-/// neighbour.
+/// The soft field of a shape that touches a neighbouring shape equals that of the shape extended by four
+/// voxels into its neighbour.
 TEST(SoftField, ContinuesIntoNeighbouringShapes) {
   const ivec3 size(40, 33, 29);
   Volume volume = make_volume(size, Frame(), true).value();

@@ -18,7 +18,8 @@ namespace {
 struct Flooded {
   glm::ivec3 size;
   std::vector<int> state;  ///< 0 air, 1 kept, 2 removed
-  std::vector<int> part, whole;
+  std::vector<int> part;   ///< per sample: number of its part in the kept matter, -1: no part
+  std::vector<int> whole;  ///< per sample: number of its part in the kept and removed matter, -1: no part
 
   std::size_t at(const glm::ivec3& s) const {
     return static_cast<std::size_t>(s.x + size.x * (s.y + size.y * s.z));
@@ -26,8 +27,8 @@ struct Flooded {
   Flooded(const Field& field, const Version& version) : size(version.lattice().size()) {
     find_parts(field, version, {});
     if (version.lattice().has_voxel_resolution()) return;
-    // Around detached parts, voxels that differ from a neighbour are evaluated sample by sample, up to two
-    // voxels outside the part's box.
+    // Around detached parts, up to two voxels outside the part's box, each sample of a surface voxel is
+    // evaluated. A surface voxel differs from one of its 26 neighbours: one is solid and one is air.
     const Volume& volume = version.base();
     const int count = part.empty() ? 0 : *std::max_element(part.begin(), part.end()) + 1;
     std::vector<std::int64_t> samples(static_cast<std::size_t>(count));
@@ -143,7 +144,7 @@ TEST(SolidParts, EqualPartsOfAFlood) {
       const SolidParts parts(field, bits, *version);
       const Flooded judge(field, *version);
 
-      // Both connect the same samples; a part is numbered by its first sample.
+      // Both must find the same parts, numbered in the order of their first samples.
       std::map<int, int> part_of;
       std::vector<std::int64_t> samples(parts.parts().size());
       for (int z = 0; z < judge.size.z; ++z)
@@ -155,7 +156,7 @@ TEST(SolidParts, EqualPartsOfAFlood) {
             ASSERT_EQ(part == SolidParts::k_air, wanted < 0) << x << ' ' << y << ' ' << z;
             if (part == SolidParts::k_air) continue;
             ASSERT_EQ(parts.part_of({x, y, z}), part);
-            ASSERT_EQ(part, wanted) << seed;  // both count by first samples
+            ASSERT_EQ(part, wanted) << seed;  // both number parts by first samples
             ASSERT_EQ(part_of.emplace(part, judge.whole[judge.at({x, y, z})]).first->second,
                       judge.whole[judge.at({x, y, z})]);
             ++samples[static_cast<std::size_t>(part)];
@@ -177,8 +178,8 @@ TEST(SolidParts, EqualPartsOfAFlood) {
       }
       more += static_cast<int>(samples.size()) - 1;
     }
-  EXPECT_GT(off, 10);    // the cuts separated some parts
-  EXPECT_GT(more, off);  // and there were islands before
+  EXPECT_GT(off, 10);    // the cuts detached some parts
+  EXPECT_GT(more, off);  // other parts were separate before the cuts
 }
 
 TEST(SolidParts, NoPartIsSeparatedWithoutACut) {

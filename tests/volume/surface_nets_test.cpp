@@ -44,8 +44,8 @@ Volume noise_volume(const glm::ivec3& size, unsigned seed, double share) {
 }
 
 TEST(SurfaceNets, OnlyFacesOfSingleAmbiguityPinch) {
-  // The rule that flips a face reads only its two cells; that suffices only if a pinching cell has one
-  // ambiguous face.
+  // The rule that flips a face reads only the two cells at this face. That suffices only if a pinching cell
+  // has exactly one ambiguous face.
   for (int config = 0; config < 256; ++config) {
     const NetCase& net = k_net_cases[0][static_cast<std::size_t>(config)];
     if (net.pinch_face < 0) continue;
@@ -182,8 +182,8 @@ TEST(SurfaceNets, ChunksEqualTheWholeBitForBit) {
   expect_chunks_equal_whole(open);
 }
 
-// After every edit only the chunks that touch the changed box are remeshed; the result is that of a full
-// remesh.
+// After every edit only the chunks that touch the changed box are meshed again. The result equals that of
+// meshing all chunks.
 void expect_chunks_follow_edits(double smallest_burr) {
   auto base = std::make_shared<Volume>(noise_volume({80, 66, 70}, 9, 0.7));
   const Field field(*base, Shape{});
@@ -224,7 +224,8 @@ void expect_chunks_follow_edits(double smallest_burr) {
 TEST(SurfaceNets, RemeshingTouchedChunksEqualsTheWholeAfterEdits) { expect_chunks_follow_edits(0); }
 TEST(SurfaceNets, RemeshingOnAFineLatticeEqualsTheWholeToo) { expect_chunks_follow_edits(6); }
 
-/// Cells of two sizes join without a gap, for any noise, slice spacing and end of the grid.
+/// Cells of two sizes join without a gap, for several seeds of noise and slice spacings, also at the end of
+/// the grid.
 TEST(SurfaceNets, IsAClosedManifoldWhereTheLatticeIsFine) {
   const glm::ivec3 size(15, 14, 13);
   for (const glm::dvec3& spacing : {glm::dvec3(1), glm::dvec3(0.5, 0.5, 1.25), glm::dvec3(0.5, 0.5, 3)})
@@ -244,8 +245,9 @@ TEST(SurfaceNets, IsAClosedManifoldWhereTheLatticeIsFine) {
       const Mesh mesh = surface_net({&field, version.get()});
       const MeshVerdict verdict = judge(mesh);
       ASSERT_TRUE(verdict.is_closed_manifold())
-          << seed << " " << spacing.z << ": " << verdict.boundary_edges << " open, "
-          << verdict.non_manifold_edges << " crowded, " << verdict.pinched_vertices << " pinched";
+          << seed << " " << spacing.z << ": " << verdict.boundary_edges << " boundary edges, "
+          << verdict.non_manifold_edges << " non-manifold edges, " << verdict.pinched_vertices
+          << " pinched vertices";
       EXPECT_GT(verdict.signed_volume, 0);
       std::multiset<Triangle> whole, chunked, threaded;
       add_triangles(mesh, whole);
@@ -260,7 +262,7 @@ TEST(SurfaceNets, IsAClosedManifoldWhereTheLatticeIsFine) {
     }
 }
 
-/// Around a hole in a flat face: the vertex of each cell that both surfaces cross is on both.
+/// Around a hole in a flat face, vertices of cells that both surfaces cross lie on both surfaces.
 TEST(SurfaceNets, RimsLieOnBothSurfaces) {
   for (const double smallest_burr : {0.0, 3.0}) {
     const glm::dvec3 spacing(0.5, 0.5, smallest_burr > 0 ? 1.5 : 0.5);
@@ -294,9 +296,9 @@ TEST(SurfaceNets, RimsLieOnBothSurfaces) {
       worst_off = std::max(worst_off, std::min(off_plane, off_ball));
       rim += off_plane < 0.02 * h.x && off_ball < 0.08 * h.x;
     }
-    // Around 18 mm of rim, at least one cell per step.
+    // The rim is about 18 mm long. It must have more than one such vertex per lattice step.
     EXPECT_GT(rim, static_cast<int>(18 / h.x)) << smallest_burr;
-    EXPECT_LT(worst_off, 0.1 * h.x) << smallest_burr;  // over all vertices, from one of the two surfaces
+    EXPECT_LT(worst_off, 0.1 * h.x) << smallest_burr;  // distance of a vertex from the nearer surface
   }
 }
 
@@ -336,8 +338,8 @@ TEST(LocalNet, MakesTheTrianglesOfTheWholeSurfaceBitForBit) {
   }
 }
 
-/// For any noise the mesh is closed and faces outward, no edge has four triangles, and the mesh passes
-/// between two neighbouring voxels exactly if only one of them is solid.
+/// For any noise the mesh is closed and faces outward, and no edge has four triangles. The mesh separates two
+/// neighbouring voxels exactly if only one of them is solid.
 TEST(MarchingCubes, SeparatesSolidFromFreeOnAnyNoise) {
   for (const double share : {0.1, 0.5, 0.9})
     for (const bool is_cut : {false, true}) {
@@ -369,7 +371,8 @@ TEST(MarchingCubes, SeparatesSolidFromFreeOnAnyNoise) {
               const glm::ivec3 v(x, y, z);
               glm::ivec3 next = v;
               ++next[axis];
-              // Slightly shifted, so that the segment meets no vertex; its ends must not be on the surface.
+              // The segment between the voxels is shifted slightly, so that it meets no vertex and its ends
+              // are not on the surface.
               const glm::dvec3 aside(1.1e-5, 0.7e-5, 0.9e-5);
               const bool is_one = solid(v) != solid(next);
               ASSERT_EQ(wall.crossings(glm::dvec3(v) + aside, glm::dvec3(next) + aside) % 2, is_one ? 1 : 0)
@@ -380,7 +383,8 @@ TEST(MarchingCubes, SeparatesSolidFromFreeOnAnyNoise) {
     }
 }
 
-/// The volume of a ball; its vertices are on the sphere to the accuracy of linear interpolation.
+/// The mesh of a ball has the volume of the ball, and its vertices are on the sphere up to the error of
+/// linear interpolation.
 TEST(MarchingCubes, ApproximatesABall) {
   const data_tools::PhantomOptions options = [] {
     data_tools::PhantomOptions o;

@@ -46,20 +46,20 @@ double profile(const ToolBody& b, double along) {
   // All positions of the rolling ball inside the sharp body: a union of balls.
   const double half = 0.5 * b.length, sagitta = b.radius - b.end_radius;
   const double arc = sagitta > 0 ? (half * half + sagitta * sagitta) / (2 * sagitta) : 0;
-  const auto room = [&](double s) {  // for the centre of the ball
+  const auto room = [&](double s) {  // largest distance of the rolling ball's centre from the axis, mm
     return sagitta > 0 ? std::sqrt((arc - b.edge) * (arc - b.edge) - s * s) - (arc - b.radius)
                        : b.radius - b.edge;
   };
   if (b.edge == 0) return along >= 0 && along <= b.length ? room(along - half) : -1;
   for (int i = 0; i <= 400; ++i) {
-    const double s = (2.0 * i / 400 - 1) * (half - b.edge), beside = along - half - s;
-    const double left = b.edge * b.edge - beside * beside;
+    const double s = (2.0 * i / 400 - 1) * (half - b.edge), from_centre = along - half - s;
+    const double left = b.edge * b.edge - from_centre * from_centre;
     if (left >= -1e-12) off = std::max(off, room(s) + std::sqrt(std::max(0.0, left)));
   }
   return off;
 }
 
-/// Returns the volume of a solid of revolution, mm^3.
+/// Returns the volume of a body, mm^3, as a sum over disks.
 double volume_of(const ToolBody& b) {
   double sum = 0;
   constexpr int k_slices = 1000;
@@ -93,7 +93,7 @@ TEST(ToolBody, DistanceEqualsThatToItsOutline) {
       const bool is_inside = along >= body.low() && along <= body.high() && off <= profile(body, along);
       worst = std::max(worst, std::abs(body.distance(along, off) - (is_inside ? -nearest : nearest)));
     }
-    EXPECT_LT(worst, 4e-3) << name;  // spacing of the outline's points
+    EXPECT_LT(worst, 4e-3) << name;  // mm, due to the spacing of the outline's points
   }
 }
 
@@ -125,7 +125,7 @@ struct Grid {
   const char* name;
   dvec3 spacing;
 };
-// Three isotropic grids and two clinical ones.
+// Spacings (mm) of three isotropic grids and two clinical ones.
 const Grid k_grids[] = {{"0.3", {0.3, 0.3, 0.3}},
                         {"0.45", {0.45, 0.45, 0.45}},
                         {"0.6", {0.6, 0.6, 0.6}},
@@ -174,7 +174,8 @@ TEST(ToolSweep, AStampHasTheBodysVolumeAtAnyPose) {
 }
 
 TEST(ToolSweep, ACapsuleEqualsItsClosedFormAtAnyPoseAndRate) {
-  // Radius of 2 and 4 of the lattice's largest steps; 4 mm at 20 mm/s, at 100 Hz to 10 kHz.
+  // The radius is 2 and 4 times the largest step of the lattice. The ball moves 4 mm in 20 to 2000 parts, as
+  // at 20 mm/s with 100 Hz to 10 kHz.
   for (const Grid& grid : k_grids) {
     const auto base = block(grid.spacing, 16);
     std::mt19937_64 random(21);
@@ -184,22 +185,23 @@ TEST(ToolSweep, ACapsuleEqualsItsClosedFormAtAnyPoseAndRate) {
         if (parts == 2000 && &grid != &k_grids[1]) continue;  // takes seconds
         const CutLattice lattice = CutLattice::for_burr(*base, 2).value();
         const dvec3& h = lattice.frame().spacing();
-        const double r = steps * std::max({h.x, h.y, h.z}), way = 4;
+        const double r = steps * std::max({h.x, h.y, h.z}), path_length = 4;
         RemovalEditor editor(std::make_shared<Version>(base, lattice), {Field(*base, Shape{})});
         const dvec3 along = direction(random);
-        const dvec3 start = dvec3(shift(random), shift(random), shift(random)) - 0.5 * way * along;
+        const dvec3 start = dvec3(shift(random), shift(random), shift(random)) - 0.5 * path_length * along;
         for (int i = 0; i < parts; ++i)
-          editor.remove(
-              Sweep{start + way * i / parts * along, start + way * (i + 1) / parts * along, r, i > 0});
+          editor.remove(Sweep{start + path_length * i / parts * along,
+                              start + path_length * (i + 1) / parts * along, r, i > 0});
         const double found = editor.working().mm3_of(editor.working().ledger().total());
-        const double exact = k_pi * r * r * way + 4.0 / 3 * k_pi * r * r * r;
+        const double exact = k_pi * r * r * path_length + 4.0 / 3 * k_pi * r * r * r;
         EXPECT_NEAR(found / exact, 1, most) << grid.name << " " << steps << " " << parts;
       }
   }
 }
 
 TEST(ToolSweep, EachLabelGetsItsShare) {
-  // Two labels that meet in a plane between voxels through the body's centre, and a third that it misses.
+  // Two labels that meet in a plane between voxels, through the body's centre, and a third label that the
+  // body does not touch.
   auto base = std::make_shared<Volume>(
       make_volume(glm::ivec3(40, 24, 24), Frame::from_spacing({-9.75, -5.75, -5.75}, dvec3(0.5)).value(),
                   true)
@@ -241,18 +243,18 @@ TEST(ToolSweep, SidewaysEqualsTheBodyAndItsShadow) {
       area *= (body.high() - body.low()) / 1000;
       const double exact_body = volume_of(body);
       std::mt19937_64 random(12);
-      for (const int parts : {1, 9}) {  // fast and slow
+      for (const int parts : {1, 9}) {  // number of sweeps: fast and slow motion
         RemovalEditor editor = editor_of(base, 2 * std::min(body.radius, body.end_radius));
         const dvec3 axis = direction(random), side = glm::normalize(glm::cross(axis, direction(random)));
-        const double way = 3;
-        const dvec3 start = dvec3(0.1, -0.2, 0.15) - body.middle() * axis - 0.5 * way * side;
+        const double path_length = 3;
+        const dvec3 start = dvec3(0.1, -0.2, 0.15) - body.middle() * axis - 0.5 * path_length * side;
         for (int i = 0; i < parts; ++i)
           editor.remove(ToolSweep{body,
-                                  {start + way * i / parts * side, axis},
-                                  {start + way * (i + 1) / parts * side, axis},
+                                  {start + path_length * i / parts * side, axis},
+                                  {start + path_length * (i + 1) / parts * side, axis},
                                   i > 0});
         const double found = editor.working().mm3_of(editor.working().ledger().total());
-        const double exact = exact_body + area * way;
+        const double exact = exact_body + area * path_length;
         worst = std::max(worst, std::abs(found / exact - 1));
         EXPECT_NEAR(found / exact, 1, 1e-3) << name << " " << grid.name << " " << parts;
       }
@@ -261,7 +263,7 @@ TEST(ToolSweep, SidewaysEqualsTheBodyAndItsShadow) {
   RecordProperty("worst_percent", std::to_string(100 * worst));
 }
 
-/// Returns the number of points well inside the swept volume that are still solid.
+/// Returns the number of random points more than 0.1 mm inside the swept volume that are still solid.
 int left_on_the_way(const Version& version, const ToolBody& body, const ToolPose& a, const ToolPose& b) {
   std::mt19937_64 random(2);
   std::uniform_real_distribution<double> share(0, 1);
@@ -293,8 +295,8 @@ TEST(ToolSweep, LeavesNoGapHoweverFastItMovesAndTurns) {
   }
 }
 
-/// Nothing changes outside the reported box, which is little larger than the swept volume because fields are
-/// rebuilt in all of it. Every point of the grid is compared before and after.
+/// Nothing changes outside the reported box: the distances at all voxel centres are compared before and
+/// after. The box must be little larger than the swept volume, since fields are rebuilt in the whole box.
 TEST(ToolSweep, ChangesNothingBeyondItsBoxAndThatIsTight) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> one;
@@ -309,7 +311,7 @@ TEST(ToolSweep, ChangesNothingBeyondItsBoxAndThatIsTight) {
         const std::shared_ptr<const Version> before = editor.freeze();
         const RemovalReport report = editor.remove(ToolSweep{body, a, b});
         const std::shared_ptr<const Version> after = editor.freeze();
-        // Larger distances are not kept.
+        // Larger distances are not compared: versions store distances only up to about this limit.
         const double far = after->lattice().frame().diagonal_mm();
         dvec3 low(1e9), high(-1e9);
         long changed = 0;
@@ -325,7 +327,7 @@ TEST(ToolSweep, ChangesNothingBeyondItsBoxAndThatIsTight) {
         for (int k = 0; k < 3; ++k) {
           EXPECT_GE(low[k], report.box.low[k]) << grid.name;
           EXPECT_LE(high[k], report.box.high[k]) << grid.name;
-          // The box may exceed the changes by a band, and by the gap between two samples of the grid.
+          // The box may exceed the changed voxels by a band, and by one voxel.
           const double band = 1.5 + 2.5 * editor.working().lattice().frame().diagonal_mm();
           EXPECT_GE(report.box.low[k], low[k] - band / grid.spacing[k] - 1) << grid.name;
           EXPECT_LE(report.box.high[k], high[k] + band / grid.spacing[k] + 1) << grid.name;
@@ -368,12 +370,12 @@ TEST(ToolSweep, SamplesEqualTheLeastDistanceOverAllPoses) {
           deepest = std::min(deepest, found);
         }
     EXPECT_LT(deepest, -0.25) << name;
-    EXPECT_LT(worst, 0.02 * 1.6 / 2 / 3 + 0.006) << name;  // the allowance, and poses between stamps
+    EXPECT_LT(worst, 0.02 * 1.6 / 2 / 3 + 0.006) << name;  // mm: the allowance, and the gap between poses
   }
 }
 
 TEST(ToolSweep, BothKernelsMakeTheSameBits) {
-  if (!__builtin_cpu_supports("avx2")) GTEST_SKIP() << "this CPU has one of them";
+  if (!__builtin_cpu_supports("avx2")) GTEST_SKIP() << "no AVX2 here";
   const auto base = block(dvec3(0.45, 0.45, 1.25), 9);
   for (const auto& [name, body] : bodies()) {
     std::uint64_t hashes[2];

@@ -37,7 +37,7 @@ TEST(Traversal, DiagonalThroughCornersIsSixConnected) {
   }
 }
 
-// Skipping empty boxes must not change the first solid voxel or the hit point.
+// Skipping empty boxes must not change the first solid voxel, or the parameter and axis of entry into it.
 TEST(Traversal, SkippingEmptySpaceReportsTheSameFirstSolidVoxel) {
   std::mt19937_64 random(5);
   Volume volume = make_volume({70, 45, 52}, Frame()).value();

@@ -41,8 +41,8 @@ Sweep random_sweep(std::mt19937& random, const Volume& base) {
   return {a, a + 0.2 * (b - a), radius(random), false};
 }
 
-// Versions that are built from bytes alone, one after the other and over undos, have the same contents and
-// ledger, and further cuts give the same bits.
+// Versions that are restored from bytes alone, one after the other and over undos, have the contents and the
+// ledger of the original versions. Further cuts of both give the same bits.
 TEST(VersionChanges, ReproduceTheSameVersions) {
   for (const int frame : {0, 1})
     for (const double burr : {0.0, 1.5}) {
@@ -87,7 +87,7 @@ TEST(VersionChanges, ReproduceTheSameVersions) {
         }
         ASSERT_EQ(on.freeze()->content_hash(), on_made.freeze()->content_hash());
       }
-      // All changes, up to the end and up to the middle.
+      // Applies a list of all changes in one call, up to the end and up to the middle.
       for (const std::size_t to : {all_changes.size(), all_changes.size() / 2}) {
         const std::vector<std::string_view> changes(all_changes.begin(),
                                                     all_changes.begin() + static_cast<std::ptrdiff_t>(to));
@@ -98,14 +98,14 @@ TEST(VersionChanges, ReproduceTheSameVersions) {
         EXPECT_EQ(back.value()->brick_count(), versions[to]->brick_count());
         EXPECT_EQ(back.value()->ledger().units_by_label, versions[to]->ledger().units_by_label);
       }
-      // All of them at once.
+      // Applies a single change from the first to the last version.
       auto at_once = VersionChanges::apply(cut.start, VersionChanges::encode(cut.start, *versions.back()));
       ASSERT_TRUE(at_once.is_ok());
       EXPECT_EQ(at_once.value()->content_hash(), versions.back()->content_hash());
     }
 }
 
-TEST(VersionChanges, BrokenBytesAreRefused) {
+TEST(VersionChanges, BrokenBytesAreRefusedOrGiveValidVersions) {
   Cut cut = some_block(0, 1.5);
   std::mt19937 random(3);
   for (int k = 0; k < 3; ++k) cut.editor.remove(random_sweep(random, *cut.base));
@@ -113,7 +113,7 @@ TEST(VersionChanges, BrokenBytesAreRefused) {
   const std::string changes = VersionChanges::encode(cut.start, *whole);
   for (std::size_t length = 0; length < changes.size(); length += 1 + changes.size() / 200)
     if (auto result = VersionChanges::apply(cut.start, changes.substr(0, length))) {
-      // truncated at the end of a brick
+      // Bytes that end after a complete brick are valid, and give a version with fewer bricks.
       EXPECT_LT(result.value()->brick_count(), whole->brick_count()) << length;
     }
   for (int i = 0; i < 300; ++i) {

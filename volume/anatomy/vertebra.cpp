@@ -59,10 +59,11 @@ class Line {
     return 0.5 * (a + b);
   }
   /// Returns the parameter at which the intensity is half way between the matter in front of the surface at t
-  /// and the bone behind it: the surface for any window. `step`: mm. Returns t if there is no such parameter.
+  /// and the bone behind it. This position of the surface does not depend on the window of the bone. `step`:
+  /// mm between samples. Returns t if there is no such parameter, or if the shape is a label.
   double half_way(double t, double step) const {
     if (bone_.shape().is_label()) return t;
-    constexpr double k_before = 2, k_behind = 3.5;  // voxels, by the blur of scans
+    constexpr double k_before = 2, k_behind = 3.5;  // voxels, range of the search, by the blur of scans
     const double voxel = std::max(1.0 / glm::length(along_), step);
     const auto intensity = [this](double s) { return bone_.value(at(s)) + bone_.shape().low; };
     double lowest = intensity(t), highest = lowest, low_at = t, high_at = t;
@@ -86,7 +87,9 @@ class Line {
   dvec3 from_, along_;
 };
 
-double finest(const Field& bone) {
+/// Returns the distance between samples along a ray, mm: a quarter of the smallest voxel spacing, from 0.05
+/// to 0.25 mm.
+double ray_step(const Field& bone) {
   const dvec3& h = bone.volume().frame.spacing();
   return std::clamp(0.25 * std::min({h.x, h.y, h.z}), 0.05, 0.25);
 }
@@ -114,8 +117,8 @@ std::vector<dvec3> points_in_label(const Volume& scan, int label) {
   return points;
 }
 
-/// Returns true if the points extend further than those of any vertebra, apart from 2 % of them, such as
-/// stray voxels of a segmentation.
+/// Returns true if the points extend farther along an axis than any vertebra. Ignores 1 % of the points at
+/// each end, such as stray voxels of a segmentation.
 bool is_too_large(const std::vector<dvec3>& points) {
   constexpr double k_largest = 150;  // mm; a lumbar vertebra is at most 120 mm wide
   std::vector<double> along(points.size());
@@ -131,8 +134,8 @@ bool is_too_large(const std::vector<dvec3>& points) {
   return false;
 }
 
-/// Finds a point from which at least k_enough axial directions meet the label: the hole in its ring. Returns
-/// false if there is no such hole.
+/// Finds a point in the hole of the label's ring: rays from there in at least k_enough of k_directions
+/// directions in the axial plane meet the label. Returns false if there is no such hole.
 bool find_hole(const Volume& scan, int label, const std::vector<dvec3>& points, dvec3& hole) {
   constexpr double k_grid = 2, k_step = 1, k_far = 25;  // mm
   constexpr int k_directions = 16, k_enough = 14;
@@ -156,7 +159,7 @@ bool find_hole(const Volume& scan, int label, const std::vector<dvec3>& points, 
         }
         if (count >= k_enough) by_count[static_cast<std::size_t>(count)].push_back(p);
       }
-  // Prefers points inside a complete ring, and takes their median.
+  // Prefers points from which more directions meet the label, and returns the median of these points.
   for (int count = k_directions; count >= k_enough; --count) {
     std::vector<dvec3>& candidates = by_count[static_cast<std::size_t>(count)];
     if (candidates.size() < 4) continue;
@@ -171,8 +174,8 @@ bool find_hole(const Volume& scan, int label, const std::vector<dvec3>& points, 
   return false;
 }
 
-/// Sets the centroid of a section, in its plane. Returns false if too little of it is closed, or if its area
-/// is not that of a canal.
+/// Sets `middle` to the centroid of a section, in its plane (x to the left, y to the back, mm). Returns false
+/// if less than 80 % of the rays are closed, or if the area is out of the range of canals.
 bool find_centroid(const CanalSection& section, dvec2& middle) {
   double twice = 0;
   dvec2 sum(0);
@@ -188,7 +191,8 @@ bool find_centroid(const CanalSection& section, dvec2& middle) {
     if (!section.is_closed(i, false)) continue;
     if (last >= 0) {
       const dvec2 a = corner(last), b = corner(i);
-      const double area = b.x * a.y - a.x * b.y;  // from the back to the left
+      const double area =
+          b.x * a.y - a.x * b.y;  // twice the area; positive, since rays turn from back to left
       twice += area, sum += area / 3 * (a + b);
     }
     last = i, ++closed;
@@ -199,7 +203,7 @@ bool find_centroid(const CanalSection& section, dvec2& middle) {
   return true;
 }
 
-/// Returns the sections of the untouched canal at these heights (mm), computed on all cores.
+/// Returns the sections of the untouched canal at `heights` (mm along `up`). Uses all cores.
 std::vector<CanalSection> sections_at(const VertebraFrame& frame, std::span<const double> heights,
                                       const CanalWalls& walls) {
   std::vector<CanalSection> sections(heights.size());
@@ -210,8 +214,8 @@ std::vector<CanalSection> sections_at(const VertebraFrame& frame, std::span<cons
   return sections;
 }
 
-/// Returns the median distance from the centre of the canal to its wall, mm, in rays around `middle_ray`, at
-/// mid-height.
+/// Returns the median distance from the centre of the canal to its wall, mm, at mid-height, over the rays
+/// within 20 degrees of `middle_ray`. Returns half of k_canal_reach without a wall.
 double median_wall(const VertebraFrame& frame, const CanalWalls& walls, int middle_ray) {
   constexpr int k_spread = 20 * k_canal_rays / 360;
   std::vector<double> distances;
@@ -225,11 +229,12 @@ double median_wall(const VertebraFrame& frame, const CanalWalls& walls, int midd
   return *middle;
 }
 
-/// Returns the inclination of the body: shift of the centres of its cross-sections to the left and to the
-/// back, mm per mm up; 0 if the body is too small. Its ends are left out: oblique ends would bias the result.
+/// Returns the inclination of the vertebra's body: shift of the centres of its cross-sections to the left and
+/// to the back, mm per mm up; 0 if the body is too small. Both ends of the body are left out, since oblique
+/// ends would bias the result.
 dvec2 lean_of(const VertebraFrame& frame, const std::vector<dvec3>& points, double front) {
-  constexpr double k_spared = 0.2;  // share of its points that is left out at each end
-  constexpr double k_behind = 4;    // mm from the canal to the end of the pedicles
+  constexpr double k_spared = 0.2;  // share of the body's points that is left out at each end
+  constexpr double k_behind = 4;    // mm in front of the canal; bone nearer to the canal may be pedicle
   std::vector<dvec3> body;
   for (const dvec3& p : points)
     if (const dvec3 q = frame.local(p); q.y < -front - k_behind) body.push_back(q);
@@ -261,7 +266,7 @@ dvec2 lean_of(const VertebraFrame& frame, const std::vector<dvec3>& points, doub
 /// false if no section is that of a canal.
 bool align(const CanalWalls& walls, const std::vector<dvec3>& points, VertebraFrame& frame) {
   constexpr std::array k_heights{-10.0, -8.0, -6.0, -4.0, -2.0, 0.0, 2.0, 4.0, 6.0, 8.0, 10.0};  // mm
-  constexpr double k_steepest = 0.82;  // about the cosine of 35 degrees
+  constexpr double k_steepest = 0.82;  // cosine of the largest inclination, about 35 degrees
   constexpr int k_rounds = 6;
   const dvec3 upright = frame.up;
   for (int round = 0; round < k_rounds; ++round) {
@@ -347,7 +352,7 @@ double CanalSection::area(bool is_after) const noexcept {
 }
 
 double CanalSection::opening() const noexcept {
-  // The widest opening of rays that were closed before.
+  // Openings are searched from rays of the roof that were closed before the operation.
   double widest = 0;
   for (int ray = -k_roof; ray <= k_roof; ++ray) {
     if (is_closed(ray, true) || !is_closed(ray, false)) continue;
@@ -365,14 +370,14 @@ double CanalSection::opening() const noexcept {
 CanalSection canal_section(const VertebraFrame& frame, double z, const CanalWalls& walls,
                            const Version* version) {
   constexpr double k_pores = 4;   // mm; bone behind a longer gap belongs to another wall
-  constexpr double k_before = 3;  // mm; bone at least this far in front of the label is not its edge
+  constexpr double k_before = 3;  // mm; bone that begins this far in front of the label is another structure
   constexpr double k_wall = 10;   // mm; bone farther behind the inner surface is not part of the wall
   const std::vector<double> no_wall(k_canal_rays, -1);
   CanalSection section{z, no_wall, no_wall, no_wall, std::vector<char>(k_canal_rays, walls.label < 0)};
   const dvec3 from = frame.world({0, 0, z});
   const Volume& scan = walls.bone.volume();
   const Field own(scan, {"vertebra", 0, 0, walls.label});
-  const double step = finest(walls.bone);
+  const double step = ray_step(walls.bone);
   for (int i = 0; i < k_canal_rays; ++i) {
     const auto at = static_cast<std::size_t>(i);
     const dvec2 to = canal_ray_direction(i);

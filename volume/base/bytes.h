@@ -50,8 +50,9 @@ inline bool get_number(std::string_view& in, std::int64_t& value) {
   return true;
 }
 
-/// Run-length encodes values: each run of equal values as length and value; each sequence of values without
-/// an equal neighbour as length and literals (high bit of the length set).
+/// Appends values with run-length encoding. A run of equal values is a 16-bit length and one value. A
+/// sequence of values without equal neighbours is a length, whose high bit is set, and all values of the
+/// sequence.
 template <class T>
 void put_runs(std::string& out, const T* values, std::size_t count) {
   constexpr std::size_t k_longest_run = 0x7fff;
@@ -71,6 +72,7 @@ void put_runs(std::string& out, const T* values, std::size_t count) {
     i = end;
   }
 }
+/// Reads `count` values that put_runs() appended. Returns false if the bytes are invalid.
 template <class T>
 bool get_runs(std::string_view& in, T* values, std::size_t count) {
   for (std::size_t i = 0; i < count;) {

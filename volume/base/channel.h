@@ -11,8 +11,8 @@
 
 namespace trephine {
 
-/// One writer; up to k_readers readers. A value stays alive until every reader that could have adopted it has
-/// adopted a later value or closed.
+/// For one writer and up to k_readers readers. A value stays alive until every reader that could have adopted
+/// it has adopted a later value, or was closed.
 template <class T>
 class Channel {
  public:
@@ -34,7 +34,8 @@ class Channel {
   /// Writer only. Number of values not yet freed, the newest included.
   int alive_count() const noexcept { return static_cast<int>(retired_.size()) + 1; }
 
-  /// Reserves one of the k_readers slots. Returns its number, -1 if all are in use. Not for the servo thread.
+  /// Opens a reader. Returns its number for adopt() and close_reader(); -1 if k_readers readers are open. Not
+  /// for the servo thread.
   int open_reader() noexcept {
     for (int i = 0; i < k_readers; ++i)
       if (!readers_[static_cast<std::size_t>(i)].is_open.exchange(true)) return i;

@@ -41,7 +41,7 @@ inline double deterministic_sin(double x) noexcept {
                                 1.0 / 362880.0,
                                 -1.0 / 5040.0,
                                 1.0 / 120.0,
-                                -1.0 / 6.0};  // (-1)^k / (2k + 1)!, highest first
+                                -1.0 / 6.0};  // (-1)^n / (2n + 1)! for n = 10 to 1
   const double square = r * r;
   double sum = 0;
   for (const double term : k_terms) sum = (sum + term) * square;
@@ -50,6 +50,7 @@ inline double deterministic_sin(double x) noexcept {
   return is_odd ? -sum * r : sum * r;
 }
 
+/// cos x for |x| < 1e5. The rounding of x + pi / 2 adds to the error of deterministic_sin().
 inline double deterministic_cos(double x) noexcept { return deterministic_sin(x + 1.5707963267948966); }
 
 /// 64-bit hash for seeded noise (Steele et al. 2014, splitmix64).
@@ -60,8 +61,8 @@ inline unsigned long long hash_bits(unsigned long long x) noexcept {
   return x ^ (x >> 31);
 }
 
-/// Approximately standard normal number for a counter: sum of four uniform 16-bit numbers (Irwin-Hall),
-/// within +-3.46.
+/// Approximately standard normal number for a seed and a counter: scaled sum of four uniform 16-bit numbers
+/// (Irwin-Hall), within +-3.46.
 inline double hash_normal(unsigned long long seed, unsigned long long counter) noexcept {
   const unsigned long long bits = hash_bits(hash_bits(seed) ^ counter);
   double sum = 0;

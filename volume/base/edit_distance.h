@@ -8,7 +8,8 @@
 
 namespace trephine {
 
-/// Returns the number of letters to change, add or omit to turn one word into the other (Levenshtein 1966).
+/// Returns the smallest number of letters to change, add or omit that turns one word into the other
+/// (Levenshtein 1966).
 inline std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});

@@ -11,7 +11,8 @@ namespace {
 
 __extension__ typedef __int128 Int128;
 
-/// A double as sign * mantissa * 2^exponent, decoded from its bits (unaffected by flushed denormals).
+/// A double as sign * mantissa * 2^exponent, with an odd mantissa or 0. Decoded from the bits, so that a CPU
+/// mode that flushes denormals to 0 has no effect.
 struct Parts {
   std::uint64_t mantissa;
   int exponent;
@@ -29,6 +30,7 @@ struct Parts {
       exponent += zeros;
     }
   }
+  /// Returns the smallest exponent of a power of two above |value|.
   int top() const noexcept { return exponent + static_cast<int>(std::bit_width(mantissa)); }
 };
 
@@ -109,7 +111,9 @@ int compare_crossings_exactly(double a0, double a1, double h_a, double b0, doubl
     is_first = false;
   }
 
-  // Cross-multiplied: sign((h_a - a0)(b1 - b0) - (h_b - b0)(a1 - a0)) sign(a1 - a0) sign(b1 - b0).
+  // Multiplication by both denominators gives the result without a division:
+  // sign((h_a - a0)(b1 - b0) - (h_b - b0)(a1 - a0)) sign(a1 - a0) sign(b1 - b0).
+  // Numbers whose bits span at most 60 places fit in 128-bit integers; others use Wide.
   int sign = 0;
   if (high - low <= 60) {
     const auto whole = [low](const Parts& x) {

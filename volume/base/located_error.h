@@ -1,4 +1,5 @@
-// LocatedError: the reason why a job has no result, and its position in the anatomy.
+// LocatedError: the reason why a job has no result, and the position in the anatomy to which the reason
+// refers.
 #pragma once
 
 #include <glm/vec3.hpp>

@@ -11,7 +11,9 @@ namespace trephine {
 template <class T>
 double percentile(const std::vector<T>& sorted, double p) {
   if (sorted.empty()) return 0;
-  const auto rank = static_cast<std::size_t>(std::ceil(p / 100 * static_cast<double>(sorted.size())));
+  constexpr double k_rounding = 1e-9;  // the product of 99.9 % and 1000 is a little above 999
+  const auto rank =
+      static_cast<std::size_t>(std::ceil(p / 100 * static_cast<double>(sorted.size()) - k_rounding));
   return static_cast<double>(sorted[std::clamp<std::size_t>(rank, 1, sorted.size()) - 1]);
 }
 /// Percentile p (0 to 100) of values in any order.

@@ -12,6 +12,11 @@ inline std::string text_of(double v) {
   char text[40];
   return std::string(text, std::to_chars(text, text + sizeof text, v).ptr);
 }
+/// Decimal text with at most six significant digits, for messages.
+inline std::string rounded_text(double v) {
+  char text[40];
+  return std::string(text, std::to_chars(text, text + sizeof text, v, std::chars_format::general, 6).ptr);
+}
 /// Sixteen hexadecimal digits, for hashes.
 inline std::string hexadecimal(std::uint64_t v) {
   std::string text(16, '0');

@@ -1,12 +1,13 @@
-// WorkCounters: counts of expensive objects built by this process, so that reports can prove their absence.
+// WorkCounters: counts of expensive objects built by this process. A count of 0 proves that the process built
+// no such object.
 #pragma once
 
 #include <atomic>
 
 namespace trephine {
 
-/// Deliberately process-wide, an exception to the rule against globals: only a global counter can prove that
-/// no mesh and no GL context was created anywhere. Read by reports only.
+/// The counters are global on purpose, which is an exception to the rules of this project: only a global
+/// counter can prove that no mesh and no GL context was created anywhere. Only reports read them.
 struct WorkCounters {
   std::atomic<long> surfaces{0};       ///< whole surfaces and chunks extracted
   std::atomic<long> occupancies{0};    ///< bit fields built, one per shape

@@ -13,7 +13,8 @@ constexpr int k_longest_axis = 1 << 22;  // samples
 constexpr std::int64_t k_max_regions = std::int64_t{1}
                                        << 16;  // regions of 512^3 samples in a version's table
 
-/// Smallest odd division of the voxels with steps of at most `step` mm.
+/// Returns the smallest odd numbers of samples per voxel along each axis with steps of at most `step` mm; if one
+/// of these numbers is above 1, all are at least 3.
 glm::ivec3 division(const glm::dvec3& spacing, double step) {
   glm::ivec3 per_voxel;
   for (int a = 0; a < 3; ++a) {
@@ -21,12 +22,13 @@ glm::ivec3 division(const glm::dvec3& spacing, double step) {
     const int k = static_cast<int>(std::clamp(least, 1.0, 1e6));
     per_voxel[a] = k | 1;
   }
-  // Either 1 along every axis or at least 3 along every axis: where cells of two sizes meet, surface nets
-  // need a sample inside each face.
+  // The numbers are either 1 along every axis or at least 3 along every axis, because surface nets need a
+  // sample inside each face where cells of two sizes meet.
   if (per_voxel != glm::ivec3(1)) per_voxel = glm::max(per_voxel, glm::ivec3(3));
   return per_voxel;
 }
 
+/// Returns true if a lattice with these numbers of samples per voxel is within the limits of size.
 bool is_possible(const Volume& volume, const glm::ivec3& per_voxel) {
   std::int64_t regions = 1;
   for (int a = 0; a < 3; ++a) {
@@ -53,7 +55,8 @@ CutLattice::CutLattice(const Volume& volume, const glm::ivec3& per_voxel)
 }
 
 double CutLattice::smallest_burr_mm(const Volume& volume) noexcept {
-  // Finds the finest possible step by bisection, since divisions are integers.
+  // Finds the finest possible step by bisection: the numbers of samples per voxel are integers, so that no
+  // formula gives this step.
   const glm::dvec3& spacing = volume.frame.spacing();
   double possible = std::max({spacing.x, spacing.y, spacing.z}), impossible = possible / 1e4;
   for (int i = 0; i < 60; ++i) {

@@ -10,10 +10,10 @@
 
 namespace trephine::volume {
 
-/// Each axis of a voxel is divided by an odd integer, so that every voxel's centre is a sample, and the
-/// trilinear cells and quadratic cubes of the lattice nest in those of the voxels. The samples extend one
-/// brick beyond the grid on each side, since cuts extend beyond it. Lattice frame: continuous sample index,
-/// samples at integers.
+/// Each axis of a voxel is divided by an odd integer. Therefore every voxel's centre is a sample, and the cells
+/// of the lattice nest in those of the voxels, both the cells between samples (trilinear interpolation) and
+/// those around samples (quadratic splines). The samples extend one brick beyond the voxel grid on each side,
+/// because cuts may extend beyond the grid. Lattice frame: continuous sample index, samples at integers.
 class CutLattice {
  public:
   static constexpr int k_margin = 8;           ///< samples beyond the voxels on each side
@@ -23,10 +23,10 @@ class CutLattice {
 
   /// Makes a lattice with one sample per voxel.
   explicit CutLattice(const Volume& volume) : CutLattice(volume, glm::ivec3(1)) {}
-  /// Makes a near-isotropic lattice as fine as a burr of this diameter (mm) requires. Error if the diameter
-  /// is below smallest_burr_mm().
+  /// Makes a lattice as fine along each axis as a burr of this diameter (mm) requires. Error if the diameter is
+  /// below smallest_burr_mm().
   static Result<CutLattice> for_burr(const Volume& volume, double diameter_mm);
-  /// Returns the diameter (mm) of the smallest burr that can cut this volume.
+  /// Returns the smallest diameter (mm) that for_burr() accepts for this volume.
   static double smallest_burr_mm(const Volume& volume) noexcept;
 
   /// Samples along each axis of a voxel, odd.
@@ -64,7 +64,7 @@ class CutLattice {
     glm::ivec3 sample;
     glm::dvec3 at;
   };
-  /// `p`: volume frame.
+  /// Returns the sample and the offset of a point p (volume frame).
   Point point_of(const glm::dvec3& p) const noexcept {
     const glm::ivec3 v = volume::voxel_of(p);
     const glm::dvec3 steps = (p - glm::dvec3(v)) * scale_;

@@ -14,12 +14,12 @@ using glm::ivec3;
 
 namespace {
 
-constexpr double k_plane_margin = 1e-9;  // voxels; closer to a face, rounding may give another voxel
+constexpr double k_plane_margin = 1e-9;  // voxels; nearer to a face, rounding may select a wrong voxel
 constexpr double k_tie_margin = 1e-12;   // ray parameter; crossings closer than this are in uncertain order
 constexpr double k_far = 1 << 20;        // voxels; larger coordinates are too coarse for k_plane_margin
 constexpr int k_rays_per_batch = 4096;   // rays per task of a thread
 
-/// Visits every voxel or empty box in exact order.
+/// Finds the first hit by visits of all voxels and empty boxes on the ray in exact order.
 RayHit walk_exactly(const Occupancy& bits, const Ray& ray, const Version* version) noexcept {
   VoxelWalk walk(Segment(ray.start, ray.end), {ivec3(0), bits.size() - 1});
   while (!walk.is_done()) {
@@ -37,8 +37,8 @@ RayHit walk_exactly(const Occupancy& bits, const Ray& ray, const Version* versio
   return {};
 }
 
-/// Fast variant in plain floating point. Detects the rare cases in which rounding could change its result and
-/// stops there.
+/// Fast variant in plain floating point. Detects the rare cases in which rounding could change the result, and
+/// then returns no result.
 class PlainWalk {
  public:
   PlainWalk(const Occupancy& bits, const Ray& ray, const Version* version) noexcept
@@ -86,7 +86,7 @@ class PlainWalk {
     for (int b = 0; b < 3; ++b) {
       if (b == axis || step_[b] == 0) continue;  // without motion along b the index stays exact
       const double p = start_[b] + t * direction_[b] + 0.5;
-      const int k = static_cast<int>(p);  // a floor, as negative p is outside
+      const int k = static_cast<int>(p);  // equals floor(p), except for a negative p, which is outside
       const double part = p - k;
       is_certain_ = is_certain_ && part > k_plane_margin && part < 1 - k_plane_margin;
       if (p < 0 || k >= size_[b]) return false;

@@ -105,8 +105,8 @@ std::shared_ptr<const Version> RemovalEditor::publish() {
 }
 
 namespace {
-/// Returns the T of this slot for version `serial`: the current one if it is of that version, else a copy of
-/// it or, in an empty slot, a new one.
+/// Returns the object of a slot, which version `serial` may write. Replaces an object of an older version by a
+/// new object, into which copy(old, fresh) copies the contents. Puts a new object into an empty slot.
 template <class T, class Copy>
 T& editable(Ref<T>& slot, std::uint64_t serial, Copy&& copy) {
   if (!slot || slot->serial != serial) {
@@ -152,13 +152,13 @@ namespace {
 
 constexpr int k_cells = k_brick + 2;  // cells along a brick's edge, with one neighbour at each end
 
-/// Bits of the 10^3 samples of a brick and its neighbours that are solid in the base (by the trilinear
-/// field), in rows of ten bits.
+/// One bit for each of the 10^3 samples of a brick and around it: set if the trilinear field of the base is
+/// solid at the sample. Stored in rows of ten bits.
 class SolidSamples {
  public:
   SolidSamples(const Field& field, const CutLattice& lattice, const glm::ivec3& first) {
-    // Reads the voxels of all cells that contain samples, then interpolates axis by axis: the lattice nests
-    // in these cells.
+    // Reads the voxels at the corners of all trilinear cells that contain samples, then interpolates axis by
+    // axis. Rows of samples are parallel to rows of voxels, so that each coordinate has its own weights.
     std::array<std::array<int, k_cells>, 3> cell;
     std::array<std::array<double, k_cells>, 3> share;
     glm::ivec3 low, count;
@@ -211,8 +211,9 @@ class SolidSamples {
 }  // namespace
 
 void RemovalEditor::classify(RemovalMask& mask, const glm::ivec3& low) const {
-  // A cell is inside the cube of its 27 samples, and a trilinear value is between those of its corners. Rows
-  // of ten bits are ANDed (ORed) with their neighbours along x, then over nine rows.
+  // A cell is inside the cube of the 27 samples around it, and trilinear values are between those of the
+  // samples. So a cell is completely solid (air) if its 27 samples are solid (air). Rows of ten bits are
+  // combined by AND (OR): first three neighbours along x, then nine rows.
   for (const Field& field : solids_) {
     const SolidSamples samples(field, next_->lattice_, low - 1);
     std::array<std::array<unsigned, k_cells>, k_cells> all_solid, any_solid;
@@ -307,7 +308,8 @@ RemovalReport RemovalEditor::remove(const SweptShape& shape, std::span<const glm
   RemovalReport report;
   const CutLattice& lattice = next_->lattice_;
 
-  // Box of the samples within reach of the ends: 1 mm spans |row of the inverse| steps along an axis.
+  // Box of the samples within reach of the ends. A ball of radius 1 mm extends |row of the inverse| steps along
+  // an axis.
   glm::dvec3 a(1e300), b(-1e300);
   for (const glm::dvec3& end : ends_world) {
     const glm::dvec3 p = lattice.frame().volume_from_world(end);
@@ -358,14 +360,15 @@ void RemovalEditor::remove_in_brick(const SweptShape& shape, const glm::ivec3& l
   mark_cells(shape, sweep, corner, low, old, brick, report);
   if (brick == nullptr) return;
   ++report.bricks_changed;
-  // Deep inside, every cell is completely within one of the sweeps, so that all its points are marked.
+  // If all samples are deeper than the band, every cell is completely inside one of the sweeps, and all its
+  // points are marked. The shared hollow brick then replaces this brick.
   if (sweep.is_hollow) editable_slot(low) = next_->hollow_;
 }
 
 namespace {
 
-/// Shifts of the points of a brick's cells: point_shift() of its 512 samples, from a table, since a tick
-/// needs many.
+/// Shifts of the points of a brick's cells: point_shift() of its 512 samples. Reads the indices from a table,
+/// because a tick needs many of them.
 class BrickShifts {
  public:
   explicit BrickShifts(const glm::ivec3& low) : turn_(point_shift_index(low)) {}
@@ -389,8 +392,9 @@ class BrickShifts {
 
 }  // namespace
 
-/// Updates the masks: fills cells completely inside and samples those on the surface; skips cells behind a
-/// continued sweep, which are done.
+/// Updates a brick's mask: marks all points of the cells that are completely inside the shape, and tests the
+/// points of the cells on its surface. Skips the cells behind the start of a continued sweep, which the previous
+/// sweep has marked.
 void RemovalEditor::mark_cells(const SweptShape& shape, const BrickSweep& sweep, const glm::vec3& corner,
                                const glm::ivec3& low, const Brick* old, Brick*& brick,
                                RemovalReport& report) {
@@ -435,7 +439,8 @@ void RemovalEditor::mark_cells_of(const SweptShape& shape, const BrickSweep& swe
       const int bit = std::countr_zero(remaining);
       const auto in_brick = 64 * z + static_cast<std::size_t>(bit);
       const glm::ivec3 cell(bit % k_brick, bit / k_brick, static_cast<int>(z));
-      // A ball is always counted at its own resolution, so that the order of cuts makes no difference.
+      // A shape is always sampled at its own resolution, even in a finer mask, so that the order of cuts makes
+      // no difference.
       std::array<std::uint64_t, Words> points;
       if (sweep.inside[z] >> bit & 1) {
         points.fill(k_all);

@@ -27,7 +27,8 @@ struct Sweep {
   glm::dvec3 start_world{0.0};
   glm::dvec3 end_world{0.0};
   double radius_mm = 1;
-  /// True if the editor already swept this ball up to `start_world`; cells behind it are not processed again.
+  /// True if the editor already swept this ball up to `start_world`; cells behind that point are not processed
+  /// again.
   bool continues = false;
 };
 
@@ -69,11 +70,12 @@ struct SweptShape;
 /// or applying them in another order gives the same masks, ledger and kept bits.
 class RemovalEditor {
  public:
-  /// `solids`: a removed point counts as matter if any of these fields is >= 0 there. Borrows their volume.
-  /// `kernels`: variant of the inner loops; all give the same bits.
+  /// `solids`: a removed point counts as matter if any of these fields is >= 0 there. The editor borrows the
+  /// volume of the fields. `kernels`: variant of the inner loops; all variants give the same bits.
   RemovalEditor(std::shared_ptr<const Version> start, std::vector<Field> solids,
                 const RemovalKernels& kernels = best_removal_kernels());
-  /// Makes an independent editor of the same state. Requires that no stroke is open and all is published.
+  /// Makes an independent editor of the same state. Requires that `other` ended its
+  /// stroke and published all edits.
   RemovalEditor(const RemovalEditor& other);
   RemovalEditor& operator=(const RemovalEditor& other);
   RemovalEditor(RemovalEditor&&) = default;
@@ -81,31 +83,32 @@ class RemovalEditor {
 
   /// Edits the working state; readers do not see it before publish().
   RemovalReport remove(const Sweep& sweep);
-  /// Sweeps a body of revolution that may turn: removes the union of its poses at intervals of a quarter of
-  /// the lattice's finest step. The ridges between poses are below 1 um for the burr for which the lattice
-  /// was made. A ball is passed to remove(const Sweep&).
+  /// Sweeps a body of revolution that may turn: removes the union of poses between which no point
+  /// of the body moves more than a quarter of the lattice's finest step. The ridges between poses are lower than
+  /// 1/500 of that step where the surface is not more curved than the burr for which the lattice was made. A
+  /// ball is passed to remove(const Sweep&).
   RemovalReport remove(const ToolSweep& sweep);
 
   /// Account of the removed matter: removed by a tool, or freed as part of a detached body.
   enum class Ledger : std::uint8_t { removed, freed };
-  /// Removes the matter in which `field` is negative (linear between samples), in the bricks with any of
-  /// `samples`.
+  /// Removes the matter in which `field` is at most 0 (trilinear between samples), in the bricks that contain
+  /// any of `samples`.
   RemovalReport remove(RemovalField& field, const VoxelBox& samples, Ledger ledger = Ledger::removed);
 
-  /// Removes whole parts of the working state. `parts`: all its parts; `is_removed`: one byte per part;
-  /// `voxels`: box around the removed parts. Removes each point that is within the band of a sample of a
-  /// removed part and nearer to it than to any sample of a kept part. The surface of kept parts does not
-  /// change if a sample of air separates them from removed parts and no kept matter is within a step of the
-  /// removed parts. The matter counts as freed, not as removed.
+  /// Removes whole parts of the working state. `parts`: all parts of that state; `is_removed`: one byte per
+  /// part; `voxels`: box around the removed parts. Removes each point that is nearer to a sample of a removed
+  /// part than to any sample of a kept part, and at most a band away from the former. The surface of kept parts
+  /// does not change if a sample of air separates them from removed parts and no kept matter is within a step of
+  /// the removed parts. The matter counts as freed, not as removed.
   RemovalReport remove_parts(const SolidParts& parts, const std::vector<std::uint8_t>& is_removed,
                              const VoxelBox& voxels);
-  /// Returns the working state as a version. Its masks change until end_stroke(); freeze() returns a version
-  /// that never changes.
+  /// Returns the working state as a version. The masks of that version may change until end_stroke(); freeze()
+  /// returns a version that never changes.
   std::shared_ptr<const Version> publish();
   /// Ends the stroke: masks of published versions are never written again.
   void end_stroke() noexcept;
   /// Returns the working state as a version that any thread may keep and read completely, also during a
-  /// stroke. Changes no bits: the stroke continues on copies of the masks that it changes.
+  /// stroke. Later sweeps of the stroke change copies of the masks, and their results are as without freeze().
   std::shared_ptr<const Version> freeze() {
     end_stroke();
     return publish();
@@ -170,6 +173,7 @@ class RemovalEditor {
   const RemovalKernels* kernels_;
   std::shared_ptr<const std::array<CellPoints, 2>> points_;  ///< 4^3 and 8^3 per cell
   std::uint64_t stroke_ = next_stroke();                     ///< masks of this stroke are written in place
+  /// Last stroke that this editor ended; shared with its versions (Version::is_frozen()).
   std::shared_ptr<std::atomic<std::uint64_t>> frozen_strokes_ =
       std::make_shared<std::atomic<std::uint64_t>>(0);
 };

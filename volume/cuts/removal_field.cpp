@@ -10,14 +10,14 @@ namespace trephine::volume {
 
 namespace {
 
-/// Distance (mm) of sample `s` of a brick, -1 .. 8 along each axis.
+/// Distance (mm) of sample `s`, relative to the first sample of the brick: -1 to 8 along each axis.
 float at(const RemovalField::Distances& mm, const glm::ivec3& s) noexcept {
   constexpr int k_edge = RemovalField::k_edge;
   return mm[static_cast<std::size_t>((s.x + 1) + k_edge * ((s.y + 1) + k_edge * (s.z + 1)))];
 }
 
-/// Sets the removed points of the cell around sample `s`, linear between samples; false if there are no such
-/// points.
+/// Sets the bits of the points of the cell around sample `s` at which the distance (trilinear between samples) is
+/// at most 0; returns false if no bit was set. `shift`: point_shift() of the sample.
 template <std::size_t Words>
 bool points_within(const RemovalField::Distances& mm, const glm::ivec3& s, const glm::vec3& shift,
                    std::array<std::uint64_t, Words>& points) noexcept {
@@ -103,7 +103,8 @@ void RemovalEditor::remove_in_brick(RemovalField& field, const glm::ivec3& low, 
   if (reach == RemovalField::Reach::all) editable_slot(low) = next_->hollow_;
 }
 
-/// Marks and counts the points of a brick's cells with a distance <= 0, linear between samples.
+/// Marks and counts the points of a brick's cells at which the distance (trilinear between samples) is at most
+/// 0.
 template <std::size_t Words>
 void RemovalEditor::mark_points(const RemovalField::Distances& mm, const glm::ivec3& low, RemovalMask& mask,
                                 Ledger ledger, RemovalReport& report) {
@@ -114,7 +115,7 @@ void RemovalEditor::mark_points(const RemovalField::Distances& mm, const glm::iv
         if (mask.full[in_brick / 64] >> (in_brick % 64) & 1) continue;
         const glm::ivec3 offset(x, y, z), sample = low + offset;
         std::array<std::uint64_t, Words> points{};
-        // Removed air is not counted, so its cells are marked whole or not at all.
+        // Removed air is not counted. So all points of a cell of air are marked, or no point.
         if (mask.base_air[in_brick / 64] >> (in_brick % 64) & 1) {
           points.fill(at(mm, offset) <= 0 ? ~std::uint64_t{0} : 0);
           mark(mask, in_brick, points);

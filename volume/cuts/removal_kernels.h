@@ -6,14 +6,15 @@
 
 namespace trephine::volume {
 
-/// Sweep of a ball in single precision, mm relative to its start. Plain data: the wide variant is compiled
-/// for newer CPUs and must share no inline code with the rest.
+/// Sweep of a ball in single precision, mm relative to its start. Plain data without functions: the variant
+/// with eight lanes is compiled for newer CPUs, and the linker could choose its copy of a shared inline function
+/// for all callers.
 struct SweepShape {
   float radius, band, length;
   float along[3];             ///< unit direction; 0 if the sweep has no length
   float ax[3], ay[3], az[3];  ///< one step of the cut lattice along x, y, z, mm
   float cell_reach;           ///< half a cell's diagonal, with a margin for rounding, mm
-  float allowance;            ///< mm; subtracted from distances to the ball, which splines overestimate
+  float allowance;            ///< mm; subtracted from all distances, because splines of them are too large
 };
 
 /// Body of revolution (ToolBody) in single precision, mm; a stamp is one of its poses. Also plain data.
@@ -23,12 +24,13 @@ struct BodyShape {
   };
   bool is_drum;
   float radius, length;
-  /// Cone: change of the radius per length; shift of the nearest ball's centre per distance from the axis.
+  /// Cone: change of the radius per length along the axis (growth); shift of the nearest ball's centre along
+  /// the axis per distance of the point from the axis (slope).
   float growth, slope;
-  /// Drum: radius of its edge, curvature of its side, half its length, and the centre of its edge, from the
-  /// middle along the axis (corner) and from the axis (core).
+  /// Drum: radius of its rounded edges, curvature of its side (bulge), half its length, and the centre of the
+  /// rounding: distance from the middle along the axis (corner), and from the axis (core).
   float edge, bulge, half, corner, core;
-  float lean_cosine, lean_sine;  ///< drum: inclination of the side's normal at its edge
+  float lean_cosine, lean_sine;  ///< drum: inclination of the side's normal at the edge
 };
 
 /// The n^3 points of a cell, n = 4 or 8, x fastest: offsets from its sample in steps, and their squared
@@ -48,9 +50,9 @@ struct BrickSweep {
   std::uint64_t touched[8];         ///< the cell may meet the swept shape
   std::uint64_t inside[8];          ///< the cell is completely in the swept shape
   std::uint64_t ahead[8];           ///< the cell is not completely behind the sweep's start
-  std::uint64_t past_end[8];        ///< the cell is completely past the sweep's end, which is a ball
+  std::uint64_t past_end[8];        ///< the cell is completely past the sweep's end, in the last ball's range
   bool is_in_band;                  ///< a sample is nearer to the sweep than the band
-  bool is_nearer;                   ///< a distance decreased, or there were no old ones
+  bool is_nearer;                   ///< a distance decreased, or there were no old distances
   bool is_hollow;                   ///< all samples are deeper than the band
 };
 
@@ -72,8 +74,8 @@ struct RemovalKernels {
 
 extern const RemovalKernels k_removal_kernels_4;
 extern const RemovalKernels k_removal_kernels_8;  ///< requires AVX2
-/// Returns the widest variant that this CPU supports. Declared in removal.h too, for callers without the
-/// kernels.
+/// Returns the widest variant that this CPU supports. Also declared in removal.h, for callers that do not
+/// include this file.
 const RemovalKernels& best_removal_kernels() noexcept;
 
 }  // namespace trephine::volume

@@ -1,3 +1,4 @@
+// SSE2 variant of RemovalKernels, for any x86-64 CPU.
 #include <emmintrin.h>
 
 #include "volume/cuts/removal_kernels.h"

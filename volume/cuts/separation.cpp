@@ -39,7 +39,7 @@ void add(Words& to, const Words& more) noexcept {
 }
 std::uint64_t dilated_x(std::uint64_t w) noexcept { return w | (w & ~k_last_x) << 1 | (w & ~k_first_x) >> 1; }
 std::uint64_t dilated_y(std::uint64_t w) noexcept { return w | w << 8 | w >> 8; }
-/// Adds the 26 neighbours of each sample inside the brick.
+/// Returns the samples and those of their 26 neighbours that are inside the brick.
 Words dilated(const Words& w) noexcept {
   Words flat, out;
   for (std::size_t z = 0; z < k_brick; ++z) flat[z] = dilated_y(dilated_x(w[z]));
@@ -47,7 +47,7 @@ Words dilated(const Words& w) noexcept {
     out[z] = flat[z] | (z > 0 ? flat[z - 1] : 0) | (z + 1 < k_brick ? flat[z + 1] : 0);
   return out;
 }
-/// Samples of the neighbouring brick in direction `d` that touch samples of `w`.
+/// Returns the samples of the neighbouring brick in direction `d` that touch samples of `w`.
 Words neighbours_in(const Words& w, const glm::ivec3& d) noexcept {
   Words flat;
   for (std::size_t z = 0; z < k_brick; ++z) {
@@ -101,10 +101,10 @@ class Search {
     Words solid{}, removed{};
     Words seeds{};    ///< solid samples next to the cut
     Words reached{};  ///< samples reached by any part
-    /// Samples reached by each part, with the part's number at that time.
+    /// Samples reached by each part, with the part's number at that time; root() gives the current number.
     std::vector<std::pair<int, Words>> parts;
     bool is_near = false;   ///< next to the cut
-    bool is_mixed = false;  ///< has a voxel that differs from a neighbour
+    bool is_mixed = false;  ///< has a voxel whose samples were evaluated one by one
   };
   /// Pending growth of a part into a brick.
   struct Step {
@@ -160,8 +160,8 @@ class Search {
       n.solid[z] &= brick->kept[z];
     }
   }
-  /// Loads a brick of a finer lattice: evaluates each sample in voxels that overlap bricks of cuts; in other
-  /// voxels all samples equal the centre.
+  /// Loads a brick of a lattice that is finer than the voxels. Evaluates each sample in voxels that overlap
+  /// bricks of cuts; in other voxels all samples equal the centre.
   void load_samples(Node& n, const glm::ivec3& low) const {
     const glm::ivec3 last = low + (k_brick - 1), size = after_.base().size;
     const glm::ivec3 from = glm::max(lattice_.voxel_of(low), glm::ivec3(0)),
@@ -179,7 +179,7 @@ class Search {
           const glm::ivec3 v(x, y, z), a = glm::max(lattice_.low_of(v), low),
                                        b = glm::min(lattice_.high_of(v), last);
           const std::uint64_t bit = std::uint64_t{2} << (x - from.x);
-          // Samples are equal if all voxels around them are.
+          // All samples of a voxel are equal if the voxel equals its 26 neighbours.
           const bool is_uniform = (row.all & bit) != 0 || (row.any & bit) == 0;
           if (is_uniform ||
               (brick == nullptr && !after_.has_brick(lattice_.low_of(v), lattice_.high_of(v)))) {
@@ -205,8 +205,8 @@ class Search {
     for (int z = a.z; z <= b.z; ++z)
       for (int y = a.y; y <= b.y; ++y) words[static_cast<std::size_t>(z)] |= x << (8 * y);
   }
-  /// Bits of the voxels of a row from x - 1 on: the voxel is solid, all 27 voxels around it are, any of these
-  /// is.
+  /// Bits of the voxels of a row, the first for voxel x - 1. `centre`: the voxel is solid. `all`, `any`: all (any)
+  /// of the voxel and its 26 neighbours are solid.
   struct Row {
     std::uint64_t centre = 0, all = 0, any = 0;
   };
@@ -220,7 +220,7 @@ class Search {
       }
     return {centre, all & all << 1 & all >> 1, any | any << 1 | any >> 1};
   }
-  /// Bits of at least 16 voxels from x on; 0 beyond the grid.
+  /// Returns the bits of at least 16 voxels, the first for voxel x; 0 beyond the grid.
   std::uint64_t voxels_from(int x, int y, int z) const noexcept {
     const glm::ivec3& size = after_.base().size;
     if (y < 0 || z < 0 || y >= size.y || z >= size.z) return 0;
@@ -232,10 +232,11 @@ class Search {
     return out;
   }
 
-  /// Finds the solid parts in the bricks next to changed ones. Returns false if the brick limit is exceeded.
+  /// Finds the solid parts in the changed bricks and in the bricks next to them. Returns false if the brick limit
+  /// is exceeded.
   bool flood_near_cut() {
-    // Seeds: solid neighbours of removed samples, and of mixed voxels that a new brick overlaps, whose
-    // samples are evaluated for the first time.
+    // Seeds are the solid samples next to removed samples. If a new brick overlaps mixed voxels, the samples of
+    // these voxels are evaluated for the first time; then the samples in and next to this brick are also seeds.
     bool is_over_limit = false;
     const glm::ivec3& per = lattice_.per_voxel();
     const int longest = std::min(k_brick, std::max({per.x, per.y, per.z}));
@@ -255,7 +256,7 @@ class Search {
                            for_neighbours([&](const glm::ivec3& d) {
                              Words neighbours = neighbours_in(changed, d);
                              if (!has_bits(neighbours) || !is_inside(position + d)) return;
-                             // Extends to all of a voxel that has newly evaluated samples.
+                             // Extends the seeds to all samples of the voxels at the brick's border.
                              for (int i = 1; is_refined && i < longest; ++i) neighbours = dilated(neighbours);
                              add_seeds(node(position + d), neighbours);
                            });
@@ -270,7 +271,7 @@ class Search {
         const Node& n = nodes_.at(key);
         Words unreached = difference(n.seeds, n.reached);
         if (!has_bits(unreached)) break;
-        // Starts a part at the first of them.
+        // Starts a part at the first of these seeds.
         Words seed{};
         for (std::size_t z = 0; z < k_brick; ++z)
           if (unreached[z] != 0) {
@@ -308,7 +309,8 @@ class Search {
     return part;
   }
 
-  /// Floods one brick with a part and appends the steps into neighbouring bricks. Joins parts that meet.
+  /// Floods one brick with a part and appends the part's steps into neighbouring bricks. Joins the part with
+  /// another part that it meets in the brick.
   void grow(int part, const Step& step) {
     Node& n = nodes_.at(step.key);
     Words fresh = intersection(step.entering, n.solid);
@@ -322,7 +324,7 @@ class Search {
     for (Words grown = intersection(dilated(fresh), n.solid); grown != fresh;
          grown = intersection(dilated(fresh), n.solid))
       fresh = grown;
-    // Joins the part with one that it meets.
+    // Joins the part with the first part that it meets. Steps into this brick or from it join further parts.
     for (const auto& [number, words] : n.parts)
       if (const int other = root(number); other != part && has_bits(intersection(words, fresh))) {
         join(part, other);
@@ -357,7 +359,7 @@ class Search {
     source = {};
   }
 
-  /// Grows the parts in turns, by one brick each.
+  /// Grows the parts in turns, each by one brick per turn.
   Separation::Kind flood_outward() {
     std::vector<int> open;
     for (int p = 0; p < static_cast<int>(parts_.size()); ++p)

@@ -1,4 +1,4 @@
-// Local test whether a cut separated a connected solid, which reads only bricks near the cut where possible.
+// Local test whether a cut divided a connected solid into parts. Reads only bricks near the cut where possible.
 #pragma once
 
 #include <cstdint>
@@ -11,24 +11,26 @@ namespace trephine::volume {
 
 struct Separation {
   enum class Kind : std::uint8_t {
-    connected,  ///< no part is detached that SolidParts would report
+    connected,  ///< SolidParts would report no detached part (except parts below the size limit)
     detached,   ///< a part is detached
-    pending     ///< undecided (brick limit, or a result that needs more voxels): use SolidParts
+    /// Undecided: the brick limit was reached, or a part seems detached on a lattice that is finer than the
+    /// voxels, for which SolidParts evaluates more samples. Use SolidParts.
+    pending
   };
   Kind kind = Kind::connected;
   std::int64_t bricks = 0;  ///< cost: bricks read, counted as in SeparationLimits; 0.5 to a few us each
 };
 
 struct SeparationLimits {
-  std::int64_t max_bricks = 900;  ///< limit of bricks read; on a finer lattice each counts as three
+  std::int64_t max_bricks = 900;  ///< each counts as three if the lattice is finer than the voxels
   std::int64_t min_samples = 1;   ///< smaller parts may stay undetected
 };
 
-/// Compares `after` with `before`, which must have no detached part. Floods the solid samples next to the
-/// cut. If they form several parts, floods these outward in turns until all have met (connected), a part
-/// cannot grow and was connected to another part by removed matter (detached), or the brick limit is reached.
-/// Connectivity of samples is that of SolidParts. Allocates. Any thread; neither version may be written
-/// meanwhile.
+/// Compares `after` with `before`, which must have no detached part. Floods the solid samples next to the cut.
+/// If they form several parts, floods these parts outward in turns. The result is `connected` if all parts meet,
+/// and `detached` if a part can no longer grow and removed matter connects it to another part. Stops with
+/// `pending` at the brick limit. Samples are connected as in SolidParts. Allocates. Any thread; neither version
+/// may be written during the call.
 Separation detect_detachment(const Field& field, const Occupancy& bits, const Version& before,
                              const Version& after, const SeparationLimits& limits = {});
 

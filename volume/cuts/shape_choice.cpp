@@ -53,7 +53,7 @@ int otsu_threshold(const Volume& volume) {
     if (below == 0 || below == total) continue;
     const double difference = sum_below / below - (sum - sum_below) / (total - below);
     const double between = below * (total - below) * difference * difference;
-    // All thresholds between two occurring values are equally good: chooses the middle.
+    // All thresholds between two adjacent values of the histogram are equally good. Chooses the middle.
     if (between > best)
       best = between, threshold = i + 1, empty_from = i + 1;
     else if (between == best && count[i] == 0)
@@ -106,7 +106,7 @@ Error empty_shape_error(const Shape& shape, const Volume& volume) {
                .remedy = "choose another shape"};
 }
 
-/// Returns a copy with writable shape voxels: those of `volume`, else a copy of its scan.
+/// Returns a copy with writable shape voxels: those of `volume` if it has any, else a copy of its scan.
 Result<Volume> with_shape_voxels(const Volume& volume) {
   Result<Volume> result = copy_of(volume);
   if (!result || !volume.shape_voxels.is_empty()) return result;
@@ -166,9 +166,9 @@ class BitGrid {
   std::vector<std::uint64_t> bits_;
 };
 
-/// to |= from, shifted by `by` bits along x.
+/// Computes to |= from, with `from` shifted by `by` bits along x.
 void or_shifted(const std::uint64_t* from, int by, std::size_t words, std::uint64_t* to) {
-  const int whole = by >= 0 ? by / 64 : -((-by + 63) / 64), bits = by - 64 * whole;  // 0 to 63
+  const int whole = by >= 0 ? by / 64 : -((-by + 63) / 64), bits = by - 64 * whole;  // bits: 0 to 63
   for (std::size_t w = 0; w < words; ++w) {
     const std::ptrdiff_t source = static_cast<std::ptrdiff_t>(w) - whole;
     const auto word = [&](std::ptrdiff_t i) {
@@ -178,7 +178,7 @@ void or_shifted(const std::uint64_t* from, int by, std::size_t words, std::uint6
   }
 }
 
-/// Row of a ball: voxel offsets low .. high along x, at offsets y and z.
+/// Row of a ball: voxel offsets low .. high along x, at offsets y and z from the centre.
 struct BallRow {
   int y, z, low, high;
 };
@@ -204,12 +204,12 @@ std::vector<BallRow> ball_rows(const Frame& frame, double radius_mm) {
   return rows;
 }
 
-/// Number of lines through a voxel and a pair of its 26 neighbours.
+/// Number of lines through a voxel and two opposite ones of its 26 neighbours.
 constexpr int k_lines = 13;
 glm::ivec3 line_step(int n) { return {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1}; }
 
-/// Returns true if one of 13 lines through the voxel meets solid on both sides within reach. That is false
-/// for voxels on an outer surface, even where its voxels form a staircase.
+/// Returns true if one of 13 lines through the voxel meets solid on both sides within reach. Returns false for
+/// voxels on an outer surface, even where the voxels of the surface form a staircase.
 bool is_between_solids(const BitGrid& solid, const Frame& frame, const glm::ivec3& voxel, double reach_mm) {
   const glm::ivec3& size = solid.size();
   const auto meets_solid = [&](const glm::ivec3& step) {
@@ -230,7 +230,7 @@ bool is_between_solids(const BitGrid& solid, const Frame& frame, const glm::ivec
 }
 
 /// Returns true if a voxel is in a wall brighter than both its sides: along at least 3 of 13 lines the
-/// intensity drops by `drop` on both sides within reach, before the line meets solid. That is false in a gap
+/// intensity drops by `drop` on both sides within reach, before the line meets solid. Returns false in a gap
 /// between walls and in uniform matter between two bones.
 bool is_in_bright_wall(const BitGrid& solid, const Volume& v, const glm::ivec3& voxel, double drop,
                        double reach_mm) {
@@ -287,7 +287,7 @@ Result<Volume> keep_largest_part(const std::shared_ptr<const Volume>& volume, co
 Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_ptr<const Volume>& volume,
                                                               const Shape& shape, ShapeParts& removed,
                                                               PartSize size) {
-  constexpr double k_tissue = -300;  // HU; the cushions of tables and holders are below
+  constexpr double k_tissue = -300;  // HU; the cushions of tables and holders have lower values
   removed = {};
   if (!volume->is_hounsfield || shape.is_label() || shape.low < k_tissue) return volume;
   const SolidParts parts = find_parts(volume, shape);
@@ -302,8 +302,8 @@ Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_
   };
   int large_parts = 0;
   for (const SolidParts::Part& part : parts.parts()) large_parts += is_large(part);
-  if (all.count < 2 || large_parts < 2) return volume;  // the largest is one of them
-  // Every part of the shape is in one part of the tissue.
+  if (all.count < 2 || large_parts < 2) return volume;  // the largest part counts as one large part
+  // Every part of the shape is inside exactly one part of the tissue.
   Shape tissue = shape;
   tissue.low = k_tissue, tissue.high = std::numeric_limits<double>::infinity();
   const SolidParts bodies = find_parts(volume, tissue);
@@ -317,7 +317,7 @@ Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_
     return body;
   };
   const int body = body_of(largest);
-  // Without tissue around the bone there is no body, as in a specimen.
+  // If the tissue has less than twice the voxels of the bone, the scan shows a specimen, not a patient's body.
   if (size == PartSize::large && bodies.parts()[static_cast<std::size_t>(body)].samples < 2 * all.largest)
     return volume;
   std::vector<bool> is_kept(parts.parts().size(), true);
@@ -377,7 +377,8 @@ Result<Volume> fill_thin_walls(const Volume& volume, const Shape& shape, double 
           solid.row(y, z)[x / 64] |= 1ull << (x % 64);
   const glm::dvec3& spacing = volume.frame.spacing();
   const double half_voxel = 0.5 * std::min({spacing.x, spacing.y, spacing.z});
-  // Closing: dilates the solid by the ball, then the outside. There is no outside beyond the border.
+  // Closing: dilates the solid by a ball, then dilates the remaining outside by a ball. Nothing beyond the border
+  // of the grid counts as outside.
   BitGrid closed = dilated(solid, ball_rows(volume.frame, reach_mm));
   closed.invert();
   closed = dilated(closed, ball_rows(volume.frame, std::max(0.0, reach_mm - half_voxel)));

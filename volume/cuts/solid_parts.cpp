@@ -84,8 +84,8 @@ void SolidParts::find_parts(const Field& field, const Occupancy& bits) {
   number_parts(part_of_run, whole_of_run);
 }
 
-/// Marks as fine the voxels in and around the boxes of detached parts that differ from a neighbour. Returns
-/// false if no voxel was marked.
+/// Marks surface voxels as fine: those that differ from a neighbour, in the boxes of detached parts and up to two
+/// voxels around these boxes. Returns false if no voxel was marked.
 bool SolidParts::refine_surfaces(const Occupancy& bits) {
   const auto is_solid = [&](const glm::ivec3& v) {
     return glm::all(glm::greaterThanEqual(v, glm::ivec3(0))) && glm::all(glm::lessThan(v, size_)) &&
@@ -194,7 +194,7 @@ SolidParts::Runs SolidParts::fine_row(int y, int z) const noexcept {
 /// Calls join(a, b) for all runs that touch each other, each pair at least once.
 template <class Join>
 void SolidParts::for_neighbours(Join&& join) const {
-  constexpr glm::ivec2 k_before[] = {{-1, -1}, {0, -1}, {1, -1}, {-1, 0}};  // neighbouring rows before this
+  constexpr glm::ivec2 k_before[] = {{-1, -1}, {0, -1}, {1, -1}, {-1, 0}};  // neighbours that precede a row
   const glm::ivec3& k = lattice_.per_voxel();
   for (int z = 0; z < size_.z; ++z)
     for (int y = 0; y < size_.y; ++y) {
@@ -207,7 +207,7 @@ void SolidParts::for_neighbours(Join&& join) const {
           for (const Run* run = samples.begin; run != samples.end; ++run)
             if (run + 1 != samples.end && run->high + 1 == run[1].low) join(*run, run[1]);
           for (const glm::ivec2& d : k_before) for_meeting(samples, fine_row(fy + d.x, fz + d.y), join);
-          // Rows of voxels that contain the nine rows of samples around this one.
+          // Rows of voxels that contain this row of samples and its eight neighbouring rows.
           const glm::ivec3 from = lattice_.voxel_of({0, fy - 1, fz - 1}),
                            to = lattice_.voxel_of({0, fy + 1, fz + 1});
           for (int vz = from.z; vz <= to.z; ++vz)
@@ -225,8 +225,9 @@ void SolidParts::for_neighbours(Join&& join) const {
     }
 }
 
-/// `part_of_run`: root of each run, joined without removed runs. `whole_of_run`: root of each run, joined
-/// with removed runs; equal for all parts that were one before the cuts.
+/// Numbers the parts and finds which are detached. `part_of_run`: root of each run if only runs that are not
+/// removed are joined. `whole_of_run`: root of each run if removed runs are joined too; it is equal for all parts
+/// that were one part before the cuts.
 void SolidParts::number_parts(std::vector<int>& part_of_run, std::vector<int>& whole_of_run) {
   const glm::ivec3& k = lattice_.per_voxel();
   // Collects the parts, then sorts them by their first samples.
@@ -275,7 +276,7 @@ void SolidParts::number_parts(std::vector<int>& part_of_run, std::vector<int>& w
   const auto candidate = [&](int i) -> Candidate& { return candidates[static_cast<std::size_t>(i)]; };
   std::sort(order.begin(), order.end(),
             [&](int a, int b) { return candidate(a).first < candidate(b).first; });
-  // All parts of a whole but the largest are detached.
+  // Among the parts with the same root in `whole_of_run`, all except the largest are detached.
   std::vector<int> largest(whole_of_run.size(), k_air);
   for (const int i : order) {
     int& best = largest[static_cast<std::size_t>(candidate(i).whole)];

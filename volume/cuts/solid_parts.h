@@ -12,10 +12,10 @@
 namespace trephine::volume {
 
 /// Solid samples of the cut lattice are connected to their 26 neighbours. In voxels that overlap a brick of
-/// cuts each sample is evaluated: solid where the trilinear field is solid and nothing was removed. In other
-/// voxels all samples equal the centre. On a lattice finer than the voxels that is inexact by half a voxel at
-/// a surface; so for detached parts, surface voxels up to two voxels around are evaluated too. Cost: one or
-/// two passes over the bits, and the cut bricks.
+/// cuts, each sample is evaluated: it is solid if the trilinear field is solid and the sample is not removed. In
+/// other voxels all samples equal the centre, so that on a lattice finer than the voxels a surface is displaced
+/// by up to half a voxel. Therefore each sample is also evaluated in the surface voxels of detached parts, up to
+/// two voxels around the boxes of these parts. Cost: one or two passes over the bits and over the cut bricks.
 class SolidParts {
  public:
   struct Part {
@@ -33,9 +33,10 @@ class SolidParts {
   const std::vector<Part>& parts() const noexcept { return parts_; }
 
   static constexpr int k_air = -1;
-  /// Writes the part of each of `count` lattice samples from (x, y, z) on along x, k_air outside parts. Any
-  /// thread.
+  /// Writes the index in parts() for each of `count` lattice samples along x, the first at (x, y, z); k_air for
+  /// samples outside parts. Any thread.
   void row(int x, int y, int z, int count, int* parts) const noexcept;
+  /// Returns the index in parts() of the part that contains a lattice sample, or k_air.
   int part_of(const glm::ivec3& sample) const noexcept {
     int part = k_air;
     row(sample.x, sample.y, sample.z, 1, &part);
@@ -46,7 +47,7 @@ class SolidParts {
   /// Run of solid samples (or voxels) along x.
   struct Run {
     int low, high;
-    int part;  ///< during the search: number of the run
+    int part;  ///< during the search: number of the run; then: index in parts()
     bool is_removed = false;
   };
   struct Runs {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "volume/base/axes.h"
+#include "volume/base/text.h"
 
 namespace trephine::volume {
 
@@ -52,7 +53,8 @@ double ToolBody::distance(double along, double off) const noexcept {
     const double axial = along - share * length;
     return std::sqrt(off * off + axial * axial) - (radius + share * (end_radius - radius));
   }
-  // Distance to cap and side, both offset inward by the edge radius; between their normals, to the edge.
+  // Computes the distances to the cap and to the side after an inward offset of both by the edge radius. Between
+  // the normals of cap and side, the rounded edge is nearest.
   const double half = 0.5 * length, k = bulge(), u = off - radius, s = std::abs(along - half);
   const double square = s * s + u * u;
   const double side = (k * square + 2 * u) / (std::sqrt(k * k * square + 2 * u * k + 1) + 1) + edge;
@@ -64,18 +66,19 @@ double ToolBody::distance(double along, double off) const noexcept {
 }
 
 Status check(const ToolBody& body) {
-  const auto bad = [](const char* what, const std::string& found, const char* expected) {
-    return Error{.what = "invalid tool body", .where = what, .found = found, .expected = expected};
+  const auto bad = [](const char* dimension, const std::string& found, const char* expected) {
+    return Error{.what = "invalid tool body", .where = dimension, .found = found, .expected = expected};
   };
   if (!(body.radius > 0) || !(body.radius < 1e3))
-    return bad("radius", std::to_string(body.radius), "above 0, below 1000 mm");
+    return bad("radius", rounded_text(body.radius), "above 0, below 1000 mm");
   if (!(body.length >= 0) || !(body.length < 1e3))
-    return bad("length", std::to_string(body.length), "0 or more, below 1000 mm");
+    return bad("length", rounded_text(body.length), "0 or more, below 1000 mm");
   if (body.form == ToolBody::Form::cone) {
     if (!(body.end_radius > 0) || !(body.end_radius < 1e3))
-      return bad("end radius", std::to_string(body.end_radius), "above 0, below 1000 mm");
-    if (body.length > 0 && !(std::abs(body.radius - body.end_radius) < body.length))
-      return bad("length", std::to_string(body.length), "more than the difference of the radii");
+      return bad("end radius", rounded_text(body.end_radius), "above 0, below 1000 mm");
+    const bool is_ball = body.length == 0 && body.radius == body.end_radius;
+    if (!is_ball && !(std::abs(body.radius - body.end_radius) < body.length))
+      return bad("length", rounded_text(body.length), "more than the difference of the radii");
     return std::nullopt;
   }
   if (!(body.edge >= 0) || !(2 * body.edge < body.length) || !(body.edge < body.end_radius))
@@ -83,7 +86,7 @@ Status check(const ToolBody& body) {
                "0 or more, less than half the length and less than the end radius");
   if (!(body.end_radius > 0) || !(body.end_radius <= body.radius) ||
       !(body.radius - body.end_radius <= 0.5 * body.length))
-    return bad("end radius", std::to_string(body.end_radius),
+    return bad("end radius", rounded_text(body.end_radius),
                "above 0, at most the radius, at least the radius minus half the length");
   return std::nullopt;
 }
@@ -92,7 +95,8 @@ ToolPose between(const ToolPose& a, const ToolPose& b, double share) noexcept {
   const glm::dvec3 at = a.at_world + share * (b.at_world - a.at_world);
   const double cosine = glm::dot(a.axis_world, b.axis_world);
   if (cosine < 0) {
-    // More than a quarter turn: interpolates through the bisecting axis, which is unique below half a turn.
+    // The axis turns by more than a quarter turn: interpolates through the bisecting axis. For half a turn the
+    // bisecting axis is not unique; then uses an axis perpendicular to the first.
     const glm::dvec3 sum = a.axis_world + b.axis_world;
     glm::dvec3 mid;
     if (glm::dot(sum, sum) > 1e-12) {

@@ -38,14 +38,16 @@ struct ToolBody {
   double low() const noexcept { return form == Form::cone ? -radius : 0; }
   double high() const noexcept { return form == Form::cone ? length + end_radius : length; }
   double middle() const noexcept { return 0.5 * (low() + high()); }
-  /// Smallest radius, mm: a lattice that resolves a ball of this radius resolves the body.
+  /// Smallest radius, mm: a lattice that resolves a ball of this radius resolves the body, apart from the edges of
+  /// a drum.
   double min_radius() const noexcept { return radius < end_radius ? radius : end_radius; }
   /// Radius of the bounding ball around `middle()` on the axis, mm.
   double reach() const noexcept;
   /// Exact signed distance in mm from a point to the surface; negative inside.
   double distance(double along, double off) const noexcept;
-  /// Centre of a drum's rounded edge (`along` from the middle of its length, `off` from its axis, mm) and the
-  /// sine of the inclination of the side's normal along the axis there.
+  /// Centre of a drum's rounded edge: `along` is the distance from the middle of the drum along the axis, `off` the
+  /// distance from the axis, mm. `lean`: sine of the angle between the side's normal at the edge and the
+  /// perpendicular to the axis.
   struct Corner {
     double along, off, lean;
   };
@@ -60,8 +62,8 @@ struct ToolBody {
   double bulge() const noexcept;
 };
 
-/// Returns an error if a dimension is out of range: a radius not above 0, a drum whose edges do not fit, a
-/// cone with one end ball inside the other.
+/// Returns an error if a dimension is out of range, for example: a radius of 0, a length of 1 m, a drum whose
+/// edges do not fit, a cone with one end ball inside the other.
 Status check(const ToolBody& body);
 
 /// Pose of a body, world frame.

@@ -1,5 +1,5 @@
-// Version: immutable state of an operated volume, a sparse table of cut-lattice bricks near cuts that store
-// the removed matter.
+// Version: immutable state of an operated volume. A sparse table has bricks of the cut lattice near cuts; the
+// bricks store the removed matter.
 #pragma once
 
 #include <array>
@@ -53,7 +53,8 @@ inline constexpr int k_region_samples = k_page_samples * k_page;
 
 inline constexpr int k_point_shift_count = 1024;
 /// Returns the shift of the points of a cell (RemovalMask) along one axis, -0.5 to 0.5 of their spacing.
-/// Cells have different shifts, since points aligned over many cells would miscount a hole along their rows.
+/// Cells have different shifts: rows of points that continue through many cells would give a wrong volume for a
+/// hole parallel to the rows.
 /// `index`: one component of point_shift_index().
 constexpr float point_shift(std::int32_t index) noexcept {
   return (static_cast<float>(index) - 511.5f) / 1024.0f;
@@ -61,7 +62,8 @@ constexpr float point_shift(std::int32_t index) noexcept {
 /// Returns the shift index of the cell around a sample, 0 to k_point_shift_count - 1 along each axis. It is
 /// linear in the sample, modulo k_point_shift_count.
 constexpr glm::uvec3 point_shift_index(const glm::ivec3& sample) noexcept {
-  // Best of 300 random choices by the worst counting error of capsules along 15 directions.
+  // Among 300 random choices of the factors, this choice has the smallest worst error of the counted volume of
+  // capsules along 15 directions.
   const glm::uvec3 s(sample);
   return {(237u * s.x + 499u * s.y + 327u * s.z) % k_point_shift_count,
           (247u * s.x + 59u * s.y + 631u * s.z) % k_point_shift_count,
@@ -74,7 +76,7 @@ inline glm::vec3 point_shift(const glm::ivec3& sample) noexcept {
 
 /// Removed points of each lattice cell (the cube around a sample): n^3 bits per cell, n = 4 or 8, point
 /// (i, j, k) at ((i + 0.5) + point_shift) / n - 0.5 steps from the sample. Contact and display do not read
-/// it.
+/// masks.
 struct RemovalMask {
   explicit RemovalMask(int points_per_edge);
   std::atomic<int> references{1};
@@ -100,7 +102,7 @@ void refine_points(std::uint64_t coarse, std::uint64_t fine[8]) noexcept;
 struct Brick {
   std::atomic<int> references{1};
   std::uint64_t serial = 0;                                 ///< version that made it
-  std::array<float, k_brick * k_brick * k_brick> distance;  ///< mm to the swept tool, negative inside
+  std::array<float, k_brick * k_brick * k_brick> distance;  ///< mm to the removed matter, negative inside
   std::array<std::uint64_t, k_brick> kept;                  ///< distance > 0: word = z, byte = y, bit = x
   Ref<RemovalMask> mask;
   /// True if every cell is deep inside the removal, so that further cuts change nothing. All such bricks of a
@@ -163,8 +165,8 @@ class Version {
   /// Distances are clamped to +-band, a little more than a lattice cell's diagonal.
   double band_mm() const noexcept { return band_mm_; }
   std::size_t bytes() const noexcept;  ///< size of tables, bricks and masks
-  /// Returns the bytes of parts not yet in `counted` and adds these to it, so that parts shared by several
-  /// versions count once.
+  /// Returns the bytes of the tables, bricks and masks that are not in `counted`, and adds these objects to
+  /// `counted`, so that objects shared by several versions count once.
   std::size_t add_bytes(std::unordered_set<const void*>& counted) const;
 
   /// Returns the page that contains a sample, or null where nothing was cut. Requires a sample inside the
@@ -211,7 +213,7 @@ class Version {
           });
         }
   }
-  /// Distance (mm) of a sample to the swept tool, clamped to +-band; +band where nothing was cut or beyond
+  /// Distance (mm) of a sample to the removed matter, clamped to +-band; +band where nothing was cut or beyond
   /// the lattice.
   double sample_distance(const glm::ivec3& s) const noexcept {
     if (!lattice_.contains(s)) return band_mm_;
@@ -219,7 +221,7 @@ class Version {
     return brick ? static_cast<double>(brick->distance[Brick::index(s.x & 7, s.y & 7, s.z & 7)]) : band_mm_;
   }
 
-  /// Returns true if the voxel's centre is not removed (d > 0). Requires v inside the grid.
+  /// Returns true if the voxel's centre is not removed (distance > 0). Requires v inside the grid.
   bool is_kept(const glm::ivec3& v) const noexcept {
     const glm::ivec3 s = lattice_.centre_of(v);
     const Brick* brick = brick_at(s);
@@ -236,14 +238,14 @@ class Version {
   /// Returns true if a brick contains any of the eight samples around p (volume frame).
   bool is_near_cut(const glm::dvec3& p) const noexcept;
   /// Returns true if threads other than the edit thread may read masks (removed_share(), content_hash()).
-  /// Masks of an unfrozen version change until its stroke ends; all other data never change.
+  /// Masks of a version that is not frozen may change until its stroke ends; all other data never change.
   bool is_frozen() const noexcept {
     return !frozen_strokes_ || stroke_ <= frozen_strokes_->load(std::memory_order_acquire);
   }
   /// Returns the removed share of a voxel's cube, 0 to 1, counted in the masks.
   double removed_share(const glm::ivec3& v) const noexcept;
-  /// Clears the bits of removed voxels in `words`: bits of row (y, z) of the voxels, 64 voxels per word,
-  /// `count` words from `first_word` of the row on.
+  /// Clears the bits of voxels whose centre is removed. `words`: the words first_word .. first_word + count - 1 of
+  /// row (y, z) of the voxels, one bit per voxel, 64 voxels per word.
   void mask_row(int y, int z, int first_word, int count, std::uint64_t* words) const noexcept;
 
   /// Returns true if mask_row() with these arguments may clear a bit.
@@ -279,7 +281,8 @@ class Version {
   std::vector<Ref<Region>> regions_;
   Ref<Brick> hollow_;  ///< shared by all hollow slots
   RemovalLedger ledger_;
-  std::shared_ptr<const std::atomic<std::uint64_t>> frozen_strokes_;  ///< of the editor; null: never edited
+  /// Last stroke that the editor ended; null: never edited.
+  std::shared_ptr<const std::atomic<std::uint64_t>> frozen_strokes_;
   double band_mm_;
   int brick_count_ = 0;
   std::uint64_t serial_ = 0;

@@ -13,8 +13,8 @@ namespace trephine::volume {
 namespace {
 
 constexpr std::size_t k_children = k_page * k_page * k_page;  // bricks per page, pages per region
-/// Tag of an encoded brick: its kind, with `difference` if XORed with the previous brick. A mask's kind is
-/// its number of points along a cell's edge.
+/// Tag of an encoded brick: its kind, plus `difference` if the data are the XOR with the previous brick. The kind
+/// of a brick with a mask is the number of points along a cell's edge.
 enum BrickKind : std::uint8_t {
   no_brick = 0,
   hollow = 1,
@@ -78,7 +78,8 @@ std::size_t copy_words(const Brick& brick, BrickWords& words) {
   return contents.count;
 }
 
-/// Encodes a brick in runs of equal words: most words are clamped to the band, or unchanged.
+/// Encodes a brick in runs of equal words. Runs are long, because most distances are clamped to the band, and most
+/// words do not change. `before`, `brick`: null if the version has no such brick.
 void put_brick(std::string& out, const Brick* before, const Brick* brick) {
   if (brick == nullptr) return put(out, no_brick);
   const std::uint8_t kind = kind_of(*brick);
@@ -128,9 +129,10 @@ bool xor_runs(std::string_view in, const BrickParts& brick) {
   return in.empty();
 }
 
-constexpr std::uint64_t k_unshared = ~std::uint64_t{0};  // serial of parts not yet shared with other versions
+constexpr std::uint64_t k_unshared = ~std::uint64_t{0};  // serial of objects that no other version shares
 
-/// Decodes a brick into `entry`, which contains the previous brick. Returns false if the bytes are invalid.
+/// Decodes a brick into `entry`, which contains the previous brick or null. Returns false if the bytes are
+/// invalid.
 bool get_brick(std::string_view in, Ref<Brick>& entry) {
   std::uint8_t tag = 0;
   if (!get(in, tag)) return false;
@@ -164,7 +166,8 @@ bool is_consistent(const RemovalMask& mask) noexcept {
   return true;
 }
 
-/// Derives the kept bits from the distances. Returns false if a distance or the mask is invalid.
+/// Derives the kept bits of a decoded brick from its distances. Returns false if a distance or the mask is
+/// invalid.
 bool complete(Brick& brick, double band_mm) {
   brick.kept.fill(0);
   for (std::size_t i = 0; i < brick.distance.size(); ++i) {
@@ -230,7 +233,8 @@ Result<std::shared_ptr<const Version>> VersionChanges::apply(const Version& befo
   after->stroke_ = 0;
   const auto brick_limit = static_cast<std::int64_t>(after->regions_.size() * k_children * k_children);
   std::uint64_t serial = before.serial_;
-  // A unique serial, so that slot() copies all tables that other versions share.
+  // During decoding the version has a serial that no other version has, so that slot() copies all tables that
+  // other versions share.
   after->serial_ = k_unshared;
   for (std::string_view in : oldest_first) {
     std::uint32_t labels = 0;

@@ -21,7 +21,7 @@ namespace trephine::volume {
 /// Surface points in cubes of equal size, for queries by distance.
 class PointBins {
  public:
-  /// `edge`: of the cubes, mm.
+  /// `edge`: length of the cubes' edges, mm.
   PointBins(const std::vector<SurfacePoint>& points, double edge) : edge_(edge) {
     glm::dvec3 high(-1e300);
     low_ = glm::dvec3(1e300);
@@ -40,7 +40,7 @@ class PointBins {
     for (std::size_t i = 0; i < points.size(); ++i)
       order_[next[bin_of(points[i])]++] = static_cast<std::uint32_t>(i);
   }
-  /// Calls visit(index) for all points within `reach` mm of `at`, and for some beyond.
+  /// Calls visit(index) for all points within `reach` mm of `at`, and for some farther points.
   template <class Visit>
   void for_near(const glm::dvec3& at, double reach, const Visit& visit) const {
     const glm::ivec3 first = bin_at(at - reach), last = bin_at(at + reach);
@@ -71,13 +71,14 @@ class PointBins {
   std::vector<std::uint32_t> first_, order_;
 };
 
-/// Borrows its arguments. For one call of build(); builders of separate tiles may run in parallel.
+/// Builder of the sheets of one tile, for one call of build(). Borrows its arguments. Builders of different tiles
+/// may run in parallel.
 class CreaseBuilder {
  public:
   static constexpr std::size_t k_cones = 42;
-  /// Lattice points around a tile that are read.
+  /// Number of lattice points that are read beyond each side of a tile.
   static constexpr int k_margin = 1;
-  /// Steps from the offset surface within which cubes may be creased.
+  /// Largest distance (steps) of a creased cube from the offset surface.
   static constexpr double k_band = 1.6;
 
   struct Offset {
@@ -85,12 +86,13 @@ class CreaseBuilder {
     const SmoothSurface& surface;
     double radius, step, far;  ///< mm
   };
-  /// `points`: those of the surface within radius + far of the tile and its margin.
+  /// `points`: the surface points within radius + far of the tile and its margin.
   CreaseBuilder(const Offset& offset, const std::vector<SurfacePoint>& points)
       : offset_(offset), points_(points) {}
 
-  /// Stores the sheets of one tile of whole bricks; returns the number of its creased cubes. u_at(v): the
-  /// field; is_near(v): v may be within k_band steps of the offset surface; is_matter(v): v is in the solid.
+  /// Stores the sheets of one tile of whole bricks; returns the number of its creased cubes. u_at(v):
+  /// value (mm) of the offset field at lattice point v; is_near(v): true if v may be within k_band steps of the
+  /// offset surface; is_matter(v): true if v is in the solid.
   template <class U, class IsNear, class IsMatter>
   std::size_t build(const VoxelBox& tile, const U& u_at, const IsNear& is_near, const IsMatter& is_matter,
                     CreaseSheets& sheets) {
@@ -106,7 +108,7 @@ class CreaseBuilder {
       normals_.emplace_back(glm::dot(out, out) > 0 ? glm::normalize(out) : glm::dvec3(0));
     }
     contacts_.assign(points_.size(), Contact::unknown);
-    // The samples that the cubes read.
+    // Computes the samples that the creased cubes read, each once.
     low_ = tile.low - k_margin, size_ = tile.high - tile.low + 1 + 2 * k_margin;
     std::vector<std::uint32_t> number(static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y) *
                                           static_cast<std::size_t>(size_.z),
@@ -126,7 +128,7 @@ class CreaseBuilder {
       for (int n = 0; n < 27; ++n)
         around[static_cast<std::size_t>(n)] = &samples[number[index(v + offset_of(n))]];
       const CreaseSheets::Mask kept = sheets_of(around);
-      if (kept == 0 || is_field(kept, around, v, u_at)) continue;
+      if (kept == 0 || equals_field(kept, around, v, u_at)) continue;
       const glm::ivec3 brick = v / SampleBrick::k_edge;
       by_brick[{brick.x, brick.y, brick.z}].push_back({v, kept});
       ++count;
@@ -151,7 +153,7 @@ class CreaseBuilder {
     CreaseSheets::Mask refined = 0;              ///< the sheets whose u is final
   };
   static constexpr double k_slack = 0.03;  ///< steps; sampled distances are too long by at most this
-  /// Whether a ball that touches a surface point is free there.
+  /// `impossible`: a ball that touches the surface point from outside meets other surface points.
   enum class Contact : std::uint8_t { unknown, possible, impossible };
   struct Creased {
     glm::ivec3 cube;
@@ -166,8 +168,9 @@ class CreaseBuilder {
                 static_cast<std::size_t>(size_.y) * static_cast<std::size_t>(c.z));
   }
 
-  /// Returns the cubes near the offset surface in which a spline of u is less steep than a distance: below
-  /// 0.9, as between flanks whose normals are more than 50 degrees apart. Order: that of the tile, x fastest.
+  /// Returns the cubes near the offset surface in which the slope of the spline of u is below 0.9. A distance has
+  /// slope 1; splines are less steep between flanks whose normals are more than 50 degrees apart. Order: that of
+  /// the tile, x fastest.
   template <class U, class IsNear>
   std::vector<glm::ivec3> creased_cubes(const VoxelBox& tile, const U& u_at, const IsNear& is_near) const {
     constexpr double k_slope = 0.9;  // mm per mm
@@ -197,12 +200,14 @@ class CreaseBuilder {
         }
     return cubes;
   }
-  /// Returns true if a ball that touches point i has its centre within `far` of `from`, and meets other
-  /// points there: the bottom of a groove. The result of the second test is stored for all `from`.
+  /// Returns true if a ball that touches point i from outside has its centre within `far` of `from`, and meets
+  /// other surface points, as at the bottom of a groove. The second test does not depend on `from`; its result is
+  /// stored in contacts_.
   bool is_out_of_reach(std::uint32_t i, const glm::vec3& from, const PointBins& bins) {
     constexpr double k_depth = 0.1;  // steps
     const glm::vec3 centre = points_[i].at_world + static_cast<float>(offset_.radius) * normals_[i];
-    // All surface points near the centre are known if it is within this distance.
+    // points_ contains all surface points that the ball may meet only if the ball's centre is within `far` of
+    // `from`.
     if (normals_[i] == glm::vec3(0) || glm::distance(centre, from) > static_cast<float>(offset_.far))
       return false;
     if (contacts_[i] == Contact::unknown) {
@@ -217,10 +222,10 @@ class CreaseBuilder {
     return contacts_[i] == Contact::impossible;
   }
 
-  /// Returns the distances of lattice point v to the sampled points of each cone. Points that a ball cannot
-  /// touch do not count, such as those of the rounded bottom of a groove, whose normals are between those of
-  /// its flanks; where they are the nearest, the tangent plane of the nearest other point replaces them.
-  /// Inside the solid u is `far` in all sheets, so that the field's value applies.
+  /// Returns the distances of lattice point v to the sampled points of each cone. Omits points that a ball cannot
+  /// touch. Such points are on the rounded bottom of a groove, and their normals are between those of the flanks.
+  /// If the nearest point of a cone is omitted, the distance is that to the tangent plane of the nearest point
+  /// that a ball can touch. Inside the solid u is `far` in all sheets, so that the field's value applies.
   Sample sample(const glm::ivec3& v, bool is_matter, const std::vector<CreaseSheets::Mask>& cones,
                 const PointBins& bins) {
     Sample result;
@@ -259,7 +264,8 @@ class CreaseBuilder {
   float clamped(double distance) const {
     return static_cast<float>(std::clamp(offset_.radius - distance, -offset_.far, offset_.far));
   }
-  /// Returns the sheets of a cube that may be solid in it, and that no other sheet contains up to k_slack.
+  /// Returns the sheets that may be solid somewhere in a cube. Omits a sheet whose solid is inside that of another
+  /// sheet, with tolerance k_slack.
   CreaseSheets::Mask sheets_of(const std::array<Sample*, 27>& around) const {
     const auto slack = static_cast<float>(k_slack * offset_.step);
     const auto contains = [&](std::size_t outer, std::size_t inner) {
@@ -282,9 +288,9 @@ class CreaseBuilder {
     }
     return kept;
   }
-  /// Returns true if there is one sheet, and it equals the field.
+  /// Returns true if the cube has only one sheet, and the sheet is nowhere more than 0.1 steps below the field.
   template <class U>
-  bool is_field(CreaseSheets::Mask kept, const std::array<Sample*, 27>& around, const glm::ivec3& v,
+  bool equals_field(CreaseSheets::Mask kept, const std::array<Sample*, 27>& around, const glm::ivec3& v,
                 const U& u_at) const {
     if (std::popcount(kept) != 1) return false;
     const auto sheet = static_cast<std::size_t>(std::countr_zero(kept));
@@ -294,7 +300,7 @@ class CreaseBuilder {
         return false;
     return true;
   }
-  /// Makes a brick of its creased cubes, in the order of their indices.
+  /// Makes a brick from its creased cubes, which are sorted by their indices.
   template <class SampleAt>
   std::unique_ptr<CreaseSheets::Brick> make_brick(const glm::ivec3& brick,
                                                   const std::vector<Creased>& creased,
@@ -322,7 +328,8 @@ class CreaseBuilder {
     result->first.shrink_to_fit(), result->samples.shrink_to_fit();
     return result;
   }
-  /// Returns u of a sheet at lattice point v, from the exact distance to the surface near its sampled point.
+  /// Returns u of a sheet at lattice point v. Near the offset surface, u is computed from the exact distance of v to
+  /// the surface near the sheet's nearest sampled point.
   float refined(const glm::ivec3& v, Sample& s, int sheet) const {
     constexpr double k_refined = 2.2;  // steps from the offset surface within which distances are exact
     const auto cone = static_cast<std::size_t>(sheet);

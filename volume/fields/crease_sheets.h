@@ -13,9 +13,9 @@
 
 namespace trephine::volume {
 
-/// In a groove narrower than a tool, samples of the distance to the nearest flank change abruptly, and a
-/// spline of them is rounded: the tool would hover. A *sheet* has distances to those surface points only
-/// whose normals are within a cone; the cones cover all directions. In a *creased* cube the solid is the
+/// In a groove narrower than a tool, the gradient of the distance to the nearest flank changes abruptly. A spline
+/// of the samples rounds this crease, so that the tool would hover. A *sheet* has the distances only to surface
+/// points whose normals are within one cone; the cones cover all directions. In a *creased* cube the solid is the
 /// union of the solids of its sheets; in all other cubes the field itself bounds the solid. Immutable after a
 /// build.
 class CreaseSheets {
@@ -43,7 +43,7 @@ class CreaseSheets {
   void load(int sheet, const glm::ivec3& v, Samples& samples) const noexcept;
   std::size_t bytes() const noexcept;
 
-  /// Masks of some of Count indices, in order.
+  /// Table of masks for some of the indices 0 .. Count - 1.
   template <std::size_t Count>
   class MaskTable {
    public:
@@ -90,7 +90,7 @@ class CreaseSheets {
       return static_cast<std::size_t>((p.z * k_reach + p.y) * k_reach + p.x);
     }
   };
-  /// Returns the slot of a brick for a build, which writes the bricks of a tile from one thread.
+  /// Returns the slot of a brick, for a build. Different threads may write the slots of different bricks.
   std::unique_ptr<Brick>& slot(const glm::ivec3& brick) noexcept { return table_[index_of(brick)]; }
 
  private:

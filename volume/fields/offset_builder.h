@@ -27,7 +27,8 @@ class OffsetField::Builder {
  public:
   static constexpr double k_band = 2.5;  ///< steps on each side of the offset surface that are sampled
 
-  /// `previous`: field of a solid that contained this one, or null. `changed`: voxels in which they differ.
+  /// `previous`: field of the solid before a removal, or null for a complete build. `changed`: voxels in which the
+  /// previous solid and the new solid differ.
   Builder(OffsetField& out, const Field& field, const Occupancy& bits, const Version* version,
           const OffsetField* previous, const VoxelBox& changed, const SoftField* soft)
       : out_(out),
@@ -77,22 +78,23 @@ class OffsetField::Builder {
   static constexpr double k_refined = 2.2;  ///< steps from the offset surface with exact distances
   static constexpr int k_tile = 96;         ///< lattice points along the edge of a tile
 
-  /// Returns true if the distance at v may have changed: the change is not farther than the previous surface,
-  /// and no remaining matter is as near.
+  /// Returns true if the distance at v may have changed: the changed box is at most as far as the previous surface,
+  /// and no remaining matter was found within that distance.
   bool is_stale(const glm::ivec3& v) const {
     const double u = previous_->at(v.x, v.y, v.z);
-    if (u <= -out_.far_) return false;  // free points stay free
+    if (u <= -out_.far_) return false;  // u is already at its lower bound
     return changed_.distance(glm::dvec3(v)) <= std::abs(out_.radius_ - u) + 0.1 * out_.step_ &&
            !has_matter_within(v, out_.radius_ - u);
   }
-  /// Returns true if matter is certainly within `distance` mm of lattice point v; may miss matter.
+  /// Returns true if a test point within `distance` mm of lattice point v is in matter (tolerance: 1/200 of a
+  /// step). May miss matter.
   bool has_matter_within(const glm::ivec3& v, double distance) const {
     const glm::dvec3 at = out_.frame_.world_from_volume(glm::dvec3(v)), p = voxel(glm::dvec3(v));
     // Inside matter the distance is a depth, which is needed only for small tools.
     if (surface_.is_solid(p)) return out_.radius_ >= out_.far_;
     if (!(distance > 0) || !surface_.has_cut()) return false;
-    // Tests points toward the previous solid, the end of the cut and the surface of the scan, farther than
-    // requested by 1/200 of a step, by which the tool may hover.
+    // Tests points in the directions toward the previous solid, toward the end of the cut and toward the surface
+    // of the scan. The points are 1/200 of a step farther than `distance`; the tool may hover by this length.
     glm::dvec3 uphill(0), central(0);
     const double centre = previous_->at(v.x, v.y, v.z);
     for (int a = 0; a < 3; ++a) {
@@ -102,7 +104,7 @@ class OffsetField::Builder {
       const double u_next = previous_->at(next.x, next.y, next.z),
                    u_last = previous_->at(last.x, last.y, last.z);
       central[a] = u_next - u_last;
-      // Differentiates toward the higher value, since the lower one may be beyond the band.
+      // Differentiates toward the higher value, because the lower value may be clamped to the band.
       uphill[a] = u_next > u_last ? u_next - centre : centre - u_last;
     }
     const Frame& frame = field_.volume().frame;
@@ -117,7 +119,7 @@ class OffsetField::Builder {
     }
     return false;
   }
-  /// Appends a flag for each of the lattice points low .. high, row by row; returns the box of stale ones.
+  /// Appends a flag for each of the lattice points low .. high, row by row; returns the box of the stale points.
   VoxelBox find_stale(const glm::ivec3& low, const glm::ivec3& high, std::vector<bool>& stale) const {
     VoxelBox box{high + 1, low - 1};
     for (int z = low.z; z <= high.z; ++z)
@@ -142,7 +144,7 @@ class OffsetField::Builder {
   /// Kinds of the voxels of a box, by their bits and those of their neighbours.
   class VoxelKinds {
    public:
-    /// mixed: the voxel and its 26 neighbours are not all equal, or a cut finer than the voxels crosses it.
+    /// mixed: the voxel and its 26 neighbours are not all equal, or a cut on a finer lattice may cross the voxel.
     enum Kind : std::uint8_t { free, mixed, solid };
     VoxelKinds(const Builder& builder, const glm::ivec3& low, const glm::ivec3& high)
         : low_(low), high_(high), size_(glm::max(high - low + 1, glm::ivec3(0))) {
@@ -182,7 +184,7 @@ class OffsetField::Builder {
     }
     const glm::ivec3& low() const { return low_; }
     const glm::ivec3& high() const { return high_; }
-    /// Returns `free` beyond the box, which ends with the grid or beyond all queries.
+    /// Returns the kind of a voxel. Returns `free` outside the box, which contains all queried voxels of the grid.
     Kind at(const glm::ivec3& v) const {
       const bool is_inside = v.x >= low_.x && v.y >= low_.y && v.z >= low_.z && v.x <= high_.x &&
                              v.y <= high_.y && v.z <= high_.z;
@@ -200,7 +202,7 @@ class OffsetField::Builder {
     glm::ivec3 low_, high_, size_;
     std::vector<Kind> kinds_;
   };
-  /// Bits of the voxels of `any` that cuts on a finer lattice may cross. Word w of row (y, z).
+  /// Returns the bits of `any` whose voxels may be crossed by cuts on a finer lattice. `any`: word w of row (y, z).
   std::uint64_t cut_word(int w, int y, int z, std::uint64_t any) const {
     if (version_ == nullptr || version_->is_uncut()) return 0;
     const CutLattice& lattice = version_->lattice();
@@ -253,7 +255,7 @@ class OffsetField::Builder {
         }
     return points;
   }
-  /// Samples both sides of a wall of one voxel, in whose middle the gradient vanishes.
+  /// Samples both sides of a wall that is one voxel thick. In the middle of such a wall the gradient vanishes.
   void sample_thin_wall(const glm::ivec3& v, bool is_found, std::vector<SurfacePoint>& points) const {
     for (int axis = 0; axis < 3; ++axis) {
       glm::ivec3 previous = v, next = v;
@@ -274,7 +276,8 @@ class OffsetField::Builder {
       const VoxelKinds::Kind kind = kinds_.at(voxel_of(p));
       return kind == VoxelKinds::mixed ? builder_.surface_.is_solid(p) : kind == VoxelKinds::solid;
     }
-    /// Returns true if a box without a surface is solid; conservative (solid) if a surface was missed.
+    /// Returns true if a box of lattice points that no surface crosses is solid. If a surface was missed, returns
+    /// true for a partly solid box.
     bool is_solid_box(const glm::ivec3& from, const glm::ivec3& to) const {
       const glm::dvec3 low = builder_.voxel(glm::dvec3(from)), high = builder_.voxel(glm::dvec3(to));
       const glm::ivec3 first = voxel_of(low), last = voxel_of(high);
@@ -302,7 +305,7 @@ class OffsetField::Builder {
     const VoxelKinds& kinds_;
   };
 
-  /// Samples of a tile to compute: all, or after a cut those that it may change.
+  /// Samples of a tile to compute: all, or after a cut those that the cut may change.
   struct Selection {
     VoxelBox tile, box;       ///< `box`: bounds of the selected samples; empty (low > high) without any
     std::vector<bool> stale;  ///< flags of the whole tile, x fastest; empty: all are selected
@@ -347,7 +350,7 @@ class OffsetField::Builder {
     const double reach = out_.radius_ + (k_band + 1) * out_.step_;
     const int margin = builds_sheets() ? CreaseBuilder::k_margin : 0;
     const glm::ivec3 halo = out_.steps_within(reach) + 1 + margin;
-    // The lattice is parallel to the volume's axes, so a box of it is a box of voxels.
+    // The lattice is parallel to the volume's axes, so that a box of lattice points is also a box of voxels.
     const glm::ivec3 voxel_low =
                          glm::max(glm::ivec3(glm::floor(voxel(glm::dvec3(low - halo)))), glm::ivec3(0)),
                      voxel_high = glm::min(glm::ivec3(glm::ceil(voxel(glm::dvec3(high + halo)))),
@@ -367,7 +370,7 @@ class OffsetField::Builder {
     fill_bricks(is_selected, wavefront, points, is_matter, samples, work);
     if (samples) build_sheets({low, high}, wavefront, points, is_matter, *samples, work);
   }
-  /// True for a complete build; updates keep its sheets.
+  /// True for a complete build of a field with sheets; updates keep the sheets of the complete build.
   bool builds_sheets() const { return out_.sheets_ != nullptr && previous_ == nullptr; }
 
   void fill_bricks(const Selection& is_selected, const std::optional<Wavefront>& wavefront,
@@ -491,7 +494,7 @@ class OffsetField::Builder {
   const Version* version_;
   const OffsetField* previous_;
   SmoothSurface surface_;
-  double shortest_step_;  ///< of the lattice, mm
+  double shortest_step_;  ///< from shortest_step(), mm
   LatticeBox changed_{};  ///< lattice points at which cuts may differ
 };
 

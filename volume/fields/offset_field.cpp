@@ -8,6 +8,7 @@
 #include <glm/vector_relational.hpp>
 
 #include "volume/base/deterministic_math.h"
+#include "volume/base/text.h"
 #include "volume/base/work_counters.h"
 #include "volume/fields/crease_sheets.h"
 #include "volume/fields/offset_builder.h"
@@ -21,15 +22,15 @@ namespace {
 
 constexpr int k_edge = SampleBrick::k_edge;
 constexpr double k_steps_per_radius = 12;     // steps of the lattice
-constexpr double k_min_creased_radius = 1.9;  // steps; samples of smaller tools are inside the solid
+constexpr double k_min_creased_radius = 1.9;  // steps; below, sheets would read samples inside the solid
 
 }  // namespace
 
 double OffsetField::step_for(double radius, const Volume& volume) noexcept {
   const dvec3& spacing = volume.frame.spacing();
   const double voxel = std::min({spacing.x, spacing.y, spacing.z});
-  // The error of a quadratic spline of samples with spacing h is h^2 / 8 times the sum of second derivatives,
-  // which is 2 / r for the distance to a point.
+  // The error of a quadratic spline of samples with spacing h is h^2 / 8 times the sum of the second derivatives.
+  // For the distance r to a point, the sum is 2 / r.
   const double max_step = 0.9 * std::sqrt(4 * radius * (0.1 + 0.02 * radius));
   // Limits the duration of a build to seconds, and the size of the tables of scans that are metres wide.
   constexpr double k_max_points = 1 << 28;
@@ -37,7 +38,7 @@ double OffsetField::step_for(double radius, const Volume& volume) noexcept {
   const double least =
       deterministic_exp(deterministic_log(extent.x * extent.y * extent.z / k_max_points) / 3);
   double step = std::min(voxel, std::max(max_step, least));
-  // A slightly smaller step gives sheets to a small tool.
+  // Reduces the step for a tool that is slightly too small for sheets, so that it has sheets.
   constexpr double k_finer = 0.7;
   if (radius < k_min_creased_radius * step && radius >= k_finer * k_min_creased_radius * step)
     step = std::max(least, radius / (1.02 * k_min_creased_radius));
@@ -55,7 +56,7 @@ Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field
   if (!(radius > 0 && radius <= 20) || radius > std::max({extent.x, extent.y, extent.z}))
     return Error{.what = "the tool's radius is out of range",
                  .where = "radius",
-                 .found = std::to_string(radius) + " mm",
+                 .found = rounded_text(radius) + " mm",
                  .expected = "above 0, at most 20 mm and no larger than the volume",
                  .remedy = "use a ball with a radius in this range"};
   const dvec3& spacing = base.spacing();
@@ -64,7 +65,8 @@ Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field
   result->radius_ = radius;
   result->step_ = step;
   result->far_ = Builder::k_band * step;
-  // The volume's axes with steps of equal length, and a margin for the tool beyond every border.
+  // The lattice has the axes of the volume, with steps of equal length, and a margin for the tool beyond every
+  // border.
   glm::dmat3 axes;
   dvec3 origin(0);
   for (int a = 0; a < 3; ++a) axes[a] = base.axes()[a] * (step / spacing[a]);
@@ -183,7 +185,7 @@ VoxelBox OffsetField::free_box(const ivec3& v) const noexcept {
   const ivec3 b = v >> 3;
   const SampleSlot& slot = this->slot(b);
   if (slot.brick || slot.is_solid) return {ivec3(0), ivec3(-1)};
-  // Excludes the faces of the brick, since cubes there read neighbouring bricks.
+  // Excludes the outermost lattice points of the brick, because their cubes read samples of neighbouring bricks.
   const ivec3 low = b * k_edge + 1, high = b * k_edge + (k_edge - 2);
   const bool is_inner = glm::all(glm::greaterThanEqual(v, low)) && glm::all(glm::lessThanEqual(v, high));
   return is_inner ? VoxelBox{low, high} : VoxelBox{v, v};

@@ -70,7 +70,7 @@ void QuadraticPatch::load_distance(const Version& version, const glm::ivec3& s) 
       }
     return;
   }
-  // Reads across bricks: one or two along each axis.
+  // The samples are in one or two bricks along each axis. Finds these bricks, then reads the samples.
   const glm::ivec3 parts = high / k_brick - low / k_brick;
   const Brick* bricks[8] = {};
   for (int c = 0; c < 8; ++c)

@@ -1,6 +1,6 @@
 // QuadraticPatch: smooth reconstruction of a field by tensor-product quadratic B-splines over 3 x 3 x 3
 // voxels, one polynomial per voxel cube, with continuous value and gradient (Unser 1999, eq. 6). Weights are
-// positive and sum to 1, so a value is between those of its samples, and nothing is solid where all are air.
+// not negative and sum to 1, so that a value is between those of its samples, and is air if all samples are air.
 #pragma once
 
 #include <algorithm>
@@ -39,7 +39,8 @@ inline void rescale(Jet& j, const glm::dvec3& k) noexcept {
   j.hessian_mixed *= glm::dvec3(k.y * k.z, k.x * k.z, k.x * k.y);
 }
 
-/// True if this CPU supports the wide kernels (AVX2), which give the same bits as the narrow ones.
+/// True if this CPU supports the wide functions (AVX2), which give the same bits as the narrow functions. `rows`:
+/// QuadraticPatch::samples(); `out`: see quadratic_patch_wide.cpp.
 extern const bool k_has_wide_patches;
 void value_and_gradient_of_patch_wide(const double* rows, const double p[3], double out[4]) noexcept;
 void jet_of_patch_wide(const double* rows, const double p[3], double out[10]) noexcept;
@@ -92,6 +93,7 @@ class QuadraticPatch {
     }
     return narrow_jet(p);
   }
+  /// Variant without AVX2.
   Jet narrow_jet(const glm::dvec3& p) const noexcept {
     const Weights y(p.y), z(p.z);
     Lanes value_z[3], slope_z[3], curve_z[3];
@@ -187,6 +189,7 @@ class QuadraticPatch {
           derivative{u - 0.5, -2 * u, u + 0.5} {}
   };
 
+  /// Returns nine rows of four doubles, [z][y]; the fourth double of a row is arbitrary.
   const double* samples() const noexcept { return reinterpret_cast<const double*>(&rows_[0][0]); }
 
   Lanes rows_[3][3];  ///< [z][y], along x; the fourth lane is arbitrary

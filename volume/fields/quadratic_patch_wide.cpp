@@ -1,5 +1,6 @@
-// QuadraticPatch in four lanes, compiled with -mavx2: must not call inline code shared with other files. Does
-// the same operations in the same order as quadratic_patch.h, and so gives the same bits.
+// QuadraticPatch in four lanes, compiled with -mavx2. This file must not call inline functions that other files
+// also call, because the linker could choose the AVX2 copy for all callers. The functions do the same operations
+// in the same order as quadratic_patch.h, and so give the same bits.
 #include <immintrin.h>
 
 namespace trephine::volume {
@@ -24,7 +25,7 @@ inline __m256d sum3(const double w[3], __m256d a, __m256d b, __m256d c) noexcept
 
 inline __m256d lanes_of(const double w[3]) noexcept { return _mm256_set_pd(0, w[2], w[1], w[0]); }
 
-/// Sums (p0 + p2, p1 + p3) for the products p = a x, then for b y.
+/// Returns the sums p0 + p2, p1 + p3 of the products p = a x, followed by the same sums for b y.
 inline __m256d two_dots(__m256d a, __m256d x, __m256d b, __m256d y) noexcept {
   const __m256d p = _mm256_mul_pd(a, x), q = _mm256_mul_pd(b, y);
   return _mm256_add_pd(_mm256_permute2f128_pd(p, q, 0x20), _mm256_permute2f128_pd(p, q, 0x31));

@@ -34,7 +34,7 @@ struct SampleBrick {
 /// Entry of a table of bricks.
 struct SampleSlot {
   std::shared_ptr<const SampleBrick> brick;  ///< null: uniform
-  bool is_solid = false;                     ///< used if uniform
+  bool is_solid = false;                     ///< kind of all samples if `brick` is null
 };
 
 /// Loads the 27 samples around v into `patch`: from `brick` (may be null) if it contains them all, else from

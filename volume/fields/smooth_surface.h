@@ -1,4 +1,5 @@
-// SmoothSurface: surface of the smooth solid of a shape and its cuts, with projections and distances to it.
+// SmoothSurface: surface of the smooth solid of a shape less its cuts. Computes projections to this surface and
+// distances from it.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +23,7 @@ struct SurfacePoint {
   bool is_cut;         ///< on the surface of a cut, not of the scan
 };
 
-/// Borrows field, soft field and version. Queries are thread-safe and do not allocate, except bisect().
+/// Borrows field, soft field and version. Queries are thread-safe. Only bisect() allocates.
 class SmoothSurface {
  public:
   static constexpr int k_max_newton = 10;
@@ -56,7 +57,7 @@ class SmoothSurface {
     return version_ == nullptr || jet(true, p_volume).value >= 0;
   }
 
-  /// Finds the surface point nearest to `from` (volume frame) along the gradient; false if it is not within
+  /// Follows the gradient from `from` (volume frame) to a surface point; false if no surface point is found within
   /// 1.5 cells. `cells`: number of cells per voxel along each axis.
   bool project(const glm::dvec3& from, const glm::dvec3& cells, SurfacePoint& out) const {
     bool is_found = false;
@@ -67,7 +68,8 @@ class SmoothSurface {
       bool is_near = true;
       for (int i = 0; i < 8 && is_near; ++i) {
         const Jet j = jet(is_cut, p);
-        // Shortest step in the world; in voxel units it would be biased along thick slices.
+        // This is the shortest step to the surface in mm. The shortest step in voxel units would have a wrong
+        // direction in thick slices.
         const glm::dvec3 uphill = frame_.gradient_world_from_volume(j.gradient);
         const double square = glm::dot(uphill, uphill);
         if (!(square > 0)) {
@@ -81,7 +83,7 @@ class SmoothSurface {
         if (glm::dot(step * cells, step * cells) < 1e-12) break;
       }
       if (!is_near) continue;
-      // The point must also be in the solid of the other field.
+      // The point bounds the solid only if the other field (scan or cut) is also solid there.
       if (has_cut() && jet(!is_cut, p).value < 0) continue;
       const glm::dvec3 offset = (p - from) * cells;
       if (glm::dot(offset, offset) >= nearest) continue;
@@ -105,8 +107,8 @@ class SmoothSurface {
     return true;
   }
 
-  /// Appends the surface point between a solid and a free point (volume frame), by bisection, for structures
-  /// too thin for gradients.
+  /// Finds the surface point between a solid point and a free point (volume frame) by bisection, and appends it.
+  /// For structures that are too thin for project().
   void bisect(glm::dvec3 solid, glm::dvec3 free, std::vector<SurfacePoint>& points) const {
     if (!is_solid(solid) || is_solid(free)) return;
     for (int i = 0; i < 24; ++i) {
@@ -118,8 +120,8 @@ class SmoothSurface {
     points.push_back({glm::vec3(frame_.world_from_volume(solid)), is_cut});
   }
 
-  /// Distance (mm) from x to the surface near `from`, at most that to `from`. `is_found`: true if the search
-  /// from there found a nearest point, on either field or on the rim between them.
+  /// Distance (mm) from x to the surface near `from`, at most the distance to `from` itself. `is_found`: true if
+  /// the search that started at `from` found a nearest point on the scan's surface, on that of a cut or on the rim.
   double distance(const glm::dvec3& x_world, const SurfacePoint& from, bool& is_found) const {
     const glm::dvec3 start(from.at_world), offset = x_world - start;
     const double longest = std::sqrt(glm::dot(offset, offset));
@@ -141,8 +143,9 @@ class SmoothSurface {
   }
 
  private:
-  /// Distance (mm) from x to the surface of one field near y, by Newton's method with curvature. y (world):
-  /// start, then the last iterate. Returns nullopt if that point does not bound the solid or was not found.
+  /// Distance (mm) from x to the surface of one field near y, by Newton's method with curvature. y (world): start
+  /// of the search; receives the last iterate. Returns nullopt if the search did not converge, or if its result
+  /// does not bound the solid.
   std::optional<double> distance_within(const glm::dvec3& x_world, bool is_cut, glm::dvec3& y) const {
     for (int i = 0; i < k_max_newton; ++i) {
       const Jet j = jet(is_cut, frame_.volume_from_world(y));
@@ -179,8 +182,9 @@ class SmoothSurface {
     return {};
   }
 
-  /// Distance (mm) from x to the rim near y (world), the curve on which both fields are 0; its nearest point
-  /// is written to `rim`. Returns `bound` and leaves `rim` unchanged if the rim is not nearer.
+  /// Distance (mm) from x to the rim near y (world). The rim is the curve on which both fields are 0. `rim`
+  /// receives the nearest point of this curve. Returns `bound` and leaves `rim` unchanged if the rim is not nearer
+  /// than `bound`.
   double distance_to_rim(const glm::dvec3& x_world, glm::dvec3 y, double bound, glm::dvec3& rim) const {
     const double tolerance = 1e-3 * finest_;
     double last_along = 0, last_step = 0;
@@ -189,11 +193,11 @@ class SmoothSurface {
       const Jet scan = jet(false, p), cut = jet(true, p);
       const glm::dvec3 a = frame_.gradient_world_from_volume(scan.gradient),
                        b = frame_.gradient_world_from_volume(cut.gradient);
-      // Shortest step to the zero of both fields, plus a step along the curve toward x.
+      // Each step is the shortest step to the zero of both fields, plus a step along the curve toward x.
       const double aa = glm::dot(a, a), bb = glm::dot(b, b), ab = glm::dot(a, b), det = aa * bb - ab * ab;
       if (!(det > 1e-6 * aa * bb)) return bound;
-      // Records every iterate on the rim, since convergence to the nearest is slow where the rim bends around
-      // x.
+      // Records every iterate on the rim, because convergence to the nearest point is slow where the rim bends
+      // around x.
       const glm::dvec3 to_x = x_world - y;
       if (scan.value * scan.value < tolerance * tolerance * aa &&
           cut.value * cut.value < tolerance * tolerance * bb)

@@ -13,7 +13,7 @@ using glm::ivec3;
 namespace {
 
 constexpr int k_edge = SampleBrick::k_edge, k_reach = SoftField::k_reach;
-constexpr int k_guard = 2;                   // voxels around a brick in which is_thin is tested
+constexpr int k_guard = 2;                   // voxels around a sample in which the blur is tested
 constexpr int k_mid = k_edge + 2 * k_guard;  // blurred samples along an edge
 constexpr int k_wide = k_mid + 2 * k_reach;  // bits read by the blur along an edge
 
@@ -81,7 +81,7 @@ void extend(const FarRows& sources, std::span<const Occupancy* const> hosts, con
     }
 }
 
-/// Returns the voxels of the shape with a neighbour in air, that is, in no shape.
+/// Returns the voxels of the shape that have a neighbour in air: neither in the shape nor in `neighbours`.
 FarRows find_exposed(const Occupancy& bits, const SoftNeighbours& neighbours, const ivec3& first) {
   std::array<std::uint32_t, static_cast<std::size_t>(k_far_padded) * k_far_padded> air;
   const auto row = [](int y, int z) { return static_cast<std::size_t>(y + k_far_padded * z); };
@@ -250,7 +250,8 @@ bool SoftField::is_two_valued(const Field& field, const Occupancy& bits) {
                            previous = voxels[volume.index(x - 1, y, z)];
         const std::int16_t solid_value = is_solid ? value : previous, air_value = is_solid ? previous : value;
         if ((has_solid && solid_value != solid) || (has_air && air_value != air)) return false;
-        // A grey ramp across x can have the same pair in every row: one more voxel on each side must agree.
+        // A grey ramp across x can have the same pair in every row. Therefore the next voxel on each side, if
+        // it is on the same side of the surface, must have the same intensity.
         if (x + 1 < size.x && bits.is_solid({x + 1, y, z}) == is_solid &&
             voxels[volume.index(x + 1, y, z)] != value)
           return false;

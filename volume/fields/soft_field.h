@@ -12,19 +12,19 @@
 namespace trephine::volume {
 
 /// Occupancies of neighbouring shapes, on a grid of the same size. A shape is extended by
-/// SoftField::k_overlap voxels into those of `whole` wherever they touch, so that no gap opens between them
-/// in a cut; into those of `at_surface` only near its own voxels that are next to air, so that it is not
-/// touched where a covering shape lets a tool through.
+/// SoftField::k_overlap voxels into the shapes of `whole` wherever they touch, so that no gap opens between
+/// them in a cut. It is extended into the shapes of `at_surface` only near its own voxels that are next to
+/// air: a tool that has passed into one of these shapes must not touch the extension inside it.
 struct SoftNeighbours {
   std::span<const Occupancy*const> whole = {}, at_surface = {};
   bool is_empty() const noexcept { return whole.empty() && at_surface.empty(); }
 };
 
 /// g = the solid blurred by a Gaussian of 1.5 voxels, minus one half, with the sign of every voxel preserved
-/// (after Whitaker 2000, "Reducing aliasing artifacts in iso-surfaces of binary volumes"). Where the blur
-/// would change the sign of a voxel by more than k_conflict (plates and rods of one or two voxels), the shape
-/// is not blurred within two voxels. Samples are stored in bricks near the surface; elsewhere g is +-0.5, and
-/// beyond the grid as in Field. Immutable; queries from any thread.
+/// (after Whitaker 2000, "Reducing aliasing artifacts in iso-surfaces of binary volumes"). If the blur
+/// gives a voxel the wrong sign and a magnitude above k_conflict (in plates and rods of one or two voxels),
+/// the shape is not blurred within two voxels of it. Samples are stored in bricks near the surface. Elsewhere
+/// in the grid g is +-0.5; beyond the grid it is defined as in Field. Immutable; queries from any thread.
 class SoftField {
  public:
   static constexpr double k_sigma = 1.5;     ///< voxels
@@ -35,10 +35,13 @@ class SoftField {
   static constexpr int k_overlap = 4;  ///< extension of a shape into its neighbours, voxels
 
   /// Builds from the solid voxels of the shape, extended into its neighbours so that there is no notch
-  /// between the rounded edges of touching shapes. threads 0 = all cores; identical for any number.
+  /// between the rounded edges of touching shapes. threads 0 = all cores. The result is identical for any
+  /// number of threads.
   static std::shared_ptr<const SoftField> build(const Occupancy& bits, int threads = 0,
                                                 const SoftNeighbours& neighbours = {});
-  /// Returns true if a shape has only two intensities near its surface, as labels and thresholded scans.
+  /// Returns true if a shape has only two intensities near its surface, as labels and thresholded scans do.
+  /// Compares only voxels that are neighbours along x. Returns false for intensities without a surface across
+  /// x.
   static bool is_two_valued(const Field& field, const Occupancy& bits);
 
   /// g at a voxel centre, also beyond the grid.

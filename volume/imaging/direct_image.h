@@ -15,8 +15,8 @@
 
 namespace trephine::volume {
 
-/// Point of a transfer function, which is linear between points, transparent below the first one and constant
-/// above the last one.
+/// Point of a transfer function. The function is linear between its points, transparent below the first point
+/// and constant above the last one.
 struct TransferPoint {
   double value = 0;        ///< intensity
   glm::dvec3 colour{1.0};  ///< RGB, 0 to 1
@@ -30,13 +30,13 @@ Status check(const TransferFunction& function);
 struct ValueWindow {
   std::optional<double> low, high;
 };
-/// Returns the longest range of intensities with an opacity of at least `min_opacity` per mm, a window for
-/// touching the visible matter; nullopt if there is no such range.
+/// Returns the longest range of intensities with an opacity of at least `min_opacity` per mm: a window with
+/// which the visible matter can be touched. Returns nullopt if there is no such range.
 std::optional<ValueWindow> window_of_opacity(const TransferFunction& function, double min_opacity);
 
 /// Camera, world frame. Pixel (i, j) is counted from the upper left.
 struct Camera {
-  glm::dvec3 at{0.0};                        ///< centre of projection; of the image if rays are parallel; mm
+  glm::dvec3 at{0.0};                        ///< centre of projection, mm; if rays are parallel: of the image
   glm::dvec3 forward{0, 1, 0}, up{0, 0, 1};  ///< orthogonal unit vectors
   double height = 100;                       ///< height of the image at `distance`, mm
   double distance = 500;                     ///< mm; 0: parallel rays
@@ -71,7 +71,7 @@ struct Openings {
 /// Appearance of a label of the scan.
 struct LabelAppearance {
   double opacity = 1;                ///< factor of the attenuation by the transfer function; 0: hidden
-  std::optional<glm::dvec3> colour;  ///< RGB instead of that of the transfer function
+  std::optional<glm::dvec3> colour;  ///< RGB, replaces the colour of the transfer function
 };
 
 struct RaycastRequest {
@@ -79,7 +79,7 @@ struct RaycastRequest {
   double step = 0;  ///< mm between samples; 0: half the smallest spacing
   bool is_shaded = true;
   Openings openings;
-  /// Cancels the remaining image when set to true by any thread. May be null.
+  /// Set to true by any thread to cancel the image; its remaining pixels are not written. May be null.
   const std::atomic<bool>* is_cancelled = nullptr;
 };
 
@@ -89,9 +89,10 @@ struct DirectPixel {
   float red = 0, green = 0, blue = 0, opacity = 0, depth = 0;
 };
 
-/// Ray caster for one scan. Interpolates trilinearly between voxels; removed matter is air, with an edge of
-/// half a voxel. The transfer function is integrated between samples, over which values change linearly
-/// (Engel et al. 2001), so that the distance between samples does not show as rings.
+/// Ray caster for one scan. Interpolates trilinearly between voxels. Removed matter is air, with a soft edge
+/// of half a voxel on each side of the surface of the cut. The transfer function is integrated between
+/// samples, on the assumption that values change linearly from one sample to the next (Engel et al. 2001).
+/// Otherwise the distance between samples would be visible as rings.
 class DirectImage {
  public:
   /// Makes one pass over the voxels. threads 0 = all cores.
@@ -99,9 +100,9 @@ class DirectImage {
 
   /// Makes a pass over blocks of voxels, and over the voxels of blocks with visible values.
   void set_transfer_function(const TransferFunction& function, int threads = 0);
-  /// Sets the appearance by label value; labels beyond the end keep the transfer function. A label also
-  /// applies to unlabelled voxels within `k_blur` voxels, whose intensity it affects by blur. Makes `k_blur`
-  /// passes over the labels.
+  /// Sets the appearance by label value; labels beyond the end keep the transfer function. The appearance of
+  /// a label also applies to unlabelled voxels within `k_blur` voxels of it, because the blur of the scan
+  /// mixes their intensities with those of the label. Makes `k_blur` passes over the labels.
   void set_labels(std::vector<LabelAppearance> appearances, int threads = 0);
   static constexpr int k_blur = 3;
 
@@ -129,7 +130,7 @@ class DirectImage {
   static constexpr float k_exp_per_unit = 256;  ///< entries of the table of e^-x per unit of x
   void find_cut_blocks(const Version& version);
   void measure_leaps();
-  bool is_visible(int low, int high) const noexcept;  ///< true if any value low .. high is
+  bool is_visible(int low, int high) const noexcept;  ///< true if a value in low .. high is visible
   static std::size_t entry_of(float value) noexcept;  ///< index in table_
   /// Layer in which the values change linearly.
   struct Layer {
@@ -137,7 +138,7 @@ class DirectImage {
     float position = 0.5F;        ///< of the centre of its attenuation, as a share of the layer
   };
   Layer layer_of(float first, float second) const noexcept;
-  /// 1 - e^-depth: opacity of a layer by its optical depth.
+  /// Returns the opacity of a layer with optical depth `depth`: 1 - e^-depth.
   float opacity_of(float depth) const noexcept;
 
   std::shared_ptr<const Volume> scan_;
@@ -145,7 +146,7 @@ class DirectImage {
   std::vector<std::int16_t> low_, high_;      ///< per block: range of the values of its samples
   std::vector<std::uint8_t> is_cut_;          ///< per block: a cut affects it
   std::vector<std::uint64_t> cells_;          ///< per block: one bit per 2 x 2 x 2 voxels with visible values
-  std::vector<std::uint8_t> leaps_;           ///< per block: chessboard distance to the nearest visible block
+  std::vector<std::uint8_t> leaps_;           ///< per block: chessboard distance to a visible block, blocks
   std::vector<std::uint32_t> visible_below_;  ///< per value: number of lower visible values
   std::vector<std::array<float, 4>> table_;   ///< per value: colour, and attenuation per mm
   /// Per value: sums over all lower values of attenuation times colour, attenuation, and attenuation times

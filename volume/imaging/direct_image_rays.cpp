@@ -74,8 +74,8 @@ struct DirectImage::Cast {
   double edge_mm;             // half width of the soft edge of a cut
   glm::dmat3 gradient_world;  // converts a gradient from per voxel to per mm
   bool has_labels;
-  double face_depth;  // mm along the ray; matter to this depth behind an opening is shaded as its face
-  double fade_mm;     // length along a ray over which gradients are averaged
+  double face_depth;  // mm along the ray; matter up to this depth behind an opening is shaded as its face
+  double fade_mm;     // length along a ray over which the weight of a gradient decays to about 1 / e
   const std::int16_t* voxels;
   ivec3 last_cell;                        // highest first voxel of a cell
   std::ptrdiff_t row, slice;              // strides along y and z
@@ -139,8 +139,8 @@ struct DirectImage::Cast {
     vec3 toward_camera, toward_lamp;
     DirectPixel pixel;
     Counters* count;
-    vec3 gradient{0};        // mean over the last fade_mm
-    double measured_at = 0;  // mm along the ray
+    vec3 gradient{0};        // sum of the gradients so far, whose weights decay over fade_mm
+    double measured_at = 0;  // position of the last gradient, mm along the ray
     bool is_opaque() const noexcept { return pixel.opacity > k_full; }
   };
 
@@ -196,19 +196,21 @@ struct DirectImage::Cast {
     return static_cast<std::size_t>(block.x + image.blocks_.x * block.y) +
            static_cast<std::size_t>(image.blocks_.x * image.blocks_.y) * static_cast<std::size_t>(block.z);
   }
-  /// First voxel of the cell of a position. Truncation rounds toward 0, which maps positions between -1 and 0
-  /// to the first voxel.
-  ivec3 voxel_of(const dvec3& p) const noexcept { return glm::clamp(ivec3(p), ivec3(0), scan.size - 1); }
+  /// Lowest voxel of the cell that contains p, clamped to the scan. Truncation rounds toward 0, which maps
+  /// positions between -1 and 0 to voxel 0.
+  ivec3 cell_of(const dvec3& p) const noexcept { return glm::clamp(ivec3(p), ivec3(0), scan.size - 1); }
   vec3 clamped(const dvec3& p) const noexcept { return glm::clamp(vec3(p), vec3(0), vec3(scan.size - 1)); }
   float value_at(const dvec3& p) const noexcept {
-    return value(clamped(p), image.is_cut_[block_of(voxel_of(p))] != 0);
+    return value(clamped(p), image.is_cut_[block_of(cell_of(p))] != 0);
   }
 
-  /// Brightness of the layer at p, `at` mm along the ray, 0.22 to 1.2, by the mean gradient. The gradient at
-  /// p alone vanishes inside uniform bone, at a depth that would show as rings.
+  /// Brightness of the layer at p, `at` mm along the ray, 0.22 to 1.2, from the gradients at p and before it
+  /// on the ray. The gradient at p alone vanishes inside uniform bone, and the depth at which it vanishes
+  /// would be visible as rings.
   float brightness(const dvec3& p, double at, Progress& progress) const noexcept;
-  DirectPixel cast(int i, int j, double wall, Counters& count) const noexcept;
-  /// Adds the matter of a visible range. `face`: at the start of the range, if an opening cuts matter there.
+  /// Renders pixel (i, j). `obstacle`: distance along the ray to the first opaque object, mm.
+  DirectPixel cast(int i, int j, double obstacle, Counters& count) const noexcept;
+  /// Adds the matter of a visible range. `face`: face at the start of the range, if an opening begins there.
   void march(const Range& range, Face face, Progress& progress) const noexcept;
   /// Adds the layer in `range`, between two samples with the values `first` and `second`.
   void add_layer(const Range& range, float first, float second, const Face& face,
@@ -216,7 +218,7 @@ struct DirectImage::Cast {
 };
 
 float DirectImage::Cast::brightness(const dvec3& p, double at, Progress& progress) const noexcept {
-  vec3 g = gradient(clamped(p), image.is_cut_[block_of(voxel_of(p))] != 0);
+  vec3 g = gradient(clamped(p), image.is_cut_[block_of(cell_of(p))] != 0);
   if (glm::dot(g, progress.gradient) < 0) g = -g;  // gradients on both sides of a wall must not cancel
   const auto passed = static_cast<float>((at - progress.measured_at) / fade_mm);
   progress.measured_at = at;
@@ -228,7 +230,7 @@ float DirectImage::Cast::brightness(const dvec3& p, double at, Progress& progres
                progress.toward_lamp);
 }
 
-DirectPixel DirectImage::Cast::cast(int i, int j, double wall, Counters& count) const noexcept {
+DirectPixel DirectImage::Cast::cast(int i, int j, double obstacle, Counters& count) const noexcept {
   Progress progress{.ray = request.camera.ray(i, j),
                     .from = {},
                     .along = {},
@@ -242,7 +244,7 @@ DirectPixel DirectImage::Cast::cast(int i, int j, double wall, Counters& count) 
   progress.along = scan.frame.vector_volume_from_world(ray.along);
   progress.toward_camera = vec3(-ray.along);
   // Clips the ray to the scan, to half a voxel beyond the outermost voxel centres.
-  double enter = 0, leave = wall;
+  double enter = 0, leave = obstacle;
   for (int a = 0; a < 3; ++a) {
     const double low = -0.5, high = scan.size[a] - 0.5, start = progress.from[a], slope = progress.along[a];
     if (std::abs(slope) < 1e-12) {
@@ -267,7 +269,7 @@ DirectPixel DirectImage::Cast::cast(int i, int j, double wall, Counters& count) 
     }
   }
   ++count.rays;
-  // The visible ranges between the tubes.
+  // Adds the visible ranges between the tubes.
   while (enter < leave && !progress.is_opaque()) {
     double end = leave;
     bool is_hidden = false;
@@ -289,9 +291,9 @@ DirectPixel DirectImage::Cast::cast(int i, int j, double wall, Counters& count) 
 }
 
 void DirectImage::Cast::march(const Range& range, Face face, Progress& progress) const noexcept {
-  // Samples are counted from the start of the range, so that a face is sampled at the same depth everywhere;
-  // the last one is at its end. The layer between two samples counts if one of them is in a cell with visible
-  // values.
+  // Samples are counted from the start of the range, so that a face is sampled at the same depth everywhere.
+  // The last sample is at the end of the range. The layer between two samples counts if one of them is in a
+  // cell with visible values.
   const dvec3 start = progress.from + range.from * progress.along, per_step = step * progress.along;
   const double steps = (range.to - range.from) / step;
   dvec3 inverse(0.0);
@@ -299,13 +301,13 @@ void DirectImage::Cast::march(const Range& range, Face face, Progress& progress)
     if (std::abs(per_step[a]) > 1e-12) inverse[a] = 1 / per_step[a];
   double before = 0;  // in steps, as k
   float value_before = 0;
-  bool has_value = image.leaps_[block_of(voxel_of(start))] == 0;
+  bool has_value = image.leaps_[block_of(cell_of(start))] == 0;
   std::uint64_t samples = 0;
   if (has_value) value_before = value_at(start), ++samples;
   if (!has_value || !(image.table_[entry_of(value_before)][3] > 0)) face = {};
   for (double k = std::min(1.0, steps); before < steps; k = std::min(k + 1, steps)) {
     const dvec3 p = start + k * per_step;
-    const ivec3 v = voxel_of(p);
+    const ivec3 v = cell_of(p);
     const std::size_t at = block_of(v);
     const int leap = image.leaps_[at];
     if (leap > 0 && !has_value) {

@@ -5,6 +5,8 @@
 #include <glm/geometric.hpp>
 #include <string>
 
+#include "volume/base/text.h"
+
 namespace trephine::volume {
 
 using glm::dvec3;
@@ -65,7 +67,7 @@ Status check(const ImagePlane& plane) {
     return Error{.what = "invalid pixel grid of the plane",
                  .where = "plane",
                  .found = std::to_string(plane.columns) + " x " + std::to_string(plane.rows) + " of " +
-                          std::to_string(plane.pixel) + " mm",
+                          rounded_text(plane.pixel) + " mm",
                  .expected = "1 to 32768 columns and rows, at most 67 million pixels, of 0.0001 to 1000 mm"};
   return std::nullopt;
 }

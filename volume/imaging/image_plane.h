@@ -47,12 +47,13 @@ std::array<glm::dvec3, 8> corners_world(const Frame& frame, const glm::ivec3& lo
 /// Names of the radiological planes: axial viewed from the feet, coronal from the front, sagittal from the
 /// patient's left with the face to the left.
 inline constexpr std::string_view k_planes[] = {"axial", "coronal", "sagittal"};
-/// Orients a plane as the named one of k_planes. Returns false for an unknown name.
+/// Orients a plane as the radiological plane `name`, one of k_planes. Returns false for an unknown name.
 bool orient_plane(ImagePlane& plane, std::string_view name) noexcept;
 /// Orients a plane perpendicular to `normal`, with the head (for a normal near the body axis: the front) as
 /// far up as possible. Returns false if the normal is zero or not finite.
 bool orient_plane(ImagePlane& plane, const glm::dvec3& normal) noexcept;
-/// Returns an error if the plane is not finite, not orthonormal, empty, or has more than 2^26 pixels.
+/// Returns an error if the plane is not finite, if its axes are not orthogonal unit vectors, or if its pixel
+/// spacing, columns or rows are out of range. The limit is 2^15 columns, 2^15 rows and 2^26 pixels.
 Status check(const ImagePlane& plane);
 
 }  // namespace trephine::volume

@@ -16,10 +16,12 @@ namespace {
 
 constexpr int k_block = 8;  // voxels along a block's edge, slabs in a layer
 constexpr int k_tile_columns = 64, k_tile_rows = 16;
-constexpr double k_shallow = 0x1p-13;  // voxels per slab; smaller slopes need double precision at a plane
-constexpr double k_near = 1e-9;        // voxels; nearer rays may be in the plane
+// Slope in voxels per slab. Rays of smaller slope that meet a plane between voxels are integrated
+// individually, in double precision.
+constexpr double k_shallow = 0x1p-13;
+constexpr double k_near = 1e-9;                             // voxels; rays nearer to a plane may be in it
 constexpr std::size_t k_max_voxels = std::size_t{1} << 31;  // larger volumes are integrated ray by ray
-constexpr double k_far = 0x1p18;                            // voxels; beyond, fractions lose digits
+constexpr double k_far = 0x1p18;                            // voxels; beyond this, fractions lose digits
 
 bool is_traceable(const dvec3& p) noexcept {
   for (int a = 0; a < 3; ++a)
@@ -184,7 +186,7 @@ struct LineIntegrals::Tile {
     RayPacket& r = packet.rays;
     const auto fill = [&](double p0, double slope, double* p, double* slopes, std::uint32_t* steps,
                           float* pers, std::int32_t* mirrors) {
-      // Single precision cannot locate the crossing of a ray almost parallel to a plane near it.
+      // If a ray is almost parallel to a plane and near it, single precision cannot locate the crossing.
       const double p1 = p0 + slope * view.size_d;
       if (std::abs(slope) < k_shallow &&
           std::floor(std::min(p0, p1) - k_near) != std::floor(std::max(p0, p1) + k_near))
@@ -211,7 +213,7 @@ void LineIntegrals::integrate_tile(const RayFan& fan, const PixelBox& tile, RayS
     return static_cast<std::size_t>(i) + static_cast<std::size_t>(fan.columns) * static_cast<std::size_t>(j);
   };
   std::array<std::vector<Tile::Packet>, 3> packets;
-  // Packets start at every eighth column of the fan, so that a ray's bits do not depend on the tile.
+  // Packets start at every eighth column of the fan, so that the bits of a sum do not depend on the tile.
   for (int j = tile.row_low; j < tile.row_high; ++j)
     for (int i = tile.column_low & ~7; i < tile.column_high; i += 8) {
       const auto d = static_cast<std::size_t>(fan.slab_axis(i, j));
@@ -221,7 +223,7 @@ void LineIntegrals::integrate_tile(const RayFan& fan, const PixelBox& tile, RayS
       std::size_t first = 8, last = 0;
       packet.row = j;
       // Kernels use 32-bit offsets within a slab.
-      const bool is_wide =
+      const bool fits_kernels =
           view.slabs.size_a > 1 && view.slabs.size_b > 1 && volume_->voxels.size() < k_max_voxels;
       for (std::size_t lane = 0; lane < 8 && i + static_cast<int>(lane) < tile.column_high; ++lane) {
         const int column = i + static_cast<int>(lane);
@@ -229,7 +231,7 @@ void LineIntegrals::integrate_tile(const RayFan& fan, const PixelBox& tile, RayS
         const dvec3 to = fan.pixel(column, j);
         if (!is_traceable(fan.source) || !is_traceable(to)) {
           sums[fan_index(column, j)] = 0;
-        } else if (is_wide && Tile::set_lane(view, fan.source, to, packet, lane)) {
+        } else if (fits_kernels && Tile::set_lane(view, fan.source, to, packet, lane)) {
           packet.column[lane] = column;
           first = std::min(first, lane), last = lane;
         } else if (method == RaySum::exact) {
@@ -244,7 +246,7 @@ void LineIntegrals::integrate_tile(const RayFan& fan, const PixelBox& tile, RayS
         const double a = is_slope ? r.slope_a[lane] : r.a[lane], b = is_slope ? r.slope_b[lane] : r.b[lane];
         return dvec2(r.mirror_a[lane] ? -a : a, r.mirror_b[lane] ? -b : b);
       };
-      // Unused lanes repeat a used one.
+      // Unused lanes repeat the first used lane.
       for (std::size_t lane = 0; lane < 8; ++lane)
         if (packet.column[lane] < 0) {
           RayPacket& r = packet.rays;

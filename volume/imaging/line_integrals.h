@@ -1,5 +1,5 @@
-// LineIntegrals: weighted sums of voxels along rays from one point, the projections of X-ray images. Exact,
-// voxel by voxel (Siddon 1985), or interpolated between voxel centres (Joseph 1982).
+// LineIntegrals: weighted sums of voxels along rays from one point, the projections of X-ray images. The sums
+// are exact, voxel by voxel (Siddon 1985), or interpolated between voxel centres (Joseph 1982).
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 
 namespace trephine::volume {
 
-/// Weight per mm of a voxel by its intensity: 0 up to the larger of `zero` and `none`, above it piecewise
-/// linear with a change of slope at `knee`.
+/// Weight per mm of a voxel by its intensity. It is 0 up to the larger of `zero` and `none`. Above this, it
+/// is linear in the intensity above `zero`, with a change of slope at `knee`.
 struct VoxelWeights {
   std::int16_t none = -1000, zero = -1000, knee = 0;  ///< intensities; zero <= knee
   float below = 1e-3f, above = 1e-3f;                 ///< weight per step of intensity, below and above knee
@@ -31,8 +31,8 @@ struct RayFan {
   int columns = 0, rows = 0;
 
   glm::dvec3 pixel(double i, double j) const noexcept { return corner + i * right + j * down; }
-  /// Axis across whose slabs the ray to a pixel is integrated: that with the largest component of the middle
-  /// ray of its packet of eight.
+  /// Axis perpendicular to the slabs in which the ray to a pixel is integrated: the axis of the largest
+  /// component of the middle ray of the pixel's packet of eight.
   int slab_axis(int i, int j) const noexcept {
     const glm::dvec3 along = glm::abs(pixel(std::min((i & ~7) + 3.5, columns - 1.0), j) - source);
     return along.x > along.y ? (along.x > along.z ? 0 : 2) : (along.y > along.z ? 1 : 2);
@@ -56,17 +56,18 @@ double sum_along(const Ray& ray, double t_begin, double t_end, const VoxelBox& b
 
 class LineIntegrals {
  public:
-  /// Borrows the volume. Makes one pass over it, to find the blocks of 8 x 8 x 8 voxels that are all at most
-  /// VoxelWeights::none. threads 0 = all cores.
+  /// Borrows the volume. Makes one pass over it, to find the empty blocks: those of 8 x 8 x 8 voxels
+  /// without an intensity above VoxelWeights::none. threads 0 = all cores.
   LineIntegrals(const Volume& volume, const VoxelWeights& weights, int threads = 0,
                 const LineKernels& kernels = best_line_kernels());
 
   /// Computes, for the pixels of the box, the integral of the weights over each ray's parameter from the
-  /// source (0) to the pixel (1); multiply by the ray's length in mm. `sums`: by rows of the whole fan. A ray
-  /// in a plane between voxels counts those on the higher side, as in volume/scan/traversal.h. The result is
-  /// identical for any number of threads and with or without skipping of empty blocks. Errors of exact sums
-  /// are below 1e-6, relative to the larger of the sum and that of a step (1 voxel) through the voxel of
-  /// largest weight. 0 for rays with coordinates that are not finite or beyond k_traversal_limit.
+  /// source (0) to the pixel (1); multiply by the ray's length in mm. `sums`: one value per pixel of the
+  /// whole fan, row by row. A ray in a plane between voxels counts those on the higher side, as in
+  /// volume/scan/traversal.h. The result is identical for any number of threads and with or without skipping
+  /// of empty blocks. Errors of exact sums are below 1e-6 of the sum, or of the integral over a path of one
+  /// voxel at the largest weight, if that is larger. Writes 0 for rays with coordinates that are not finite
+  /// or beyond k_traversal_limit.
   void integrate(const RayFan& fan, const PixelBox& box, RaySum method, int threads,
                  std::span<double> sums) const;
   /// Returns the exact integral of one ray between two parameters, in double precision.
@@ -80,7 +81,7 @@ class LineIntegrals {
   const glm::ivec3& blocks() const noexcept { return blocks_; }
 
  private:
-  /// The volume as slabs perpendicular to one axis, with one bit per block that is not empty.
+  /// The volume as slabs perpendicular to one axis, with one bit per block, set if the block is not empty.
   struct View {
     int d = 0, a = 0, b = 0;  ///< axes, as in SlabVolume
     SlabVolume slabs{};

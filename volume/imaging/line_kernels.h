@@ -1,6 +1,6 @@
-// LineKernels: inner loops of line integrals for packets of eight rays, for any x86-64 and for AVX2. Each
-// lane does the same operations in the same order, without fused multiply-add: both variants give the same
-// bits.
+// LineKernels: inner loops of line integrals for packets of eight rays, in a variant for any x86-64 and one
+// for AVX2. Both variants do the same operations per lane in the same order, without fused multiply-add, so
+// that their results are bit-identical.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ struct SlabVolume {
   std::int32_t size_a, size_b;
   std::int32_t last;              ///< largest offset within a slab
   std::int32_t none;              ///< intensities up to this have weight 0
-  std::int32_t zero, knee_above;  ///< intensity at which the lower line starts; knee relative to it
+  std::int32_t zero, knee_above;  ///< intensity above which weights increase; knee relative to `zero`
   float below, above;             ///< weight per step of intensity, below and above the knee
 };
 

@@ -1,12 +1,12 @@
 // Implementation of LineKernels, included by each variant in an anonymous namespace that defines `Lanes`.
 
-/// Coordinates of eight rays along one axis in a plane d = k: voxel, and fraction of a voxel in 2^-32.
+/// Coordinates of eight rays along one axis in a plane d = k: voxel, and fraction of it in units of 2^-32.
 struct Crossing {
   Lanes::I voxel, fraction;
 };
 
-/// `start`, `slope`, `mirror`: of RayPacket. Computed in double precision every 8 slabs, which bounds the
-/// accumulated error.
+/// Computes the crossing in double precision. `start`, `slope`, `mirror`: of RayPacket. exact_in() computes
+/// one per at most 8 slabs and advances it in fixed point, so that the accumulated error is bounded.
 inline Crossing crossing_at(const double* start, const double* slope, const std::int32_t* mirror, double k) {
   Crossing crossing;
   Lanes::split(start, slope, k, crossing.voxel, crossing.fraction);

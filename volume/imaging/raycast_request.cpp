@@ -1,4 +1,4 @@
-// RaycastRequest: checks and helpers for transfer functions and cameras.
+// Inputs of DirectImage: checks and helpers for transfer functions and cameras.
 #include <cmath>
 #include <cstdio>
 #include <glm/geometric.hpp>

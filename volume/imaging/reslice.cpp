@@ -16,10 +16,12 @@ using glm::ivec3;
 
 namespace {
 
+// Positions along a row are integers: of 64 bits in units of 2^-40 of a voxel for the whole row, and of 32
+// bits in units of 2^-20 of a voxel within a tile.
 constexpr double k_steps = 1 << 20;                      // fixed-point units per voxel
 constexpr int k_tile = 64, k_tile_rows = 16;             // pixels of a tile
-constexpr int k_longest = 2046;                          // voxels along an edge, limit of units of 2^-20
-constexpr double k_farthest = 1 << 20;                   // voxels, limit of units of 2^-40
+constexpr int k_longest = 2046;                          // voxels along an edge, limit of 32-bit positions
+constexpr double k_farthest = 1 << 20;                   // voxels, limit of 64-bit positions
 constexpr double k_margin = 2 / k_steps * (k_tile + 2);  // voxels, rounding error accumulated over a tile
 
 float between(float a, float b, float share) noexcept { return a + share * (b - a); }
@@ -46,7 +48,7 @@ void row_any(const ResliceRow& row, int count, float* values) {
   }
 }
 
-/// Samples a pixel near the border of the volume; false if it is outside.
+/// Samples one pixel, at the border of the volume too, in double precision; false if it is outside.
 bool sample_at_border(const Volume& v, const dvec3& p, float& value) noexcept {
   dvec3 share;
   ivec3 low, high;
@@ -87,7 +89,8 @@ struct Window {
 /// Row of the image, or of a layer of a slab.
 struct Line {
   dvec3 first;  ///< position of pixel 0, voxels
-  /// Pixels begin .. end - 1 have all eight voxels in the grid; the last voxel is never the first of a pair.
+  /// All eight voxels around pixels begin .. end - 1 are in the grid; along each axis the lower of two voxels
+  /// is never the last voxel of the grid.
   int begin = 0, end = 0;
   std::int64_t at[3], step[3];  ///< position of pixel 0 and step per pixel, in 2^-40 of a voxel
 };
@@ -116,8 +119,9 @@ Line line_of(const Volume& v, const dvec3& p, const dvec3& step, int count) {
   return line;
 }
 
-/// Visits the pixels column .. column + count - 1 of a line: calls inside(begin, end, row) for those inside
-/// the grid, a multiple of eight, and border(i, position) for each of the others.
+/// Visits the pixels column .. column + count - 1 of a line. Calls inside(begin, end, row) for a range of
+/// pixels inside the grid, whose length is a multiple of eight, and border(i, position) for each pixel
+/// outside this range.
 template <class Inside, class Border>
 void for_pixels(const Line& line, const dvec3& step, const Window& window, int column, int count,
                 const Inside& inside, const Border& border) {
@@ -175,8 +179,8 @@ void sample_rounded(const Volume& v, const Line& line, const dvec3& step, const 
       });
 }
 
-/// Computes the box of voxels around a parallelogram of pixels, one larger on each side, clamped to the
-/// volume. Returns false if a pixel is farther than k_farthest.
+/// Computes the box of voxels around a parallelogram of pixels, enlarged by one voxel on each side and
+/// clamped to the volume. Returns false if a coordinate of a pixel exceeds k_farthest.
 bool box_of(const Volume& v, const dvec3& corner, const dvec3& to_right, const dvec3& to_below, ivec3& low,
             ivec3& high) {
   const dvec3 a = corner + to_right, b = corner + to_below, c = a + to_below;
@@ -190,9 +194,9 @@ bool box_of(const Volume& v, const dvec3& corner, const dvec3& to_right, const d
   return true;
 }
 
-/// Interpolates the volume along x for a plane of constant x, so that cache lines, which contain only two
-/// voxels of the plane each, are read once and in order. Returns an empty sheet for another plane, or one
-/// with fewer pixels than voxels to visit.
+/// Interpolates the volume along x for a plane of constant x. Each cache line contains only two voxels that
+/// such a plane needs; the sheet reads each line once and in order. Returns an empty sheet if the plane has
+/// another orientation, or fewer pixels than the sheet has voxels.
 std::vector<float> make_sheet(const Volume& v, const ImagePlane& plane, const dvec3& step, const dvec3& down,
                               int threads, Window& window) {
   std::vector<float> sheet;
@@ -220,8 +224,9 @@ std::vector<float> make_sheet(const Volume& v, const ImagePlane& plane, const dv
   return sheet;
 }
 
-/// Copies the voxels that a tile reads, if they are few (else returns false): in the volume, at distances of
-/// a power of two, they would be mapped to the same lines of the cache.
+/// Copies the voxels that a tile reads, and sets `window` to the copy. Returns false if they do not fit into
+/// the copy. In a volume whose strides are powers of two, these voxels would compete for the same lines of
+/// the cache.
 bool copy_window(const Volume& v, const dvec3& corner, const dvec3& right, const dvec3& down, int columns,
                  int rows, std::array<std::int16_t, 4096>& copy, Window& window) {
   ivec3 low, high;

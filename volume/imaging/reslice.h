@@ -17,14 +17,16 @@ struct Slab {
 };
 inline constexpr std::string_view k_slabs[] = {"mean", "maximum"};  ///< names of Slab::Kind
 
-/// Implementation: `wide` computes eight pixels at once (AVX2), `any` one by one, with the same bits.
+/// Implementation: `wide` computes eight pixels at once (AVX2), `any` one by one. Their results are
+/// bit-identical.
 enum class ResliceCode : std::uint8_t { any, wide };
 ResliceCode best_reslice_code() noexcept;
 
-/// Writes the intensities at the pixel centres, trilinear between voxels (within half a grey level of double
-/// precision), row by row from the upper left; `outside` if farther than half a voxel beyond the outermost
-/// voxel centres. A slab is sampled at half the smallest spacing. Requires a plane that passed check(). The
-/// result is identical for any number of threads.
+/// Writes the intensities at the pixel centres, row by row from the upper left, trilinear between voxels.
+/// They differ by at most one grey level from interpolation in double precision. Pixels farther than half a
+/// voxel beyond the outermost voxel centres are set to `outside`. A slab is sampled at intervals of at most
+/// half the smallest spacing. Requires a plane that passed check(). The result is identical for any number of
+/// threads.
 void reslice(const Volume& volume, const ImagePlane& plane, const Slab& slab, std::int16_t outside,
              int threads, std::span<std::int16_t> pixels, ResliceCode code = best_reslice_code());
 
@@ -33,7 +35,8 @@ void reslice(const Volume& volume, const ImagePlane& plane, const Slab& slab, st
 void reslice_cuts(const Version& version, const ImagePlane& plane, std::int16_t air, int threads,
                   std::span<std::int16_t> pixels);
 
-/// One row of pixels inside the volume, for the wide code. Plain data, since that is compiled for newer CPUs.
+/// One row of pixels inside the volume. Plain data: the wide code is compiled for newer CPUs and shares no
+/// inline code with the rest.
 struct ResliceRow {
   const std::int16_t* voxels;
   const float* sheet;  ///< if not null, values of one plane x = constant, instead of voxels

@@ -15,12 +15,20 @@ bool is_bone_name(std::string_view label) {
   for (const char* soft : {"disc", "artery", "vein", "canal", "nerve"})
     if (name.find(soft) != std::string::npos) return false;
   for (const char* bone :
-       {"vertebra", "sacrum",  "coccyx", "skull",  "cranium", "mandible", "bone",  "pelvis",  "hip_",
-        "rib_",     "femur",   "tibia",  "fibula", "humerus", "radius",   "ulna",  "scapula", "clavicula",
-        "clavicle", "sternum", "ilium",  "diploe", "calvari", "maxilla",  "zygoma"})
+       {"vertebra", "sacrum",  "coccyx", "skull",   "cranium", "mandible", "bone",    "pelvis",
+        "femur",    "tibia",   "fibula", "humerus", "radius",  "ulna",     "scapula", "clavicula",
+        "clavicle", "sternum", "ilium",  "diploe",  "calvari", "maxilla",  "zygoma"})
     if (name.starts_with(bone) || name.find(std::string("_") + bone) != std::string::npos ||
         name.find(std::string(" ") + bone) != std::string::npos)
       return true;
+  // Short names that begin other words, too: "rib 3", "ribs", "left hip", but not "hippocampus".
+  for (const std::string word : {"rib", "ribs", "hip", "hips"})
+    for (std::size_t at = name.find(word); at != std::string::npos; at = name.find(word, at + 1)) {
+      const auto is_letter = [&](std::size_t i) {
+        return i < name.size() && std::isalpha(static_cast<unsigned char>(name[i]));
+      };
+      if (!(at > 0 && is_letter(at - 1)) && !is_letter(at + word.size())) return true;
+    }
   // Vertebrae by level: "c3", "T12", "L4", "S1", "l4 vertebra".
   if (name.size() < 2 || std::string_view("ctls").find(name[0]) == std::string_view::npos) return false;
   std::size_t end = 1;

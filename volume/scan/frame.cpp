@@ -6,6 +6,8 @@
 #include <glm/matrix.hpp>
 #include <sstream>
 
+#include "volume/base/text.h"
+
 namespace trephine::volume {
 
 Result<Frame> Frame::from_axes(const glm::dvec3& origin_world, const glm::dmat3& axes_mm) {
@@ -18,7 +20,8 @@ Result<Frame> Frame::from_axes(const glm::dvec3& origin_world, const glm::dmat3&
   }
   if (!is_finite)
     return Error{.what = "the frame has a value that is not a finite number",
-                 .found = "axes in mm " + found.str(),
+                 .found = "origin " + text_of(origin_world.x) + ' ' + text_of(origin_world.y) + ' ' +
+                          text_of(origin_world.z) + ", axes in mm " + found.str(),
                  .expected = "finite origin, axes and spacing",
                  .remedy = "re-export the volume from its source"};
   // Ratio of the spanned volume to that of a box with these edges: 1 if orthogonal, 0 if dependent.
@@ -41,7 +44,7 @@ Result<Frame> Frame::from_spacing(const glm::dvec3& origin_world, const glm::dve
   for (int i = 0; i < 3; ++i)
     if (!(spacing_mm[i] > 0) || !std::isfinite(spacing_mm[i]))
       return Error{.what = "the spacing is not a positive number",
-                   .found = std::to_string(spacing_mm[i]) + " mm",
+                   .found = rounded_text(spacing_mm[i]) + " mm",
                    .expected = "a spacing above 0 mm on each axis",
                    .remedy = "re-export the volume from its source"};
   glm::dmat3 axes(0.0);

@@ -18,7 +18,7 @@ class Frame {
   /// centre of voxel (0, 0, 0). Shear is allowed. Error if a value is not finite or the axes are dependent.
   static Result<Frame> from_axes(const glm::dvec3& origin_world, const glm::dmat3& axes_mm);
 
-  /// Axis-aligned frame with `spacing_mm` between voxel centres. Error if a spacing is not above 0.
+  /// Axis-aligned frame with `spacing_mm` between voxel centres. Error unless all are finite and above 0.
   static Result<Frame> from_spacing(const glm::dvec3& origin_world, const glm::dvec3& spacing_mm);
 
   glm::dvec3 world_from_volume(const glm::dvec3& p) const noexcept { return origin_ + axes_ * p; }
@@ -33,7 +33,7 @@ class Frame {
   const glm::dvec3& spacing() const noexcept { return spacing_; }  ///< mm, length of each axis step
   double voxel_mm3() const noexcept;                               ///< volume of a voxel
   double diagonal_mm() const noexcept;                             ///< longest diagonal of a voxel
-  bool is_orthogonal() const noexcept;  ///< true if the cosine between any two axes is below 1e-5
+  bool is_orthogonal() const noexcept;  ///< true if |cosine| is below 1e-5 for each pair of axes
   friend bool operator==(const Frame&, const Frame&) = default;
 
  private:

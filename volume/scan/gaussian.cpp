@@ -24,7 +24,7 @@ std::vector<float> kernel(double sigma) {
   return result;
 }
 
-/// Replaces each of `count` rows of `length` values, `stride` apart, by the weighted sum of its neighbours.
+/// Replaces each of `count` rows of `length` values, `stride` apart, by a weighted sum of the rows around it.
 void blur_rows(float* first, std::size_t stride, int count, std::size_t length,
                const std::vector<float>& weights) {
   const int radius = static_cast<int>(weights.size() / 2);

@@ -22,8 +22,8 @@ struct StepCondition {
 struct StepTransition {
   static constexpr const char* k_on_request = "request";
   std::string to;  ///< name of the next step
-  /// Name of the command or event that causes it, or k_on_request: the command go-to-step. Empty: any
-  /// command, event or end of a stroke.
+  /// Name of the command or event that causes the transition, or k_on_request: the command go-to-step causes
+  /// it. Empty: any command, event or end of a stroke.
   std::string on;
   std::vector<StepCondition> conditions;  ///< all must be met
   friend bool operator==(const StepTransition&, const StepTransition&) = default;
@@ -38,7 +38,7 @@ struct ProcedureStep {
   std::vector<std::string> instruments, commands;
   /// Commands that are issued when the step begins, as text: "cut-flap saw_width=1.6".
   std::vector<std::string> on_entry;
-  bool is_end = false;  ///< the operation is complete
+  bool is_end = false;  ///< true: the operation is complete in this step
   std::vector<StepTransition> transitions;
   friend bool operator==(const ProcedureStep&, const ProcedureStep&) = default;
 };
@@ -68,8 +68,10 @@ struct SurgicalProcedure {
 
 /// Largest number of steps of a procedure, and of transitions of a step.
 inline constexpr std::size_t k_max_steps = 64;
-/// Returns an error if a name is missing or not unique, a transition leads to an unknown step, a step cannot
-/// be reached, or no end can be reached from it. Names of commands, events and measurements are not checked.
+/// Returns an error if a name or text is invalid, two steps have the same name, a transition or its
+/// conditions are invalid, a step cannot be reached, no end can be reached from a step, or there are too many
+/// steps or transitions. Does not check that commands, events and measurements exist. An empty procedure is
+/// valid.
 Status check(const SurgicalProcedure& procedure);
 
 }  // namespace trephine::volume

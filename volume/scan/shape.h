@@ -8,8 +8,8 @@
 
 namespace trephine::volume {
 
-/// Solid of a scan, {g >= 0}. Of a window of intensities I: g = min(I - low, high - I); of a label: g =
-/// +-0.5.
+/// Solid of a scan, {g >= 0}. A window of intensities I has g = min(I - low, high - I); a label has g = 0.5
+/// in its voxels and -0.5 in others.
 struct Shape {
   std::string name = "bone";
   double low = 300;                                       ///< lowest solid intensity

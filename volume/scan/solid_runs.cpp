@@ -28,8 +28,8 @@ std::optional<Run> first_run(const Field& bone, const dvec3& from, const dvec3& 
 dvec3 normal_around(const Field& bone, const dvec3& outer, const dvec3& along) {
   constexpr int k_paths = 12;
   constexpr double k_radius = 8, k_behind = 12, k_rise = 10;  // mm
-  const dvec3 aside = non_parallel_axis(along);
-  const dvec3 right = glm::normalize(glm::cross(along, aside)), up = glm::cross(right, along);
+  const dvec3 non_parallel = non_parallel_axis(along);
+  const dvec3 right = glm::normalize(glm::cross(along, non_parallel)), up = glm::cross(right, along);
   std::array<dvec3, k_paths> ring;
   for (int i = 0; i < k_paths; ++i) {
     const double angle = 6.283185307179586 * i / k_paths;

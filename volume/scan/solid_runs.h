@@ -15,7 +15,7 @@ struct Run {
   double low, high;
 };
 /// Returns the runs of bone between t0 and t1, mm. Runs are joined across gaps of at most `space` mm and, if
-/// `labels` is given, across gaps of any width inside a labelled bone. `along`: unit.
+/// `labels` is given, across gaps of any width inside a labelled bone. `along`: unit vector, world.
 std::vector<Run> runs_along(const Field& bone, const glm::dvec3& start_world, const glm::dvec3& along,
                             double t0, double t1, double space, const BoneLabels* labels = nullptr);
 /// Returns the run whose far end (`high`) is nearest to `t`; null if no far end is within `reach` mm of `t`.
@@ -25,7 +25,8 @@ const Run* nearest_run(const std::vector<Run>& runs, double t, double reach);
 struct SkullCrossing {
   glm::dvec3 outer_world{0.0};  ///< mm, on the outer table
   glm::dvec3 inner_world{0.0};  ///< mm, on the inner table
-  /// Unit normal, out of the head, of a plane fitted to the outer table 8 mm around the path.
+  /// Unit normal, out of the head, of a plane fitted to points of the outer table on a circle of 8 mm radius
+  /// around the path.
   glm::dvec3 normal_world{0, 0, 1};
   double thickness = 0;  ///< mm, along the path
 };

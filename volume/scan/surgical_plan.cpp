@@ -74,7 +74,7 @@ Status check_score(const std::vector<ScoreLimit>& score) {
     if (!is_name(limit.finding) || !(std::abs(limit.full_at) <= k_farthest) ||
         !(std::abs(limit.zero_at) <= k_farthest) || limit.full_at == limit.zero_at ||
         !(limit.weight >= 0 && limit.weight <= k_farthest))
-      return invalid("score", limit.finding, "two different limits and a weight of 0 or more");
+      return invalid("score", limit.finding, "a finding, two different limits and a weight of 0 or more");
   return std::nullopt;
 }
 

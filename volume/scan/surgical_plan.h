@@ -68,8 +68,8 @@ struct SurgicalPlan {
 inline constexpr std::size_t k_max_planned = 256;
 /// Returns the limits of the plan, and those of its procedure for all other findings.
 std::vector<ScoreLimit> score_limits(const SurgicalPlan& plan);
-/// Returns an error if names are missing or not unique, or an object is invalid. Targets are not compared
-/// with the labels of a scan.
+/// Returns an error if names are missing or not unique, or if an object, a limit of the score or the
+/// procedure is invalid. Targets are not compared with the labels of a scan.
 Status check(const SurgicalPlan& plan);
 
 }  // namespace trephine::volume

@@ -1,10 +1,10 @@
 // VoxelWalk: exact voxel traversal (Amanatides and Woo 1987) in the half-voxel shifted frame: voxel i is the
 // half-open cube [i - 0.5, i + 0.5), so (0.5, 0, 0) belongs to the higher voxel.
 //
-// A segment through lattice planes, edges or corners is traced as if moved by (e, e^2, e^3), e -> 0+: it is
-// then generic, its voxels are 6-connected, and the reverse segment visits the same voxels. There is no
-// epsilon: crossings are ordered by floating point with an error bound, and by exact arithmetic within the
-// bound.
+// A segment through lattice planes, edges or corners is traced as if it were moved by (e, e^2, e^3), e -> 0+.
+// The moved segment passes through no edge or corner, its voxels are 6-connected, and the reverse segment
+// visits the same voxels. No tolerance affects the result: crossings are ordered by floating point with an
+// error bound, and by exact arithmetic within the bound.
 #pragma once
 
 #include <algorithm>
@@ -76,7 +76,7 @@ class Segment {
 
   /// Plane through which the segment leaves voxel index k along `axis`.
   double exit_plane(int axis, int k) const noexcept { return k + 0.5 * step_[axis]; }
-  /// Parameter at which the segment crosses `plane`; accurate to 2 ulp, not accumulated.
+  /// Parameter at which the segment crosses `plane`; accurate to 2 ulp, without errors that accumulate.
   double parameter(int axis, double plane) const noexcept { return (plane - start_[axis]) * inverse_[axis]; }
 
   /// Returns true if plane_a is crossed before plane_b. Requires axis_a != axis_b and motion along both.
@@ -236,7 +236,7 @@ class VoxelWalk {
   bool is_done_ = false;
 };
 
-/// Calls visit(const VoxelVisit&) for every voxel of the segment inside the box, in order; stops when it
+/// Calls visit(const VoxelVisit&) for every voxel of the segment inside the box, in order; stops when visit()
 /// returns false.
 template <class Visit>
 void traverse(const glm::dvec3& start, const glm::dvec3& end, const VoxelBox& box, Visit&& visit) {

@@ -1,4 +1,5 @@
-// Trilinear interpolation in one cell. corner[i] is the value at (i & 1, i >> 1 & 1, i >> 2 & 1).
+// Trilinear interpolation in one cell. Element i of CellCorners is the value at corner (i & 1, i >> 1 & 1,
+// i >> 2 & 1).
 #pragma once
 
 #include <array>

@@ -75,7 +75,7 @@ void place_between_crossings(const Samples& samples, const glm::ivec3& cell, con
     out[k] = glm::vec3(cell) + sum[k] / static_cast<float>(count[k]);
 }
 
-/// Lattice of an offset field, which is borrowed. Any thread; allocates nothing.
+/// Lattice of an offset field. Borrows the field. Any thread; allocates nothing.
 class OffsetSamples {
  public:
   explicit OffsetSamples(const OffsetField& field) : field_(field) {}

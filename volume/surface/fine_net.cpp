@@ -34,7 +34,7 @@ double between(double a, double b, int i, int k) {
   return i == k ? b : a + static_cast<double>(i) / k * (b - a);
 }
 
-/// Field at the lattice sample with this offset in a fine cell; g: at the corners.
+/// Field at the lattice sample with this offset in a fine cell. `g`: field at the corners of the cell.
 double field_at(const std::array<double, 8>& g, const ivec3& offset, const ivec3& k) {
   const double c00 = between(g[0], g[1], offset.x, k.x), c10 = between(g[2], g[3], offset.x, k.x);
   const double c01 = between(g[4], g[5], offset.x, k.x), c11 = between(g[6], g[7], offset.x, k.x);
@@ -51,8 +51,8 @@ FineNet::FineNet(const SurfaceSource& source, const VoxelBox& owned)
       owned_(owned),
       k_(lattice_.per_voxel()),
       origin_(lattice_.centre_of(ivec3(0))) {
-  // A polygon needs the cells next to the owned ones. Their net cases need one cell more, and the test
-  // whether that cell is fine another one: three.
+  // A polygon needs the cells next to the owned ones. The net cases of these cells need the samples of the
+  // next cells. Those samples depend on which neighbours of the next cells are fine: three cells in total.
   constexpr int k_reach = 3;
   find_fine_cells({owned.low - k_reach, owned.high + k_reach});
   for (Block& block : storage_)
@@ -157,10 +157,12 @@ int FineNet::config_of(const ivec3& lattice_cell) const {
   return config;
 }
 
-/// Finds the lattice cell across face `face` of coarse cell `cell` whose net touches itself (a pinch) at this
-/// face, as that of the coarse cell does. The case of that lattice cell is flipped: it separates air instead
-/// of solid. Solid samples along two edges of the face can meet in a lattice face only at one of its air
-/// corners; of two such cells the first is flipped, which separates the coarse cell's patch.
+/// Finds the lattice cell that is flipped (separates air instead of solid) at face `face` of coarse cell
+/// `cell`. Requires that the net of the coarse cell touches itself (a pinch) at this face. The lattice cell
+/// is on the other side of the face, and its net touches itself there too. It is at one of the two air
+/// corners of `face`: only there can solid samples along two edges of `face` be on opposite corners of a
+/// lattice face. If the nets of two lattice cells touch themselves, only the first is flipped, which is
+/// enough to separate the patch of the coarse cell.
 bool FineNet::find_flipped(const ivec3& cell, int face, ivec3& lattice_cell) const {
   const int axis = face / 2, side = face % 2, p = (axis + 1) % 3, q = (axis + 2) % 3;
   const ivec3 neighbour = cell + (side ? 1 : -1) * unit(axis);
@@ -250,11 +252,12 @@ std::uint32_t FineNet::coarse_vertex(const ivec3& cell, const Edge& edge,
     for (const int e : face_edges)
       if (vertex.net->edges >> e & 1) ++crossed, patch_edge = e;
     if (crossed == 4) {
-      // Two curves, each around a solid corner: chooses that of the quadrant with the solid end.
+      // There are two curves, each around a solid corner. Chooses the curve in the quadrant of the solid end.
       const int solid_end = u[a] + (is_solid(edge.low) ? 0 : 1);
       const int upper_a = solid_end > (k_[a] - 1) / 2;
       int upper_q = u[q] > (k_[q] - 1) / 2;
-      // A solid end on one of the face's edges belongs to that edge's solid corner, at any distance.
+      // A solid end on one of the face's edges belongs to the solid corner of that edge, at any distance from
+      // the corner.
       if (solid_end == 0 || solid_end == k_[a]) {
         ivec3 low_corner = edge.low;
         low_corner[a] += solid_end - u[a];
@@ -262,8 +265,8 @@ std::uint32_t FineNet::coarse_vertex(const ivec3& cell, const Edge& edge,
         upper_q = !is_solid(low_corner);
       }
       patch_edge = net_edge(a, side | upper_a << a | upper_q << q);
-      // If the face of this cell is flipped, all edges inside the face belong to the curve around the air
-      // corner that is not flipped.
+      // If the face of this cell is flipped, all edges inside the face belong to the curve around one of the
+      // two air corners: the corner without the flipped lattice cell.
       const int face = 2 * normal_axis + (side != 0);
       const std::ptrdiff_t config = vertex.net - k_net_cases[1].data();
       const bool is_flipped =
@@ -271,8 +274,8 @@ std::uint32_t FineNet::coarse_vertex(const ivec3& cell, const Edge& edge,
       if (ivec3 flipped; is_flipped && find_flipped(cell, face, flipped)) {
         const ivec3 from = origin_ + cell * k_;
         const int air_a = flipped[a] > from[a] + k_[a] / 2;
-        // The patch edge along a at the solid corner touches that air corner if both corners have the same
-        // position along q.
+        // The edge along axis a from the solid corner ends at that air corner if the corner with the flipped
+        // lattice cell has the position of the solid corner along a. Otherwise the edge along q ends there.
         if (air_a != upper_a) patch_edge = net_edge(q, side | upper_a << a | upper_q << q);
       }
     }
@@ -325,7 +328,8 @@ void FineNet::make(const CoarseVertices& coarse, std::uint32_t first_id, std::ve
   for (Block& block : storage_)
     if (is_within(block.cell, 1)) place_vertices(block, first_id, vertices);
 
-  // Visits edges by voxel: those that start at its centre or are on the lower faces of the cell above it.
+  // Visits the edges by voxel: those in the cell above it, whose lowest corner is the centre of the voxel,
+  // but not on the upper faces of that cell.
   std::unordered_map<std::uint64_t, ivec3> voxels;
   for (const Block& block : storage_)
     for (int i = 0; i < 8; ++i)
@@ -339,7 +343,8 @@ void FineNet::make(const CoarseVertices& coarse, std::uint32_t first_id, std::ve
     for (int axis = 0; axis < 3; ++axis) {
       const int b = (axis + 1) % 3, c = (axis + 2) % 3;
       const ivec3 low = origin_ + v * k_;
-      // Chooses a fine cell that contains the edge: any around it if ub = uc = 0, else one next to its face.
+      // Chooses a fine cell that contains the edge: one of the four around it if ub = uc = 0, one of the two
+      // at its face if only ub or uc is 0, and the cell above the voxel otherwise.
       const auto fine_cell = [&](const ivec3& cell) { return block_of(origin_ + cell * k_); };
       const Block *above = fine_cell(v), *below_b = fine_cell(v - unit(b)), *below_c = fine_cell(v - unit(c)),
                   *below = fine_cell(v - unit(b) - unit(c));

@@ -14,16 +14,16 @@
 
 namespace trephine::volume {
 
-/// A cell between eight voxel centres is fine if a brick that is not hollow overlaps it; its surface is that
-/// of its lattice cells. Polygons are dual to minimal edges, the shortest of overlapping edges (Ju et al.
-/// 2002, section 4), with cells of either size around them. A coarse cell next to fine ones has no cut, so
-/// its surface is that of the trilinear field: it crosses each coarse edge at most once, and the corners of
-/// each face determine the curves on it. Samples inside an ambiguous face are modified to separate the
-/// solid corners, as in the coarse case, so that both sides agree. Closed and manifold like the net of the
-/// voxels.
+/// A cell between eight voxel centres is fine if a brick that is not hollow overlaps it. The surface in a
+/// fine cell is that of its lattice cells; other cells are coarse. Polygons are dual to minimal edges, the
+/// shortest of overlapping edges (Ju et al. 2002, section 4), with cells of either size around them. A coarse
+/// cell next to fine ones has no cut, so its surface is that of the trilinear field: the surface crosses each
+/// coarse edge at most once, and the corners of each face determine the curves on the face. Samples inside an
+/// ambiguous face are modified to separate the solid corners, as the coarse cell does, so that both sides
+/// agree. The joined net is closed and manifold, like the net of the voxels.
 ///
-/// Borrows the source; the lattice of its version must be finer than its voxels. Queries from any thread,
-/// make() from one.
+/// Borrows the source; the lattice of its version must be finer than its voxels. Any thread may query; only
+/// one thread may call make().
 class FineNet {
  public:
   /// Vertices of a coarse cell: index of the first patch's vertex, and the cell's case.
@@ -51,8 +51,8 @@ class FineNet {
     return part(cell.x) | part(cell.y) << 21 | part(cell.z) << 42;
   }
 
-  /// Case of a coarse cell with a pinching face shared with a fine cell: flipped if a lattice cell at that
-  /// face is flipped.
+  /// Case of a coarse cell that shares its pinching face with a fine cell. The case is flipped if a lattice
+  /// cell at that face is flipped.
   const NetCase& coarse_case(const glm::ivec3& cell, int config) const;
 
   /// Appends the fine vertices (volume frame), numbered from `first_id` on, and the polygons around all

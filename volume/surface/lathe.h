@@ -15,8 +15,8 @@ struct TurnedRing {
   double radius = 0;  ///< mm
 };
 
-/// Right-handed thread on a cylinder. Its section along the axis is a trapezoid; both ends run out into the
-/// core. The ridge has as many whole turns as fit, and begins in the direction of x.
+/// Right-handed thread on a cylinder. The section of its ridge along the axis is a trapezoid, whose height
+/// decreases to 0 at both ends. The ridge has as many whole turns as fit, and begins in the direction of x.
 struct TurnedThread {
   double begin = 0, end = 0;  ///< mm along the axis; at least two pitches apart
   double pitch = 2;           ///< mm per turn

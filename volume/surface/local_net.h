@@ -1,5 +1,5 @@
-// LocalNet: surface net of single cells, computed on demand, with triangles equal to the bit to those of the
-// whole surface.
+// LocalNet: surface net of single cells, computed on demand. Its triangles are bit-identical to those of
+// the surface net of all cells.
 #pragma once
 
 #include <array>
@@ -77,9 +77,9 @@ class LocalNet {
   }
 
  private:
-  /// Configuration for the table, which separates solid corners on ambiguous faces. For samples that join
-  /// them (so that oblique walls of one layer stay closed) solid and air are exchanged, which gives the same
-  /// edges but the other patches.
+  /// Configuration for the table, which separates solid corners on ambiguous faces. Some samples join these
+  /// corners, so that oblique walls of one layer stay closed. For such samples solid and air are exchanged in
+  /// the configuration: it has the same crossed edges, but its patches separate air.
   std::size_t table_bits(const glm::ivec3& cell) const noexcept {
     int bits = config(cell);
     if constexpr (requires { samples_.joins_solid(); })

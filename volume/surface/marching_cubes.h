@@ -28,8 +28,8 @@ constexpr bool share_a_face(int e, int f) {
   return false;
 }
 
-/// Builds the triangles of a configuration: on each face, segments join the crossed edges, each around a run
-/// of solid corners; the segments form loops, which are triangulated without a diagonal in a face.
+/// Builds the triangles of a configuration. On each face, each segment goes around a run of solid corners and
+/// joins two crossed edges. The segments form loops, which are triangulated without a diagonal in a face.
 constexpr CubeCase make_cube_case(int config) {
   std::array<int, 12> next{};
   for (int& n : next) n = -1;
@@ -88,8 +88,9 @@ constexpr std::array<CubeCase, 256> make_cube_cases() {
 
 inline constexpr std::array<CubeCase, 256> k_cube_cases = make_cube_cases();
 
-/// Computes the triangles of single cells. A vertex depends only on its grid edge, so that the triangles of
-/// cells match bit for bit. Any thread; allocates nothing. `Samples`: see volume/surface/cell_samples.h.
+/// Computes the triangles of single cells. A vertex depends only on its grid edge, so that neighbouring cells
+/// have bit-identical vertices on their common face. Any thread; allocates nothing. `Samples`: see
+/// volume/surface/cell_samples.h.
 template <class Samples>
 class LocalCubes {
  public:

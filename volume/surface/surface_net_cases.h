@@ -9,9 +9,9 @@
 namespace trephine::volume {
 
 struct NetCase {
-  std::uint16_t edges = 0;                       ///< bits of the crossed edges (with different ends)
+  std::uint16_t edges = 0;                       ///< bits of the crossed edges (with one solid end)
   std::uint8_t patch_count = 0;                  ///< 0..4
-  std::array<std::uint8_t, 12> patch_of_edge{};  ///< for the edges above
+  std::array<std::uint8_t, 12> patch_of_edge{};  ///< patch of each crossed edge
   std::int8_t pinch_face = -1;                   ///< ambiguous face that meets one patch twice, or -1
   std::array<float, 3> corner_sum{};             ///< sum over all crossed edges of their fixed coordinates
   float inverse_count = 0;                       ///< 1 / number of crossed edges
@@ -29,9 +29,9 @@ constexpr int net_edge(int axis, int corner) {
   return 4 * axis + ((corner >> b & 1) | (corner >> c & 1) << 1);
 }
 
-/// Builds the case of a configuration. Faces are 2 * axis + side. Crossed edges of a common face belong to
-/// one patch. On an ambiguous face (four crossings) the two edges at each solid corner belong to one patch;
-/// on `flipped_face`, the two edges at each air corner.
+/// Builds the case of a configuration. Faces are numbered 2 * axis + side. The two crossed edges of a face
+/// belong to one patch. On an ambiguous face (four crossings) the two edges at each solid corner belong to
+/// one patch; on `flipped_face`, the two edges at each air corner.
 constexpr NetCase make_net_case(int config, int flipped_face) {
   NetCase result;
   std::array<int, 12> parent{};

@@ -32,7 +32,7 @@ inline float cut_crossing(const Version& version, const glm::ivec3& solid, const
 }
 
 /// Returns a point near p on the zero surfaces of two fields, both trilinear between the corners of a cell,
-/// clamped to the cell; p if their tangent planes are parallel. Cell coordinates, 0 to 1.
+/// clamped to the cell; returns p if their tangent planes are nearly parallel. Cell coordinates, 0 to 1.
 inline glm::vec3 common_edge(const float* g, const float* d, const glm::vec3& p) noexcept {
   CellCorners corners_g, corners_d;
   std::copy_n(g, 8, corners_g.begin());
@@ -50,10 +50,10 @@ inline glm::vec3 common_edge(const float* g, const float* d, const glm::vec3& p)
   return glm::vec3(at);
 }
 
-/// Computes the vertices of a cell's patches (cell coordinates): the mean of a patch's crossings, or if
-/// `is_sharp` and both field `g` and cut `d` cross it, a point of their common edge. `solid`: bits of the
-/// solid corners, as in `net`. A crossing is at the first zero of the two fields on an edge, else in its
-/// middle.
+/// Computes the vertices of a cell's patches (cell coordinates). A vertex is the mean of the crossings of its
+/// patch. If `is_sharp` and the patch has crossings of both the field `g` and the cut `d`, the vertex is a
+/// point of their common edge. `solid`: bits of the solid corners, as in `net`. The crossing on an edge is at
+/// the first zero of `g` or `d` from its solid end, or in its middle if there is no zero.
 inline void place_patches(const float* g, const float* d, bool is_cut, int solid, const NetCase& net,
                           bool is_sharp, glm::vec3* out) noexcept {
   struct Patch {
@@ -124,7 +124,7 @@ class NetVertices {
     if (is_cut_) is_cut = cut_distances(cell, d);
     const bool is_fine = is_cut && !source_.version->lattice().has_voxel_resolution();
     if (is_fine) return place_by_edges(cell, g, net, out);
-    // A single patch without a rim: computes all twelve edges at once.
+    // A single patch without a common edge of field and cut: computes all twelve edges at once.
     const auto is_air = [](float value) { return value < 0; };
     const bool may_be_rim = is_cut && !source_.uses_voxel_centres_only && std::any_of(g, g + 8, is_air);
     if (net.patch_count == 1 && !may_be_rim) {
@@ -177,7 +177,7 @@ class NetVertices {
       d[4] = at[Brick::index(from.x, from.y, to.z)], d[5] = at[Brick::index(to.x, from.y, to.z)];
       d[6] = at[Brick::index(from.x, to.y, to.z)], d[7] = at[Brick::index(to.x, to.y, to.z)];
     } else {
-      // The corners are in up to eight bricks; both along x are mostly in one.
+      // The corners are in up to eight bricks. The two corners of an edge along x are usually in one brick.
       const auto band = static_cast<float>(version.band_mm());
       bool is_any = false;
       for (int i = 0; i < 8; i += 2) {

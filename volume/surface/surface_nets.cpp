@@ -33,8 +33,9 @@ struct Counts {
 };
 
 /// Builds the surface net of a box of cells. Local voxel (i, j, k) is voxel first + (i, j, k); local cell i
-/// is between local voxels i and i + 1. Owned cells, which get quads, are 2 .. count + 1 along each axis;
-/// halo cells 1 get vertices too.
+/// is between local voxels i and i + 1. Owned cells are 2 .. count + 1 along each axis. They get vertices,
+/// and quads around the edges that start at their lowest voxel. Halo cells 1 get vertices if
+/// `has_halo_vertices`.
 class NetBuilder {
  public:
   NetBuilder(const SurfaceSource& source, const glm::ivec3& first_cell, const glm::ivec3& cells,
@@ -339,7 +340,8 @@ class NetBuilder {
     return y >= ys.low && y <= ys.high && z >= zs.low && z <= zs.high;
   }
 
-  /// Bits of the words of row (y, z) with active cells; in rows of more than 64 words all count as busy.
+  /// Bits of the busy words of row (y, z): those with active cells. In rows of more than 64 words the bits
+  /// are not used, and all words count as busy.
   std::uint64_t& busy_words(int y, int z) {
     return busy_[static_cast<std::size_t>(z) * static_cast<std::size_t>(cells_.y + k_halo) +
                  static_cast<std::size_t>(y)];
@@ -420,7 +422,8 @@ class NetBuilder {
     std::uint32_t* out = triangles + 3 * static_cast<std::size_t>(at.triangles);
     std::uint32_t id = at.vertices;
     for (int y = 0; y < cells_.y + k_halo; ++y) {
-      // The scan is no longer in the cache: cells wait in a short queue while their voxels are prefetched.
+      // The scan is no longer in the cache. Vertices are computed after a short queue of cells, so that the
+      // voxels of a cell can be prefetched first.
       id = number_row(y, z, id, slabs, [&](const glm::ivec3& cell, const NetCase& net, std::uint32_t first) {
         prefetch(first_ + cell);
         if (fine_ && fine_->is_external(first_ + cell)) record_coarse_vertex(first_ + cell, {first, &net});
@@ -453,8 +456,8 @@ class NetBuilder {
     return {current + row, current + lower, below + row, below + lower};
   }
 
-  /// Writes one quad around each crossed edge along Axis, its outside toward the air: the four cells around
-  /// the edge, counter-clockwise viewed from its high end.
+  /// Writes one quad around each crossed edge along Axis, with its outside toward the air. Its corners are
+  /// the vertices of the four cells around the edge, counter-clockwise viewed from the high end of the edge.
   template <int Axis>
   std::uint32_t* emit_quads(std::uint64_t edges, std::uint64_t solid, int w, int y, const IdRows& rows,
                             const Slabs& slabs, std::uint32_t* out) const {
@@ -485,7 +488,8 @@ class NetBuilder {
     }
     return out;
   }
-  /// Vertex of the patch that contains the edge, in the cell at cell (x, y) minus `corner` (bits of x, y, z).
+  /// Vertex of the patch that contains an edge along `axis` from voxel (x, y) of the current layer. The cell
+  /// is the one at this voxel minus `corner` (offsets of 0 or 1, as bits of x, y, z). `id`: of that cell.
   std::uint32_t patch_vertex(int axis, std::uint32_t id, int x, int y, int corner, const Slabs& slabs) const {
     if (!(id & k_many_patches)) return id;
     const std::size_t slab = corner & 4 ? slabs.current ^ 1 : slabs.current;

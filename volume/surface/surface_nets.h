@@ -34,8 +34,9 @@ struct SurfaceSource {
 };
 
 /// Returns the whole surface, with one vertex per surface patch of a cell (the cube between eight voxel
-/// centres). An ambiguous face disconnects its solid corners; its air corners instead, where a patch of both
-/// cells would otherwise touch itself at the face. The result does not depend on `threads` (0 = all cores).
+/// centres). An ambiguous face disconnects its solid corners. If a patch in each of the two cells at the
+/// face would then touch itself there, the face disconnects its air corners instead. The result does not
+/// depend on `threads` (0 = all cores).
 Mesh surface_net(const SurfaceSource& source, int threads = 0);
 
 /// Cells along the edge of a chunk.

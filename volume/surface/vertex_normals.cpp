@@ -39,7 +39,7 @@ Buffer<glm::vec3> vertex_normals(const SurfaceSource& source, const Mesh& mesh, 
           const auto unit = [&in_world](const glm::dvec3& g) {
             return in_world(g) / std::max(glm::length(in_world(g)), 1e-300);
           };
-          gradient = (unit(gradient) + unit(cut)) * frame.axes();  // to per voxel step (a covector)
+          gradient = (unit(gradient) + unit(cut)) * frame.axes();  // converts to per voxel step (a covector)
         } else if (to_cut < to_field) {
           gradient = cut;
         }

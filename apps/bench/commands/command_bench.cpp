@@ -162,7 +162,7 @@ Status bench_render(int size, Outcome& outcome) {
                 {{"size", size}, {"gl", gl ? gl.value() : "not available"}});
   Json& rows = outcome.json["rows"] = Json::array();
   for (const bench::RenderRow& row : bench::run_render_benchmark(size, surface.value()->window())) {
-    if (!row.is_there) {
+    if (!row.is_available) {
       outcome.print("{by} is not installed, or could not draw", {{"by", row.renderer}});
       continue;
     }
@@ -210,7 +210,7 @@ void bench_separation(Outcome& outcome) {
   for (const bench::SeparationRow& row : bench::run_separation_benchmark()) {
     rows.push_back({{"voxel_mm", row.voxel_mm},
                     {"burr_mm", row.burr_mm},
-                    {"samples_a_voxel", row.samples_a_voxel},
+                    {"samples_a_voxel", row.samples_per_voxel},
                     {"strokes", row.strokes},
                     {"held", row.held},
                     {"detached", row.detached},
@@ -413,8 +413,7 @@ Run build_render(Options& options) {
 Run build_xray(Options& options) {
   auto a = std::make_shared<BenchArguments>();
   options.add("--size", a->size, "Voxels along each axis").shows_default();
-  options.add("--quick", a->is_quick,
-              "Shorter measurement next to the servo: 2 s per image size instead of 5 s");
+  options.add("--quick", a->is_quick, "Shorter measurements during live drilling: 2 s each instead of 5 s");
   return run_of(a, "bench-xray", [](const BenchArguments& one, Outcome& outcome) -> Status {
     bench_xray(one.size, one.is_quick, outcome);
     return std::nullopt;
@@ -474,7 +473,8 @@ Run build_feel(Options& options) {
   options.add("SRC", a->source, "A scan, for one more scene");
   options.add("-o,--output", a->output, "Folder for the tables and charts").type("DIR");
   options.add("--quick", a->is_quick, "Smaller and fewer scenes: a minute, or two with every peer");
-  options.add("--only", a->only, "Only built-in scenes whose name contains this: sphere").type("TEXT");
+  options.add("--only", a->only, "Only built-in scenes whose name contains this, for example sphere")
+      .type("TEXT");
   options.add("--hand", a->hand, "A recorded hand for one more scene: a session, or a path over SRC")
       .type("FILE");
   options.add("--export", a->export_folder, "Write each scene for other programs: volume, hand, exact result")

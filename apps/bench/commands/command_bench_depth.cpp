@@ -109,7 +109,8 @@ void report_falls(bool is_quick, Outcome& outcome) {
   outcome.print_table(rows, columns);
 }
 
-/// Models of a file or of all files of a folder, closed and scaled to 100 mm.
+/// Returns the model of a file, or the models of all files of a folder, with holes closed and scaled to 100
+/// mm.
 Result<std::vector<bench::BenchModel>> real_models(const std::string& source) {
   namespace fs = std::filesystem;
   std::vector<bench::BenchModel> models;

@@ -19,15 +19,15 @@ namespace {
 
 constexpr double k_least_loss = 0.05;  // points; smaller changes come from the resolution of the cut lattice
 
-/// Tilts and shifts the line of a hand to the right: by `at_entry` mm at the surface and by `at_depth` mm at
-/// `depth`. The shaft follows the line.
+/// Tilts and shifts the path of a hand toward +x (right) of its script position: by `at_entry` mm at the
+/// surface and by `at_depth` mm at the depth `depth` (mm). The shaft is tilted with the path.
 void move_line(data_tools::ScriptHand& hand, double at_entry, double at_depth, double depth) {
   const double slope = (at_entry - at_depth) / depth;
   for (auto& point : hand.points) point[1] += at_entry + slope * point[3];
   hand.shaft = glm::normalize(dvec3(slope, 0, 1));
 }
 
-/// Lowers all points of a hand that are below a height.
+/// Lowers all points of a hand that are below a height (mm), by `by` mm.
 void lower(data_tools::ScriptHand& hand, double below, double by) {
   for (auto& point : hand.points)
     if (point[3] < below) point[3] -= by;
@@ -144,8 +144,8 @@ Points points_of(const sim::Score& score) {
   return points;
 }
 
-/// Returns the points that each finding lost. A finding that is missing after the error lost all its points;
-/// a new one lost the points between its weight and its own.
+/// Returns the points that each finding lost through an error. A finding that is missing after the error lost
+/// all its points. A finding that exists only after the error lost its weight minus its points.
 std::map<std::string, double> lost_points(const Points& before, const Points& after) {
   std::map<std::string, double> lost;
   for (const auto& [name, points] : before) {

@@ -1,4 +1,5 @@
-// bench open: durations of opening a recorded session at any tick and of scoring it, and bytes per tick.
+// bench open: durations of opening a recorded session at random ticks and of scoring the session, and its
+// bytes per tick.
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
@@ -17,8 +18,9 @@ namespace {
 double part_of(const std::vector<double>& sorted, double share) {
   return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
 }
-/// Strokes over the crown of the built-in head for some minutes: down at a random position, back and forth,
-/// up again; the burr is on in two of five strokes.
+/// Returns strokes over the crown of the built-in head for some minutes. In each stroke the hand moves down
+/// at a random position, takes random steps along the bone, and moves up again. On average, the burr is on in
+/// two of five strokes.
 haptics::PosePath long_hand(double minutes) {
   std::mt19937 random(3);
   const auto between = [&random](double low, double high) {
@@ -125,8 +127,8 @@ Status bench_open(const BenchArguments& arguments, Outcome& outcome) {
     double milliseconds = 0;
     std::uint64_t tick = 0, played = 0;
   } slowest;
-  constexpr int k_places = 200;
-  for (int i = 0; i < k_places; ++i) {
+  constexpr int k_seek_count = 200;
+  for (int i = 0; i < k_seek_count; ++i) {
     const std::uint64_t before = replay.counts().ticks, tick = random() % ticks;
     const auto start = Clock::now();
     if (Status error = replay.seek(tick)) return error;
@@ -149,7 +151,7 @@ Status bench_open(const BenchArguments& arguments, Outcome& outcome) {
   outcome.json["checkpoints"] = reader.checkpoints().size();
   outcome.json["opened_by_checkpoint"] = replay.counts().opened;
   outcome.json["most_ticks_played"] = max_played;
-  outcome.json["open_ms"] = {{"count", k_places},
+  outcome.json["open_ms"] = {{"count", k_seek_count},
                              {"p50", part_of(milliseconds, 0.5)},
                              {"p99", part_of(milliseconds, 0.99)},
                              {"max", milliseconds.back()}};
@@ -161,7 +163,8 @@ Status bench_open(const BenchArguments& arguments, Outcome& outcome) {
       "{open_ms/p50:.1f} ms, p99 {open_ms/p99:.1f} ms, at most {open_ms/max:.1f} ms; at most "
       "{most_ticks_played} ticks played");
   outcome.print(
-      "{bytes_per_tick/log:.1f} bytes per tick and hand, and {bytes_per_tick/checkpoints:.1f} of checkpoints");
+      "bytes per tick and hand: {bytes_per_tick/log:.1f} in the log, {bytes_per_tick/checkpoints:.1f} in "
+      "checkpoints");
   const auto start = Clock::now();
   const auto score = workbench::score_session(session, {}, terminal_listener());
   if (!score) return score.error();

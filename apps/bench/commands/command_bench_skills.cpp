@@ -43,8 +43,8 @@ std::vector<double> values_of(const std::vector<Play>& plays, Member Play::*memb
   return values;
 }
 
-/// Returns the share of pairs in which the less skilled person has more points, 0 to 1; equal ones count
-/// half.
+/// Returns the share of pairs in which the less skilled person has more points, 0 to 1. A pair with equal
+/// points counts half.
 double wrong_pairs(const std::vector<Play>& lower, const std::vector<Play>& higher) {
   double wrong = 0;
   for (const Play& a : lower)

@@ -88,7 +88,7 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
   const std::vector<bench::StiffnessRow> maps = bench::run_stiffness_maps(options.progress);
   if (is_stopped) return interrupted("the maps");
   const std::vector<bench::EnergyRow> energies = bench::run_energy_test();
-  // An hour of contact, or a minute for few steps.
+  // An hour of simulated contact; a minute if fewer than a million steps were requested.
   const bench::SoakRow soak = bench::run_contact_soak(
       options.steps >= 1'000'000 ? 3'600'000 : bench::SoakRow::k_early, options.progress);
   if (is_stopped) return interrupted("the contact test");
@@ -143,7 +143,8 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
   std::string map_csv = "surface,what,rate_hz,alpha,delay_s,coulomb_n,encoder_mm,simulated,theory,rule\n";
   double worst = 0, least = 1e300;
   for (const bench::StiffnessRow& row : maps) {
-    // With an encoder the theory is a sufficient bound.
+    // With an encoder, theory gives a guaranteed stiffness. The largest stiffness in the simulation may
+    // exceed it.
     const double off = std::abs(row.simulated / row.theory - 1);
     if (row.encoder_mm == 0 && !(off <= worst)) worst = off;
     if (row.encoder_mm > 0) least = std::min(least, row.simulated / row.theory);

@@ -10,6 +10,7 @@
 #include "data-tools/files/atomic_file.h"
 #include "modules/drilling/burr.h"
 #include "sim/drivers/live_session.h"
+#include "volume/base/text.h"
 #include "volume/scan/traversal.h"
 
 namespace trephine::bench {
@@ -28,8 +29,8 @@ struct SoakArguments {
   std::uint64_t seed = 1;
 };
 
-/// Strokes all over the outside of the bone, `seconds` in total: to the first hit of a ray from far away,
-/// press and drag for half a second, lift.
+/// Returns strokes all over the outside of the bone, for `seconds` in total. In each stroke the hand moves to
+/// the first hit of a ray from outside, presses and drags for half a second, and lifts the tool.
 Result<haptics::PosePath> random_strokes(const haptics::TouchScene& scene, double seconds,
                                          std::uint64_t seed) {
   const volume::Volume& base = *scene.base;
@@ -83,12 +84,12 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
   if (!(arguments.seconds >= 10 && arguments.seconds <= 1e6))
     return Error{.what = "the time is out of range",
                  .where = "--seconds",
-                 .found = std::to_string(arguments.seconds),
+                 .found = rounded_text(arguments.seconds),
                  .expected = "10 to 1000000 s"};
   if (!(arguments.rate >= 250 && arguments.rate <= 10000))
     return Error{.what = "the rate is out of range",
                  .where = "--rate",
-                 .found = std::to_string(arguments.rate),
+                 .found = rounded_text(arguments.rate),
                  .expected = "250 to 10000 Hz"};
   workbench::RecordChoice record;
   record.program = program_name();
@@ -99,7 +100,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
                  .remedy = "set one of them, or pass --record FILE"};
   if (Status error = check(record)) return *error;
   drilling::Burr burr;
-  constexpr double k_smallest = 2;  // mm, of the burrs below
+  constexpr double k_smallest = 2;  // mm, smallest diameter of the burrs below
   workbench::OperationChoice choice;
   choice.procedure_use = workbench::ProcedureUse::ignored;
   choice.shape = arguments.shape;
@@ -121,8 +122,8 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
   sim::LiveSession live(devices, operation.engine(), operation.servo(), recorder.value().get());
   if (Status error = live.start()) return *error;
 
-  // After ten strokes all are undone. With more than three, and in contact, the newest is undone at random
-  // times.
+  // After ten strokes, all strokes are undone. With more than three strokes, the newest is undone at random
+  // times in contact. After the undo, a redo may follow at random, and the burr gets another diameter.
   std::mt19937_64 random(arguments.seed + 1);
   std::vector<double> resident_mb;
   int undos = 0, redos = 0, fault_resets = 0;
@@ -178,7 +179,8 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
     std::error_code ignored;
     std::filesystem::remove(record.file, ignored);
   }
-  // Flat: in the last quarter at most 16 MB plus 5 % above the second; the allocator keeps some memory.
+  // Memory is flat if its mean in the last quarter of the run is less than 16 MB plus 5 % above that in the
+  // second quarter; the allocator keeps some memory.
   const auto mean = [&resident_mb](double from, double to) {
     double sum = 0;
     int count = 0;

@@ -32,7 +32,7 @@ std::string number(const std::optional<double>& v, const char* format = "%.4g") 
 }
 std::string number(double v, const char* format = "%.4g") { return format_text(format, v); }
 
-/// One column of tables and CSV alike.
+/// One column of feel.csv.
 struct Column {
   const char* name;
   std::function<std::string(const FeelRow&)> text;
@@ -82,7 +82,7 @@ std::vector<Column> columns() {
           {"bytes", [](R r) { return std::to_string(r.bytes); }}};
 }
 
-/// Our methods, and other programs with results.
+/// Names of the methods of trephine, and of peers and programs with rows in the report.
 std::vector<std::string> methods_of(const FeelReport& report) {
   std::vector<std::string> names;
   for (const auto& info : haptics::method_catalogue()) names.emplace_back(info.name);
@@ -99,7 +99,7 @@ std::array<std::uint8_t, 3> color_of(const std::string& method) {
   constexpr const char* k_peers[] = {"Embree", "OpenVDB", "FCL"};
   for (std::size_t i = 0; i < std::size(k_peers); ++i)
     if (method == k_peers[i]) return view::chart_color(all.size() + i);
-  return view::chart_color(all.size() + std::size(k_peers));  // a score
+  return view::chart_color(all.size() + std::size(k_peers));  // another program's results (--results)
 }
 
 /// True if the report has smooth scenes.
@@ -164,7 +164,7 @@ ComparisonChart comparison(const FeelReport& report, const char* title, const ch
                              median(slow), quantile(errors, 0.25), median(errors), quantile(errors, 0.75),
                              MethodSummary(report, name).falls});
   }
-  // Those of trephine are drawn last, over the others.
+  // The methods of trephine are drawn last, on top of the others.
   std::stable_sort(chart.methods.begin(), chart.methods.end(),
                    [](const ComparedMethod& a, const ComparedMethod& b) { return a.kind > b.kind; });
   return chart;
@@ -214,9 +214,9 @@ view::Chart scaling_chart(const FeelReport& report) {
   return chart;
 }
 
-/// Pressing with a target updated 60 times per second: raw, and smoothed.
+/// Force while the hand presses and the HIP is updated only 60 times per second: raw, and smoothed.
 view::Chart pressing_chart(const FeelReport& report) {
-  view::Chart chart{"Pressing at 3 Hz, the target refreshed at 60 Hz: raw (thin) and smoothed, alpha 0.3",
+  view::Chart chart{"Pressing at 3 Hz, HIP updated at 60 Hz: raw (thin) and smoothed, alpha 0.3",
                     "time (s)",
                     "force (N)",
                     false,
@@ -322,10 +322,11 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
     page +=
         "<h2>Force along a slide</h2><img src=force-raw.png alt='raw force'><img src=force-smoothed.png "
         "alt='smoothed "
-        "force'><h2>Pressing, with a slow target</h2><img src=force-pressing.png alt='force while pressing'>"
-        "<p class=dim>The target is updated 60 times per second, and the servo runs 1000 times: the raw "
-        "force climbs "
-        "in steps, and smoothing turns them into a lag. Hands perceive differences of force above about 7 % "
+        "force'><h2>Pressing, with slow updates of the HIP</h2>"
+        "<img src=force-pressing.png alt='force while pressing'>"
+        "<p class=dim>The position of the hand (HIP) is updated 60 times per second, and the servo runs 1000 "
+        "times: the raw force rises in steps. Smoothing removes the steps, and delays the force. Hands "
+        "perceive differences of force above about 7 % "
         "(Pang, Tan and Durlach 1991).</p>";
 
   if (!report.split.empty()) {
@@ -345,9 +346,9 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
                       *row.instructions, row.time_us.p50, row.voxels, row.cells, row.triangles);
   if (!counted.empty())
     page +=
-        "<h2>Work of a step</h2><p class=dim>On the sphere at 100 mm/s, in contact; instructions are counted "
-        "one by one, so that they are the same on every machine of this kind. The longest steps are "
-        "counted in the full set only.</p>"
+        "<h2>Work of a step</h2><p class=dim>On the sphere at 100 mm/s, in contact; the instructions "
+        "of a step are counted one by one, so that their number is the same on every machine of this kind. "
+        "Methods with long steps are counted in the full set only.</p>"
         "<table><tr><th>method<th>instructions<th>p50, us<th>voxels<th>cells<th>triangles</tr>" +
         counted + "</table>";
   page += "<p class=dim>Peers in this run: ";

@@ -11,11 +11,12 @@
 
 namespace trephine::bench {
 
-/// Plays, records into a temporary file, and scores the recording. Expectations of the script are ignored.
+/// Plays a script, records the operation in a temporary file, and scores the recording. Ignores the
+/// expectations of the script. `folder`: of the script.
 Result<workbench::SessionScore> play_and_score(const data_tools::Script& script, const std::string& folder,
                                                const workbench::Performance& performance);
 
-/// Adds rows of a table, and lines of a CSV file, about a script in a folder.
+/// Runs one script; adds its rows to a table and its lines to a CSV file. `folder`: of the script.
 using ScriptBenchmark = std::function<Status(const data_tools::Script& script, const std::string& folder,
                                              Json& rows, std::string& csv)>;
 /// Runs a benchmark on each script and writes the CSV file; `csv` is its first line. Returns the rows.

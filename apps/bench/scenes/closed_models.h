@@ -38,6 +38,7 @@ inline Model box(const dvec3& low, const dvec3& high) {
                  2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
   return m;
 }
+/// `around`: number of vertices on each circle of latitude.
 inline Model ball(const dvec3& middle, double radius, int around) {
   Model m;
   const int up = around / 2;

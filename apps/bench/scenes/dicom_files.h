@@ -1,5 +1,5 @@
-// DicomFile: writes DICOM files for tests: a data set by tag and VR, in any of the plain transfer syntaxes or
-// with fragments of compressed frames. Shares no code with the reader under test.
+// DicomFile: writes DICOM files for tests. Elements are set by tag and VR. Pixel data are uncompressed, or
+// fragments of frames that the caller compressed. Shares no code with the reader under test.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ enum class Syntax { implicit_little, explicit_little, explicit_big, deflated, rl
 
 class DicomFile {
  public:
-  /// Sets the text of an element, padded to even length; numbers as DS and IS text.
+  /// Sets the text of an element, padded to even length. Numbers of VR DS and IS are passed as text.
   DicomFile& set(std::uint32_t tag, const char* vr, const std::string& value);
   /// Sets an element of VR US or SS.
   DicomFile& set_short(std::uint32_t tag, const char* vr, const std::vector<int>& values);
@@ -27,6 +27,8 @@ class DicomFile {
   /// Sets fragments of compressed frames; the first is the offset table, which may be empty.
   DicomFile& set_fragments(const std::vector<std::string>& fragments);
 
+  /// Returns the file's contents. `has_preamble` false: the data set alone, without preamble, "DICM" and file
+  /// meta information; it is not deflated.
   std::string bytes(Syntax syntax = Syntax::explicit_little, bool has_preamble = true) const;
   void write(const std::string& path, Syntax syntax = Syntax::explicit_little,
              bool has_preamble = true) const;
@@ -52,7 +54,7 @@ struct SliceSpec {
   std::string series = "1.2.3.4.1", modality = "CT", description = "HEAD BONE";
   bool is_signed = true;
   double slope = 1, intercept = 0;
-  std::vector<int> values;  ///< stored; empty: 100 * number + x + 10 y
+  std::vector<int> values;  ///< stored values; empty: they are 100 * number + x + 10 y
 };
 DicomFile slice_file(const SliceSpec& slice);
 

@@ -35,7 +35,8 @@ GuaranteedSolid::GuaranteedSolid(const MethodInfo& method, const haptics::TouchS
   const haptics::TouchItem& shape = scene.items[index];
   if (!method.takes_cuts) touch_state = nullptr;
   const std::shared_ptr<const volume::Version> version = touch_state ? touch_state->version : nullptr;
-  // Methods without cuts round the shape differently: judge that at least the tool's centre stays outside.
+  // Methods without cuts have another shape for a round tool than the offset field. For them, judge only that
+  // the tool's centre stays outside the shape itself.
   if (method.takes_cuts) offset_ = touch_offset_field(scene, touch_state.get(), index);
   if (method.solid == Solid::smooth) {
     smooth_ = std::make_unique<verify::SmoothSolid>(touched_smooth_solid(scene, touch_state, index));
@@ -50,8 +51,8 @@ GuaranteedSolid::GuaranteedSolid(const MethodInfo& method, const haptics::TouchS
     return;
   }
   if (method.solid == Solid::images) {
-    // For a volume: DepthNet.OfAVolumeEqualsItsSurfaceNet compares this net with the surface net. Models are
-    // judged by their triangles.
+    // This net is for volumes; the test DepthNet.OfAVolumeEqualsItsSurfaceNet compares it with the surface
+    // net. Models that are touched by images are not judged here, but by their triangles.
     using namespace haptics::depth;
     const DepthNet net(DepthCube::of_voxels(shape.field, *shape.bits, glm::ivec3(1)).value(),
                        DepthNet::Thin::apart);

@@ -12,9 +12,9 @@
 
 namespace trephine::scenes {
 
-/// The solid of one of a scene's shapes in one version, or, for a round tool, the region forbidden to its
-/// centre. The smooth solid and the cubes are read sample by sample with the judges' code; every triangle
-/// near a segment is tested in extended precision.
+/// The solid of one shape of a scene in one version. For a round tool it is the region that the tool's centre
+/// must not enter. The smooth solid and the cubes are read sample by sample with the judges' code; every
+/// triangle near a segment is tested in extended precision.
 class GuaranteedSolid {
  public:
   /// `touch_state` null: the untouched volume. Copies the needed parts of the scene, and keeps no reference
@@ -34,11 +34,12 @@ class GuaranteedSolid {
   std::unique_ptr<verify::MeshWall> triangles_;
 };
 
-/// The offset field in which a shape is touched; null for a point.
+/// Returns the offset field of a shape for the tool; null if the tool is a point.
 std::shared_ptr<const volume::OffsetField> touch_offset_field(const haptics::TouchScene& scene,
                                                               const haptics::TouchState* touch_state,
                                                               std::size_t shape = 0);
-/// The smooth solid of a shape, in the frame of touch_offset_field() if there is one.
+/// Returns the smooth solid of a shape, in the frame of touch_offset_field(); for a point, in the frame of
+/// the volume.
 verify::SmoothSolid touched_smooth_solid(const haptics::TouchScene& scene,
                                          std::shared_ptr<const haptics::TouchState> touch_state,
                                          std::size_t shape = 0);

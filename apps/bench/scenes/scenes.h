@@ -11,21 +11,22 @@
 
 namespace trephine::scenes {
 
-/// A phantom touched at iso 300. Aborts the test on bad options (they are ours).
+/// A phantom touched at iso 300. Aborts the program if the options are invalid.
 haptics::TouchScene phantom_scene(const std::string& name, const data_tools::PhantomOptions& options);
 
 /// A volume with one shape, at iso 300 by default.
 haptics::TouchScene scene_of(volume::Volume&& volume, const haptics::Material& material = {},
                              const volume::Shape& shape = {});
 
-/// A box of the world in voxels of `spacing` (mm), with Hounsfield units as a function of the world position.
+/// Returns a volume of voxels of `spacing` (mm) in the box low .. high of the world. `hounsfield`: returns
+/// the intensity at a world position.
 volume::Volume sampled(const glm::dvec3& low, const glm::dvec3& high, const glm::dvec3& spacing,
                        const std::function<double(const glm::dvec3&)>& hounsfield);
 
-/// A scan as given by scanners and other programs: thick slices, sheared, in metres or micrometres, as a mask
-/// of 0 and 1.
+/// Properties of a scan as scanners and other programs write it: thick slices, shear, metres or micrometres
+/// instead of mm, or a mask of 0 and 1.
 struct Scan {
-  double slice, shear;  ///< voxels are 1.5 x 1.5 x (1.5 slice) mm; shear in degrees
+  double slice, shear;  ///< voxels are 1.5 x 1.5 x (1.5 slice) units; shear in degrees
   double unit;          ///< unit of length, mm
   bool is_mask;
   std::string name() const;
@@ -33,15 +34,17 @@ struct Scan {
 inline constexpr Scan k_scans[] = {{1, 0, 1, false},  {2.5, 0, 1, false},   {5, 25, 1, false},
                                    {12, 0, 1, false}, {2, 30, 1, true},     {4, 0, 1, true},
                                    {1, 0, 1, true},   {3, 10, 1e-3, false}, {3, 10, 1e3, true}};
-/// A scan of a sphere of 45 mm (times the unit), or of a block that fills its grid to the border; masks are
-/// softened.
+/// A scan of a sphere with a radius of 45 units, or of a block that fills its grid to the border. Masks have
+/// soft fields.
 haptics::TouchScene scan_scene(const Scan& scan, bool is_block);
 
-/// A path back and forth over the sphere of phantom "sphere" (radius mm), `depth` mm inside it, at `speed`
-/// mm/s for `seconds`: a great circle tilted so that it follows no lattice plane. Sampled at 1 kHz.
+/// A path back and forth over the phantom "sphere" (`radius` in mm), `depth` mm inside it, at `speed` mm/s
+/// for `seconds`. It is an arc of a great circle that is tilted so that it follows no lattice plane. The
+/// first sample is 1 mm outside the sphere. Sampled at 1 kHz.
 haptics::PosePath sphere_slide(double radius, double depth, double speed, double seconds);
 
-/// A random walk of the HIP in a box, with steps up to `step` mm, so that it enters and leaves matter.
+/// A random walk of the HIP in a box, with steps of at most `step` mm along each axis, sampled at 1 kHz. It
+/// enters and leaves the matter in the box.
 haptics::PosePath rough_walk(const glm::dvec3& low, const glm::dvec3& high, double step, int samples,
                              std::uint64_t seed);
 

@@ -25,7 +25,8 @@ inline const haptics::Material& touched_material(const haptics::TouchScene& scen
   return r.side == haptics::Side::back && shape.back_material ? *shape.back_material : shape.material;
 }
 
-/// Stiffness (N/mm) at the proxy by the documented ramp: from the intensity one voxel below the surface.
+/// Returns the stiffness (N/mm) at the proxy, computed from the documented ramp and the intensity one voxel
+/// below the surface.
 inline double stiffness_at(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
   const haptics::TouchItem& shape = scene.items[static_cast<std::size_t>(r.shape)];
   const double soft = touched_material(scene, r).stiffness;
@@ -58,8 +59,8 @@ class BallAudit {
       solids_.push_back(verify::smooth_solid(scene_.base, shape.field.shape(), version, shape.soft));
     is_new_ = true;
   }
-  /// Judges the tip's centre if the tip has moved or a cut was made. `popped`: the shape that the proxy
-  /// passes through after pop-through; -1 if no shape.
+  /// Judges the tip's centre if the tip has moved by at least 1 % of its radius, or if a cut was made.
+  /// `popped`: the shape that the proxy passes through after pop-through; -1 if no shape.
   void judge_centre(const glm::dvec3& centre_world, int popped) {
     if (!is_new_ && glm::length(centre_world - last_) < min_move_) return;
     is_new_ = false, last_ = centre_world;
@@ -95,7 +96,7 @@ class BallAudit {
 /// anatomy at the current tick, shapes of other scans, and models at their placements.
 class TouchableSolids {
  public:
-  /// Adopts the state of a tick. Returns true if the solid differs from the previous one.
+  /// Adopts the state of a tick. Returns true if the solids may differ from those of the previous tick.
   bool update(const std::shared_ptr<const haptics::ServoHand>& servo_hand) {
     const bool is_other_scene = !servo_hand_ || servo_hand_->scene != servo_hand->scene;
     const bool is_cut = is_other_scene || servo_hand_->state.version != servo_hand->state.version ||
@@ -116,9 +117,9 @@ class TouchableSolids {
     return is_cut || has_moved || is_switched;
   }
   const haptics::MethodInfo& method() const { return *haptics::find_method(servo_hand_->method->name()); }
-  /// True if the segment from a to b (volume frame of the anatomy) meets a solid that blocks this hand from
-  /// its front. `popped`: an item that the proxy passes through. `ignores_movers`: models that move are not
-  /// tested.
+  /// True if the segment from a to b (volume frame of the anatomy), or the point if both are equal, meets a
+  /// solid whose front blocks this hand. `popped`: the item that the proxy passes through; -1 if no item.
+  /// `ignores_movers`: models that move are not tested.
   bool meets(const glm::dvec3& a, const glm::dvec3& b, int popped, bool ignores_movers = false) const {
     const haptics::TouchScene& scene = *servo_hand_->scene;
     const auto blocks = [&](std::size_t item) {
@@ -144,6 +145,7 @@ class TouchableSolids {
     }
     return false;
   }
+  /// True if a model may move, or if an item is touched by depth images, whose content may move.
   bool has_movers() const {
     for (const haptics::TouchItem& item : servo_hand_->scene->items)
       if (item.depth) return true;
@@ -157,6 +159,7 @@ class TouchableSolids {
   }
 
  private:
+  /// A shape of another scan, which is never cut.
   struct Uncut {
     std::size_t item;
     std::shared_ptr<const volume::Volume> volume;
@@ -196,7 +199,7 @@ class TouchableSolids {
         uncut_.push_back({i, item_scene.base, scenes::GuaranteedSolid(method(), item_scene)});
         continue;
       }
-      if (item.depth) continue;  // its triangles change over time; DepthImageJudge judges it
+      if (item.depth) continue;  // the item's triangles change over time; DepthImageJudge judges the item
       const glm::dvec3 size = item.tree->high() - item.tree->low();
       models_.push_back({i,
                          verify::MeshWall(item.tree->vertices(), item.tree->triangles(),
@@ -211,7 +214,7 @@ class TouchableSolids {
   std::vector<Model> models_;
 };
 
-/// Judges of one hand, and the surface that it popped through.
+/// Judges of one hand, and the shape that the hand popped through.
 struct AuditedHand {
   explicit AuditedHand(const verify::ForceLaw& law)
       : falls([this](const glm::dvec3& a, const glm::dvec3& b) { return solids.meets(a, b, popped_shape); }),
@@ -231,8 +234,8 @@ struct AuditedHand {
   double rearm = 0;
   glm::dvec3 popped_at{0.0};
 
-  /// Updates pop-through: a surface that is pressed harder than its pop force lets the proxy pass, until the
-  /// hand is `rearm` (mm) away from the location.
+  /// Updates pop-through: a shape that is pressed harder than its pop force lets the proxy pass, until the
+  /// hand is `rearm` (mm) away from the position at which it popped through.
   void update_pop_through(const haptics::TouchScene& scene, const haptics::ServoRecord& r) {
     const glm::dvec3& at = r.pose.position_world;
     if (popped_shape >= 0) {

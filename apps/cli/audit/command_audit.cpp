@@ -18,7 +18,7 @@ namespace {
 struct AuditArguments {
   std::string session, case_source;  ///< a session to certify; empty: audit of rays
   std::uint64_t rays = 1'000'000, seed = 7;
-  std::string plant;  ///< fault that is planted in one tick before it is judged: see the option
+  std::string plant;  ///< fault that is planted before a tick is judged: see the option; empty: no fault
 };
 
 /// Returns the judge's law of an effect that a session header lists.
@@ -60,8 +60,9 @@ verify::EffectLaw law_of(const std::string& words) {
   return law;
 }
 
-/// Replays a session and judges every tick: the path met no solid, the force obeys its law, the energy ledger
-/// is consistent.
+/// Replays a session and judges every tick: the path of the proxy met no solid, the force obeys its law, the
+/// energy ledger is consistent, friction stays in its cone, and round tips and depth images keep their
+/// limits.
 Result<Outcome> audit_session(const AuditArguments& arguments) {
   auto opened = workbench::open_session(arguments.session, arguments.case_source, terminal_listener());
   if (!opened) return opened.error();
@@ -80,7 +81,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
                    .where = data_tools::file_name(arguments.session),
                    .found = hand.method,
                    .expected = "a method that touches the smooth solid or voxels",
-                   .remedy = "trephine replay --verify compares its bits"};
+                   .remedy = "compare its bits with trephine replay --verify"};
 
   verify::ForceLaw law;
   law.dt = 1 / header.rate_hz;
@@ -105,7 +106,8 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     if (hand.scene != servo_hand->scene) {
       add_ball_results(hand);
       hand.scene = servo_hand->scene;
-      // Methods on cubes guarantee the cubes only, and a ball of a voxel's size may be in the corner of one.
+      // BallAudit judges by the smooth solid. Methods on cubes guarantee only that their cubes are not
+      // entered: a ball of about a voxel's size may overlap the corner of a cube.
       if (hand.scene->tool->radius() > 0 &&
           haptics::find_method(servo_hand->method->name())->solid == Solid::smooth)
         hand.ball.emplace(*hand.scene);
@@ -156,7 +158,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
                    .where = data_tools::file_name(arguments.session),
                    .found = "several balls or a whole tool at tick " + std::to_string(r.tick),
                    .expected = "points and single balls",
-                   .remedy = "trephine replay --verify compares its bits"};
+                   .remedy = "compare its bits with trephine replay --verify"};
     const bool is_fresh = replay.counts().resumes != resumes;
     if (is_fresh || replay.counts().dropped != dropped)
       for (AuditedHand& each : judges) {
@@ -168,7 +170,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     resumes = replay.counts().resumes, dropped = replay.counts().dropped;
 
     const haptics::ProxyStep& step = replay.proxy_step();
-    const bool is_lost = (r.raised & haptics::fault_not_finite) != 0;
+    const bool is_not_finite = (r.raised & haptics::fault_not_finite) != 0;
     verify::ForceTick tick;
     tick.position = r.pose.position_world, tick.proxy = r.proxy_world, tick.force = r.force_world;
     tick.normal = r.normal_world;
@@ -180,7 +182,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     tick.is_working = r.pose.is_pressed();
     tick.has_contact = r.has_contact, tick.is_buried = r.is_buried, tick.is_escaping = r.is_escaping;
     tick.is_reset = r.is_reset, tick.is_restarted = r.is_restarted;
-    tick.is_not_finite = is_lost, tick.is_fading = (r.faults & haptics::k_latched_faults) != 0;
+    tick.is_not_finite = is_not_finite, tick.is_fading = (r.faults & haptics::k_latched_faults) != 0;
     tick.contact_energy = r.energy.contact, tick.growth_energy = r.energy.growth;
     tick.friction_energy = r.energy.friction, tick.active_energy = r.energy.active;
     tick.carried = step.object_motion_world;
@@ -214,14 +216,15 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       to_plant.reset();
     }
     hand.force.judge_tick(tick);
-    // A proxy on its escape path is inside restored matter, and a lost pose moves no proxy: neither is
-    // judged.
+    // Two kinds of ticks are not judged: on an escape path the proxy is inside restored matter, and a
+    // non-finite pose does not move the proxy.
     if (r.is_escaping || r.is_reset || r.is_restarted) hand.falls.restart(), hand.depth_images.restart();
     if (r.is_reset) hand.popped_shape = -1;
     if (r.is_escaping) ++escaping_ticks;
-    if (!r.is_escaping && !is_lost) {
+    if (!r.is_escaping && !is_not_finite) {
       const long before = hand.falls.judged();
-      // A moving object may have carried the proxy before its path began, but not through an object at rest.
+      // A moving object may have carried the proxy before the path of this tick began, but must not have
+      // carried it through an object at rest.
       if (const glm::dvec3* last = hand.falls.free_proxy();
           last && hand.solids.has_movers() && !step.is_buried && waypoints > 0 && path[0] != *last)
         hand.falls.set_carried_proxy(path[0], hand.solids.meets(*last, path[0], hand.popped_shape, true));
@@ -230,8 +233,9 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       if (hand.ball && hand.falls.judged() > before && !step.is_buried)
         hand.ball->judge_centre(centre, hand.popped_shape);
     }
-    if (on && !r.is_escaping && !is_lost && !step.is_buried && hand.popped_shape < 0) {
-      // Friction between walls on all sides holds any pull: plant the fault until the judge detects it.
+    if (on && !r.is_escaping && !is_not_finite && !step.is_buried && hand.popped_shape < 0) {
+      // Between walls on all sides, friction holds any pull, so the fault may be undetectable in one tick.
+      // Plant it in every tick until the judge detects it.
       const haptics::Material& material = touched_material(scene, r);
       const glm::dvec3 pull = r.pose.position_world - r.proxy_world;
       const bool plants = to_plant == "friction" && 2 * replay.counts().ticks > tick_count;
@@ -241,10 +245,10 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
           plants ? pull + FrictionAudit::planted(pull, r.normal_world, material.static_friction) : pull);
       if (plants && hand.friction.found().outside > before) to_plant.reset();
     }
-    if (!r.is_escaping && !is_lost && r.tick % DepthImageJudge::k_every == 0 &&
+    if (!r.is_escaping && !is_not_finite && r.tick % DepthImageJudge::k_every == 0 &&
         !replay.servo_hand()->state.depths.empty())
       hand.depth_images.judge(*replay.servo_hand(), depth_position, r.t, hand.popped_shape);
-    if (!is_lost) hand.update_pop_through(scene, r);
+    if (!is_not_finite) hand.update_pop_through(scene, r);
   }
   if (to_plant)
     return Error{.what = "no tick of the session is suitable for the fault",
@@ -316,9 +320,10 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   outcome.json["is_damaged"] = is_damaged;
   outcome.json["is_certified"] = is_certified;
   outcome.print(
-      std::string("{ticks} ticks with {method}, {ticks_judged} of them judged: fell through {fall_throughs} "
-                  "times; {wrong_forces} forces off their law (worst {worst_force_n:.1e} N); ledger within "
-                  "{worst_energy_nmm:.1e} N mm; ") +
+      std::string(
+          "{ticks} ticks with {method}, {ticks_judged} of them judged: fell through {fall_throughs} "
+          "times; {wrong_forces} forces differ from their law (worst {worst_force_n:.1e} N); energy ledger within "
+          "{worst_energy_nmm:.1e} N mm; ") +
       (is_same ? "the same bits" : "not the same") + " as recorded");
   if (friction.judged > 0)
     outcome.print(
@@ -336,8 +341,8 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
         {{"depth", std::max(0.0, deepest_in_object)}});
   if (passable > 0)
     outcome.print(
-        "in {ticks_entered_outside_images} more ticks the hand was in such an object where no images held it "
-        "(too fast or too deep for them, or the images came too late)");
+        "in {ticks_entered_outside_images} more ticks the hand was in such an object, where no images held the hand "
+        "(it moved too fast or too deep, or the images came too late)");
   const bool is_on_screen = std::any_of(header.structures.begin(), header.structures.end(),
                                         [](const sim::StructureSpec& s) { return s.is_streamed; });
   outcome.json["is_screen_judged"] = !is_on_screen;

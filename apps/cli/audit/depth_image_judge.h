@@ -15,8 +15,9 @@
 
 namespace trephine::cli {
 
-/// Judges how deep a proxy is in objects touched by depth images, by independent means: their own triangles
-/// at that time, or the surrounding pixels.
+/// Judges how deep a proxy is in objects touched by depth images. The judge uses data that are independent of
+/// the contact method: for a model its triangles at that time, for a depth stream the pixels around the
+/// proxy.
 class DepthImageJudge {
  public:
   static constexpr std::uint64_t k_every = 5;  ///< ticks between judgements
@@ -24,13 +25,13 @@ class DepthImageJudge {
   long judged = 0, too_deep = 0;
   long passable = 0;                ///< ticks in matter that was entered where no images held the proxy
   double deepest = 0, allowed = 0;  ///< mm
-  /// True if images held the proxy outside an object at the previous judgement; only then is its depth in
-  /// that object judged next.
+  /// True if images held the proxy outside at least one object at the previous judgement. The next judgement
+  /// tests the depth of the proxy only in such objects.
   bool is_free() const noexcept {
     return std::any_of(histories_.begin(), histories_.end(),
                        [](const History& item) { return item.was_free; });
   }
-  /// Resets the history: the next proxy does not follow from the last one.
+  /// Resets the history: the next proxy is not a continuation of the previous one.
   void restart() noexcept { histories_ = {}; }
 
   /// Judges the hand's proxy at `p` (world, mm). `popped`: the item that the proxy passes through after
@@ -64,7 +65,7 @@ class DepthImageJudge {
       const double inside = low.x > high.x ? std::nan("")
                             : distance > 1 ? -distance
                                            : depth(item, proxy_local, time);
-      if (std::isnan(inside)) {  // unknown
+      if (std::isnan(inside)) {  // the depth is unknown
         history.was_free = false;
         continue;
       }
@@ -106,8 +107,8 @@ class DepthImageJudge {
 
   std::map<const haptics::depth::DepthModel*, verify::MovingModel> models_;
   struct History {
-    bool was_free = false;       ///< at the previous judgement, and held by images
-    bool has_been_free = false;  ///< at any judgement since the last restart
+    bool was_free = false;       ///< outside the object and held by images, at the previous judgement
+    bool has_been_free = false;  ///< outside the object at any judgement since the last restart
   };
   std::array<History, haptics::TouchScene::k_max_depths> histories_{};
 };

@@ -16,12 +16,13 @@ using glm::dvec3;
 
 namespace {
 
-constexpr double k_on_surface = 2e-3;  // voxels
-constexpr double k_leap_mm = 1;
-constexpr double k_model_reach_mm = 1;                // models farther away are ignored
-constexpr double k_facet_slack_mm = 0.02;             // facets of a model within this distance are walls
-constexpr double k_min_mm = 0.05;                     // a shorter pull is not judged
-constexpr double k_share = 0.04, k_slack_mm = 0.004;  // tolerated pull outside the cone
+constexpr double k_on_surface = 2e-3;      // voxels; a point this far below the proxy must be solid
+constexpr double k_leap_mm = 1;            // a longer motion of hand or proxy in a tick is not judged
+constexpr double k_model_reach_mm = 1;     // models farther away are ignored
+constexpr double k_facet_slack_mm = 0.02;  // facets of a model within this distance are walls
+constexpr double k_min_mm = 0.05;          // a shorter pull is not judged
+constexpr double k_share = 0.04,
+                 k_slack_mm = 0.004;  // tolerated pull outside the cone: share of the pull plus mm
 
 }  // namespace
 
@@ -76,7 +77,8 @@ void FrictionAudit::judge(const haptics::ServoRecord& r, const haptics::Material
     is_new_ = true;
     return;
   }
-  // After a leap of the hand the proxy follows over several ticks, by a bounded number of segments per tick.
+  // Do not judge leaps: after a leap of the hand the proxy follows over several ticks, because the number of
+  // segments per tick is bounded.
   if (hand_moved > k_leap_mm || moved > k_leap_mm) return;
   const dvec3 mm = solids_[0].frame.spacing();
   const double voxel = std::min({mm.x, mm.y, mm.z}), step = 0.002 * voxel;
@@ -132,8 +134,9 @@ void FrictionAudit::judge(const haptics::ServoRecord& r, const haptics::Material
   }
   found_.worst = std::max(found_.worst, excess / glm::length(pull));
   found_.outside += excess > allowed;
-  // A proxy that slid comes to rest where the cone of the dynamic coefficient just holds it. A proxy that
-  // passed over an edge left the surface on its path.
+  // A proxy that slid comes to rest where the cone of the dynamic coefficient just holds it. Skip proxies
+  // that did not slide along one wall, and those that passed over an edge and so left the surface on their
+  // path.
   if (is_new || walls.size() != 1 || !(moved > 1e-3) || moved > 2 * hand_moved + k_slack_mm) return;
   const double press = -glm::dot(pull, walls[0]), along = glm::length(pull + press * walls[0]);
   ++found_.slid;

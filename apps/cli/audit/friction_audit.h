@@ -12,16 +12,17 @@
 namespace trephine::cli {
 
 /// Checks Coulomb's cone at the proxy: on shapes of the anatomy by the scan's own samples and cuts, on models
-/// by their triangles. Scenes with additional scans or with depth images are not judged.
+/// by their triangles. Not judged: scenes with additional scans or depth images, methods that do not touch
+/// the smooth solid, and tools with six degrees of freedom.
 class FrictionAudit {
  public:
   struct Found {
-    long judged = 0, slid = 0;  ///< ticks; judged ticks in which the proxy slid along one wall
+    long judged = 0, slid = 0;  ///< judged ticks, and those in which the proxy slid along one wall
     long outside = 0;           ///< ticks in which friction held a pull outside its cone
     /// Ticks in which a slide ended with less than the dynamic friction, as after a bump. Reported, not a
     /// fault.
     long slid_with_less = 0;
-    double worst = 0;  ///< largest share of the pull outside the cone
+    double worst = 0;  ///< largest distance of a pull from the cone, as a share of the pull
     Found& operator+=(const Found& other);
   };
 
@@ -30,7 +31,8 @@ class FrictionAudit {
   /// Judges a tick in contact; `pull`: mm, from the proxy to the hand.
   void judge(const haptics::ServoRecord& record, const haptics::Material& material, const glm::dvec3& pull);
   const Found& found() const { return found_; }
-  /// Returns the vector (mm) that moves a pull outside the cone of a wall with that normal.
+  /// Returns the vector (mm) that, added to the pull, moves it outside the cone of a wall with this normal
+  /// and friction coefficient.
   static glm::dvec3 planted(const glm::dvec3& pull, const glm::dvec3& normal, double coefficient);
 
  private:

@@ -8,10 +8,11 @@
 
 namespace trephine::cli {
 
-/// A force is held until the next tick, while the hand keeps moving: a spring of stiffness K, sampled with
-/// the period T and smoothed by alpha, acts d = 1/2 + (1 - alpha)/alpha ticks late. On a motion in and out
-/// again it returns at most d K |dx|^2 per tick more than it absorbed (Colgate and Schenkel 1997: a device
-/// must damp K T / 2).
+/// Sums the energy of all touches, and its bound. A force is held until the next tick while the hand keeps
+/// moving. A spring of stiffness K, sampled with the period T and smoothed by alpha, therefore acts
+/// d = 1/2 + (1 - alpha)/alpha ticks late. On a motion into the surface and out again, the spring returns at
+/// most d K |dx|^2 per tick more than it absorbed, where dx is the motion in the tick (Colgate and Schenkel
+/// 1997: a device must damp K T / 2).
 class ReturnedEnergy {
  public:
   ReturnedEnergy(const haptics::TouchScene& scene, double alpha)
@@ -33,8 +34,9 @@ class ReturnedEnergy {
     is_on_ = is_on, has_last_ = true;
     last_ = position, force_ = r.force_world;
   }
-  /// Net energy (N mm) that the force gave to the hand, summed over all touches (first contact to zero force)
-  /// in which it gave more than it absorbed.
+  /// Net energy (N mm) that the force gave to the hand, summed over the touches in which the force gave more
+  /// than it absorbed. A touch lasts from the first contact to zero force; a touch that has not ended is not
+  /// included.
   double returned() const { return returned_; }
   /// Largest value of returned() (N mm) that sampling and smoothing allow.
   double bound() const { return total_bound_; }

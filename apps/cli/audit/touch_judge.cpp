@@ -11,7 +11,7 @@ namespace trephine::cli {
 
 namespace {
 
-/// Triangles of a model whose vertices are mapped by `map`.
+/// Returns a judge of the triangles of a model, with its vertices mapped by `map`.
 template <class Map>
 verify::MeshWall wall_of(const std::vector<glm::dvec3>& vertices, const std::vector<std::uint32_t>& triangles,
                          double min_cube, const Map& map) {
@@ -87,7 +87,7 @@ bool TouchJudge::meets(const glm::dvec3& a, const glm::dvec3& b) const {
   return false;
 }
 
-glm::dvec3 TouchJudge::judged(const glm::dvec3& p_volume) const {
+glm::dvec3 TouchJudge::to_smooth_frame(const glm::dvec3& p_volume) const {
   return offset_ ? offset_->frame().volume_from_world(base_.frame.world_from_volume(p_volume)) : p_volume;
 }
 
@@ -96,7 +96,7 @@ void TouchJudge::observe(const workbench::TouchTick& tick) {
   const haptics::ProxyStep& step = tick.servo.last_step();
   const glm::dvec3& position = record.pose.position_world;
   const glm::dvec3 hip = base_.frame.volume_from_world(position);
-  // A moving object may carry the proxy along, but not through another object.
+  // A moving object may carry the proxy along, but must not carry it through another object.
   if (const glm::dvec3* last = falls_.free_proxy(); last && has_depth_objects_ && !step.is_buried &&
                                                     step.waypoint_count > 0 && step.path_volume[0] != *last)
     falls_.set_carried_proxy(step.path_volume[0], meets(*last, step.path_volume[0]));
@@ -111,8 +111,9 @@ void TouchJudge::observe(const workbench::TouchTick& tick) {
   if (!record.has_contact && popped_ >= 0) depth_judge_.restart(), popped_ = -1;
   if (has_depth_objects_ && record.tick % depth_interval_ == 0)
     depth_judge_.judge(tick.servo_hand, record.proxy_world, tick.t, popped_);
-  // A rest is judged from its tenth tick on: on cubes, for points, in every tick; on the smooth solid, which
-  // costs milliseconds, once; in scenes with models, never.
+  // A hand at rest in contact is judged from its tenth tick on. On cubes, points are judged in every tick,
+  // and round tools not at all. On the smooth solid, where a judgement costs milliseconds, each rest is
+  // judged once. Scenes with models are not judged.
   resting_ = record.has_contact && glm::length(position - last_hip_) < 1e-6 ? resting_ + 1 : 0;
   last_hip_ = position;
   if (models_.empty() && imaged_.empty() && !has_depth_objects_ &&
@@ -131,7 +132,7 @@ bool is_imaged(const workbench::TouchTick& tick, std::size_t index, const glm::d
 }
 }  // namespace
 
-/// Judges models that the method knows by images alone, by their triangles in the model's own frame.
+/// Judges the models that the method knows only by images: by the triangles of each model, in its own frame.
 void TouchJudge::judge_passages(const workbench::TouchTick& tick) {
   const haptics::ServoRecord& record = tick.record;
   for (ImagedModel& model : imaged_) {
@@ -144,7 +145,8 @@ void TouchJudge::judge_passages(const workbench::TouchTick& tick) {
     const bool is_let_through = (tick.servo_hand.untouchable | tick.servo_hand.passable_items)
                                     .contains(static_cast<int>(model.item)) ||
                                 popped_ == static_cast<int>(model.item);
-    // A hand that is faster than the updates of the images leaves them; the method guarantees nothing there.
+    // A hand that is faster than the updates of the images leaves the region that they cover. The method
+    // guarantees nothing there.
     const bool is_covered = !item.depth || is_imaged(tick, model.item, proxy_local);
     if (is_let_through || !is_covered || record.is_reset || record.is_restarted ||
         tick.servo.last_step().is_buried)
@@ -172,9 +174,10 @@ bool TouchJudge::is_stuck(const workbench::TouchTick& tick, const glm::dvec3& hi
   const volume::Frame& frame = is_smooth_ && offset_ ? offset_->frame() : base_.frame;
   const glm::dvec3& at = tick.servo.proxy_state().proxy_volume;
   const glm::dvec3 axes[3] = {base_.frame.axes()[0], base_.frame.axes()[1], base_.frame.axes()[2]};
-  const glm::dvec3 rest =
-      is_smooth_ ? verify::sweep_ideal_proxy(smooth_, frame.axes(), judged(at), judged(hip), judged(hip), 1)
-                 : verify::resting_point_on_cubes(base_.size, solid_, axes, at, hip);
+  const glm::dvec3 rest = is_smooth_
+                              ? verify::sweep_ideal_proxy(smooth_, frame.axes(), to_smooth_frame(at),
+                                                          to_smooth_frame(hip), to_smooth_frame(hip), 1)
+                              : verify::resting_point_on_cubes(base_.size, solid_, axes, at, hip);
   const haptics::ServoRecord& record = tick.record;
   const double distance = glm::length(frame.world_from_volume(rest) - record.proxy_world);
   return distance >

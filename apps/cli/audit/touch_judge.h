@@ -1,5 +1,5 @@
 // TouchJudge: judges every tick of a touch with independent code: the tool passed through no surface, and
-// rests where a frictionless tool would.
+// rests where a frictionless tool would rest, up to the distance that friction can hold.
 #pragma once
 
 #include <memory>
@@ -14,14 +14,15 @@ namespace trephine::cli {
 
 class TouchJudge {
  public:
-  /// Borrows the operation. Judges the first shape of its scan, the other shapes that block from the front
-  /// only, and models.
+  /// Borrows the operation. Judges the first shape of its scan, those other shapes whose front alone blocks,
+  /// and models.
   explicit TouchJudge(const workbench::Operation& operation);
   void observe(const workbench::TouchTick& tick);
 
   long fall_throughs() const { return falls_.fall_throughs() + passed_; }
   long stuck() const { return stuck_; }
-  /// Number of judged ticks inside an object touched by depth images, deeper than the images allow.
+  /// Number of judged ticks in which the proxy was in an object touched by depth images, deeper than the
+  /// tolerance of the images.
   long ticks_inside_depth_object() const { return depth_judge_.too_deep + depth_judge_.passable; }
   bool has_depth_objects() const { return has_depth_objects_; }
   /// True if the method guarantees not to enter a solid.
@@ -29,7 +30,8 @@ class TouchJudge {
 
  private:
   bool meets(const glm::dvec3& a, const glm::dvec3& b) const;
-  glm::dvec3 judged(const glm::dvec3& p_volume) const;
+  /// Returns a position of the volume frame in the frame of `smooth_`.
+  glm::dvec3 to_smooth_frame(const glm::dvec3& p_volume) const;
   bool is_stuck(const workbench::TouchTick& tick, const glm::dvec3& hip) const;
 
   const haptics::TouchScene& scene_;
@@ -57,7 +59,7 @@ class TouchJudge {
   std::uint64_t depth_interval_ =
       DepthImageJudge::k_every;  ///< ticks between judgements; longer for large models
   int popped_ = -1;
-  bool has_depth_objects_ = false;  ///< an object, which may move by itself, is touched by depth images
+  bool has_depth_objects_ = false;  ///< an object is touched by depth images; it may move by itself
   verify::FallThroughJudge falls_;
   long stuck_ = 0, resting_ = 0;
   glm::dvec3 last_hip_{1e300};

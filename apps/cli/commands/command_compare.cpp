@@ -58,7 +58,7 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
     return time ? std::min(tick_count, static_cast<std::uint64_t>(std::llround(*time * rate))) : tick_count;
   };
   std::array<std::size_t, 2> bodies{};
-  // Commands may precede the first tick: the untouched state is not the state at 0 s.
+  // Commands may precede the first tick, so the untouched state may differ from the state at 0 s.
   const auto first_state = [&]() -> Result<view::ComparedState> {
     if (!arguments.at) {
       view::ComparedState untouched;

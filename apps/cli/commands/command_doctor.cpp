@@ -16,6 +16,7 @@
 #include "data-tools/files/atomic_file.h"
 #include "haptics/servo/servo_loop.h"
 #include "volume/base/percentile.h"
+#include "volume/base/text.h"
 
 namespace trephine::cli {
 
@@ -32,7 +33,8 @@ struct Finding {
   bool is_fault = false;
 };
 
-/// Measures the lateness (us, sorted) of a 1 kHz timer in a thread of the servo's priority.
+/// Measures the lateness (us, sorted) of a 1 kHz timer, in a thread with the servo's priority if the system
+/// allows it (`is_realtime`).
 std::vector<double> watch_timer(double seconds, bool& is_realtime) {
   std::vector<double> lateness_us;
   std::thread watcher([&] {
@@ -56,7 +58,8 @@ std::vector<double> watch_timer(double seconds, bool& is_realtime) {
   return lateness_us;
 }
 
-/// Draws a histogram of lateness as SVG: logarithmic scale, three bars per octave, percentiles marked.
+/// Draws a histogram of lateness as SVG, with three bars per octave and marked percentiles. Both axes are
+/// logarithmic.
 std::string timer_picture(const std::vector<double>& lateness_us) {
   constexpr int k_bars = 42;
   constexpr double k_first = 1, k_width = 860, k_height = 326, k_left = 70, k_top = 104;
@@ -174,7 +177,7 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
   if (!(arguments.seconds >= 0.1 && arguments.seconds <= 3600))
     return Error{.what = "the time is out of range",
                  .where = "--seconds",
-                 .found = std::to_string(arguments.seconds),
+                 .found = rounded_text(arguments.seconds),
                  .expected = "0.1 to 3600 s"};
   std::vector<Finding> findings;
   if (arguments.has_only_devices) {
@@ -196,7 +199,7 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
     const bool is_software = gl.value().find("llvmpipe") != std::string::npos;
     findings.push_back({"OpenGL", gl.value(),
                         is_software
-                            ? "drawn by the processor: smooth to about a million triangles; a graphics "
+                            ? "drawn by the processor: smooth up to about a million triangles; a graphics "
                               "card's driver makes it faster"
                             : "",
                         false});
@@ -250,7 +253,7 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
   else
     findings.push_back(
         {"sessions", format_text("%.1f GB free in their folder", static_cast<double>(space.available) / 1e9),
-         space.available < (1u << 30) ? "free some space: an hour needs up to 0.2 GB" : "",
+         space.available < (1u << 30) ? "free some space: an hour of recording needs up to 0.2 GB" : "",
          space.available < (1u << 30)});
   for (Finding& f : find_devices()) findings.push_back(std::move(f));
 

@@ -190,14 +190,17 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
         source.volume->contains(hand) && version.is_kept(hand) && scene.items[0].bits->is_solid(hand);
     if (distance > 3)
       notice(format_text(
-          is_inside ? "note: the path ends %.0f mm inside the bone, which stops the burr; lift the burr out "
-                      "before it moves sideways"
-                    : "note: the path ends %.0f mm from the burr, which is caught under bone; lift it out "
-                      "along the path on which it came",
+          is_inside
+              ? "note: the path ends %.0f mm inside the bone, which stops the burr; lift the burr out "
+                "before it moves sideways"
+              : "note: the path ends %.0f mm from the burr, which is caught under bone; lift the burr out "
+                "along the path on which it came",
           distance));
   }
   if (run.engine().removed_mm3() == 0 && has_touched)
-    notice("note: the burr touched the shape and removed nothing: the path did not press, or too briefly");
+    notice(
+        "note: the burr touched the shape and removed nothing: the path did not press, or "
+        "pressed too briefly");
   else if (run.engine().removed_mm3() == 0)
     print_shape_location(scene, path.value());
   return finished(outputs, std::move(outcome));

@@ -95,7 +95,7 @@ class ValueTable {
   std::size_t count_ = 0;
 };
 
-/// Writes the commands of the log, which the replay does not report.
+/// Writes the commands of the session file. They are read from the file, because Replay does not report them.
 Status export_commands(const std::string& path, ValueTable& commands) {
   Result<sim::SessionReader> opened = sim::SessionReader::open(path, modules::catalogue());
   if (!opened) return opened.error();
@@ -201,7 +201,7 @@ class SessionExport {
   ValueTable commands_, events_, instruments_;
   int sentence_ = 0, removed_tick_ = 0, removed_ = 0;
   std::vector<sim::Instrument> held_;
-  bool has_instruments_ = false;  ///< those at the start are written
+  bool has_instruments_ = false;  ///< the instruments at the start were written
   std::shared_ptr<const volume::Version> version_;
   std::size_t event_count_ = 0;
   std::uint64_t command_count_ = 0;

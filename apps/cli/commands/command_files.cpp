@@ -134,7 +134,8 @@ Result<Outcome> run_phantom(const PhantomArguments& arguments) {
   return finished(outputs, std::move(outcome));
 }
 
-/// Adds size, shells and walls of a surface, for a 3-D printer that needs walls of `limit` mm.
+/// Adds the size, shells and walls of a surface to the report, for a 3-D printer whose thinnest possible wall
+/// is `limit` mm.
 void report_walls(const volume::Mesh& mesh, const volume::Frame& frame, double limit, Outcome& outcome) {
   std::vector<glm::dvec3> vertices;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)

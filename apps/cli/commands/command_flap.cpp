@@ -1,4 +1,4 @@
-// flap: cuts a bone flap along an outline of anchors, removes, lifts and judges it.
+// flap: cuts a bone flap along an outline of anchors, removes the flap, judges it, and lifts it on request.
 #include <algorithm>
 #include <charconv>
 #include <glm/geometric.hpp>
@@ -28,7 +28,7 @@ namespace {
 struct FlapArguments {
   workbench::SourceChoice source;
   workbench::ShapeChoice shape;
-  std::string anchors, landmarks, planned;  ///< file; prefix of the case's landmarks; file
+  std::string anchors, landmarks, planned;  ///< a file; prefix of the case's landmarks; a file
   std::string at, seed;                     ///< x,y,z, mm
   double diameter = 60;
   int corners = 32;
@@ -99,8 +99,9 @@ const T* last_event(const sim::Engine& engine, dvec3* at = nullptr) {
   return nullptr;
 }
 
-/// Draws the flap from above its centre along its normal; if the normal is 0, from outside the head. A lifted
-/// flap is drawn from the side, so that it does not cover its opening.
+/// Draws the flap from outside, in a direction slightly oblique to its normal. If the normal is 0, the
+/// direction from the centre of the scan replaces it. A lifted flap is drawn more from the side, so that it
+/// does not cover its opening.
 Status draw(sim::Lockstep& run, const workbench::Operation& operation, const dvec3& middle,
             const dvec3& normal, double lift, const std::string& path) {
   auto surface = view::make_offscreen(1200, 900);
@@ -133,7 +134,7 @@ volume::Mesh mesh_of(const std::vector<sim::Body>& bodies) {
   return mesh;
 }
 
-/// Adds the report of the flap to the outcome. Error: the target's label has no voxels.
+/// Adds the report of the flap to the outcome. Returns an error if the label of the target has no voxels.
 Status report_flap(const sim::Engine& engine, Outcome& outcome) {
   Json& json = outcome.json;
   const auto& cut = *last_event<bone_flap::FlapCut>(engine);

@@ -67,8 +67,8 @@ Result<fluoroscopy::XrayTaken> go_to_shot(workbench::Moment& moment, int number)
       .expected = count > 0 ? format_text("1 to %d", static_cast<int>(count)) : "a session with shots"};
 }
 
-/// Returns the pose of the C-arm: of the shot or the session, then of a file, a named view and numbers. Each
-/// overrides the previous ones.
+/// Returns the pose of the C-arm. Later sources override earlier ones: the shot or else the session, the
+/// file, the named view, and single numbers.
 Result<CArm> arm_of(const FluoroArguments& a, const workbench::Moment& moment, const CArm* shot) {
   CArm arm;
   const glm::dvec3 middle = 0.5 * (glm::dvec3(moment.scan->size) - 1.0);
@@ -131,7 +131,7 @@ bool sees(const View& view, const volume::Volume& scan) {
   dvec2 low(1e300), high(-1e300);
   for (const dvec3& corner : volume::corners_world(scan.frame, glm::ivec3(0), scan.size - 1)) {
     const auto pixel = view.project(corner);
-    if (!pixel) return true;  // around the source
+    if (!pixel) return true;  // a corner is behind the source
     low = glm::min(low, *pixel), high = glm::max(high, *pixel);
   }
   return high.x >= view.open.column_low && high.y >= view.open.row_low && low.x < view.open.column_high &&
@@ -222,6 +222,11 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   const auto opened = open_with(a.moment, a.objects);
   if (!opened) return opened.error();
   std::optional<fluoroscopy::XrayTaken> session_shot;
+  if (a.shot && *a.shot != std::floor(*a.shot))
+    return Error{.what = "the number of a shot is not whole",
+                 .where = "--shot",
+                 .found = format_text("%g", *a.shot),
+                 .expected = "1, 2, 3 or more"};
   if (a.shot) {
     if (a.moment.until)
       return Error{.what = "the shot already selects the time",
@@ -253,11 +258,12 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
   for (const auto& object : moment.objects)
     if (Status error = imaging::check_closed(object)) return *error;
 
-  // The image, and, side by side with it, the image of the other kind if requested.
+  // Compute the image and, for --side-by-side, also the image of the other kind (volume or surfaces).
   const bool is_surface = a.integration == static_cast<std::uint8_t>(Integration::surface);
   const auto clock = Clock::now();
+  std::vector<double> sums, other;
   // Sums along the parts of the rays outside the scan; empty for images from surfaces.
-  std::vector<double> sums, other, sums_beyond, other_beyond;
+  std::vector<double> sums_beyond, other_beyond;
   Outcome outcome("fluoro");
   Json& json = outcome.json;
   std::int64_t hidden_count = 0, tissue_count = 0;

@@ -44,8 +44,8 @@ Status add_labels(volume::Volume& scan, const std::string& file) {
   return std::nullopt;
 }
 
-/// Returns the reason why a trajectory is implausible, as with another unit, frame or patient; empty if it is
-/// plausible.
+/// Returns the reason why a trajectory is implausible, as if its unit, frame or patient were wrong; empty if
+/// it is plausible.
 std::string implausibility_of(const volume::PlannedTrajectory& t, const volume::Volume& scan,
                               const data_tools::CasePlan& plan) {
   const double length = glm::length(t.target_world - t.entry_world);
@@ -113,7 +113,7 @@ Status add_plan(data_tools::CasePlan& plan, const std::string& file, const volum
   return std::nullopt;
 }
 
-/// Sets the plan's structures: those of the case, unless the arguments define another shape.
+/// Sets the structures of the plan. The structures of a case stay, unless the arguments define another shape.
 Status choose_structures(const ImportArguments& arguments, workbench::Source& source,
                          data_tools::CasePlan& plan) {
   const bool is_overridden = !arguments.labels.empty() || arguments.shape.is_set() ||
@@ -223,7 +223,8 @@ Result<Outcome> run_import(const ImportArguments& arguments) {
   plan.label_colours = scan->label_colours;
   if (Status error = choose_structures(arguments, source, plan)) return *error;
   if (Status error = forbid(plan, arguments.forbid)) return *error;
-  // Quality of the original scan: filled or removed voxels do not come from the scanner.
+  // Measure the quality of the scan as it was before choose_structures() filled or removed voxels, because
+  // the changed voxels do not come from the scanner.
   if (!plan.structures.empty() && !plan.structures[0].shape.is_label())
     plan.quality = data_tools::scan_quality(*scan, plan.structures[0].shape);
   scan = source.volume;

@@ -25,9 +25,9 @@ struct InfoArguments {
   std::string chart;
 };
 
-/// Returns the lines of the header from the settings of the force on, without the tables of types and
-/// modules.
-std::vector<std::string> persistent_of(const sim::SessionHeader& header) {
+/// Returns the settings of a header: its encoded lines from "smoothing_alpha=" to the end, without the lines
+/// of types and modules.
+std::vector<std::string> setting_lines_of(const sim::SessionHeader& header) {
   std::istringstream lines(sim::encode(header));
   std::vector<std::string> settings;
   bool is_setting = false;
@@ -37,7 +37,8 @@ std::vector<std::string> persistent_of(const sim::SessionHeader& header) {
   }
   return settings;
 }
-/// Prints the names of a plan, one line for each kind of object. All values are in the settings of --json.
+/// Prints the names of a plan, one line for each kind of object. The list `settings` of --json has all
+/// values.
 void print_plan(const volume::SurgicalPlan& plan, Outcome& outcome) {
   const auto print_names = [&outcome](const char* kind, const auto& objects) {
     std::string names;
@@ -92,7 +93,7 @@ Result<Outcome> describe_session(const std::string& path) {
     } else if (const auto* event = std::get_if<sim::EventItem>(&item)) {
       add_event(event->event.tick, event->event.hand,
                 workbench::describe_event(event->event, h.plan.procedure).text);
-      // A refusal that follows an undo or a redo is that of this command, which is then not counted.
+      // If a refusal follows an undo or a redo, this command was refused and is not counted.
       if (counted && event->event.value.as<sim::StepRefused>()) --*std::exchange(counted, nullptr);
     } else if (const auto* version = std::get_if<sim::VersionItem>(&item)) {
       ++versions;
@@ -116,7 +117,7 @@ Result<Outcome> describe_session(const std::string& path) {
   json["modules"] = Json::array();
   for (const sim::NamedVersion& module : h.modules)
     json["modules"].push_back({{"name", module.name}, {"version", module.version}});
-  json["settings"] = persistent_of(h);
+  json["settings"] = setting_lines_of(h);
   json["seconds"] = seconds;
   json["ticks"] = ticks;
   json["dropped_ticks"] = dropped;
@@ -149,7 +150,7 @@ Result<Outcome> describe_session(const std::string& path) {
     if (!line.empty()) outcome.print("  {line}", {{"line", line}});
     line.clear();
   };
-  for (const std::string& setting : persistent_of(without_plan)) {
+  for (const std::string& setting : setting_lines_of(without_plan)) {
     if (setting.starts_with("structure=") || setting.starts_with("hand=")) print_settings();
     line.push_back(setting);
   }
@@ -174,7 +175,8 @@ Result<Outcome> describe_session(const std::string& path) {
   return outcome;
 }
 
-/// Returns series as JSON. Their free texts, which may contain names, are included with --keep-identity only.
+/// Returns series as JSON. Descriptions, which may contain names, and dates are included with --keep-identity
+/// only.
 Json series_json(const std::vector<data_tools::SeriesFacts>& series) {
   Json list = Json::array();
   for (const data_tools::SeriesFacts& s : series) {
@@ -194,7 +196,7 @@ Json series_json(const std::vector<data_tools::SeriesFacts>& series) {
   return list;
 }
 
-/// Reports series. The printed table always contains their free texts.
+/// Reports series. The printed table always contains descriptions and dates.
 void report_series(const std::vector<data_tools::SeriesFacts>& series, Outcome& outcome) {
   outcome.json["series"] = series_json(series);
   Json rows = outcome.json["series"];
@@ -349,7 +351,7 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
     report_plan(*source.plan, v.is_hounsfield, outcome);
     if (Status error = report_files(*source.plan, outcome)) return *error;
   }
-  // Quality stored in the case, or measured here.
+  // Report the quality that the case stores, unless --quality or --chart requests a measurement.
   std::optional<data_tools::ScanQuality> quality;
   volume::Shape shape;
   if (source.plan && !source.plan->structures.empty()) shape = source.plan->structures[0].shape;
@@ -360,7 +362,7 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
       return Error{.what = "the quality of a label cannot be measured",
                    .where = "quality",
                    .found = shape.name,
-                   .expected = "a structure of intensities first in the case",
+                   .expected = "a case whose first structure is a range of intensities",
                    .remedy = "pass the scan instead of the case"};
     quality = data_tools::scan_quality(v, shape);
   }
@@ -391,7 +393,7 @@ Run build_info(Options& options) {
               "(see docs/accuracy.md)");
   options.add("--chart", a->chart, "As --quality, with a picture of the measured edges").type("PNG");
   options.add("--list", a->is_listing,
-              "List the series and volumes of a DICOM folder, complete or not, and stop");
+              "Only list the series and volumes of a DICOM folder, including incomplete ones");
   options.add_modules();
   return run_with(a, run_info);
 }

@@ -27,12 +27,14 @@ struct LaminectomyArguments : VertebraArguments {
 };
 
 /// Draws sections of the scan through a vertebra, with removed bone tinted.
-class Plane {
+class SectionDrawer {
  public:
-  Plane(const laminectomy::Outcome& outcome, const volume::Field& bone, const volume::Version& version)
+  SectionDrawer(const laminectomy::Outcome& outcome, const volume::Field& bone,
+                const volume::Version& version)
       : outcome_(outcome), bone_(bone), version_(version), intensity_(bone.volume(), whole()) {}
 
-  /// Section around a position of the vertebra's frame (mm); `right` and `up` are the picture's directions.
+  /// Returns a section. `at_local`: its centre; `right`, `up`: directions of the picture. All three are in
+  /// the vertebra's frame (mm).
   imaging::Panel panel(const dvec3& at_local, const dvec3& right, const dvec3& up) const {
     return image([&](double x, double y) {
       const dvec3 p =
@@ -43,27 +45,28 @@ class Plane {
       return pixel;
     });
   }
-  /// The vertebra's arch from the back, as `Pars` measures it: the brightest bone along each line of sight
-  /// between the canal's centre and the laminae's outer surface. Lines without remaining bone are tinted.
+  /// Returns the view of the vertebra's arch from the back, as `Pars` measures it: the brightest bone along
+  /// each line of sight between the canal's centre and the laminae's outer surface. Lines of sight whose bone
+  /// was removed completely are tinted.
   imaging::Panel from_behind(double middle_z, int label) const {
     constexpr double k_step = 0.5;  // mm along a line of sight
     const volume::Volume& scan = bone_.volume();
     return image([&](double x, double y) {
       Pixel pixel;
-      bool is_left = false, is_removed = false;
+      bool is_remaining = false, is_removed = false;
       for (double depth = 0; depth <= outcome_.roof_back; depth += k_step) {
         const dvec3 p = scan.frame.volume_from_world(outcome_.frame.world({-x, depth, middle_z + y}));
         if (!scan.contains(volume::voxel_of(p)) || (label >= 0 && label_share(p, label) < 0.5)) continue;
         pixel.intensity = std::max(pixel.intensity, intensity_.value(p));
         if (bone_.value(p) < 0) continue;
-        (version_.distance(p) > 0 ? is_left : is_removed) = true;
+        (version_.distance(p) > 0 ? is_remaining : is_removed) = true;
       }
-      pixel.is_removed = is_removed && !is_left;
+      pixel.is_removed = is_removed && !is_remaining;
       return pixel;
     });
   }
-  /// Axial section of the canal at height `z` (mm), in the surgeon's view: the back up, the patient's left on
-  /// the left.
+  /// Returns the axial section of the canal at height `z` (mm) as a surgeon views it: the patient's back is
+  /// up, the patient's left is on the left.
   imaging::Panel across(double z, const std::string& title) const {
     imaging::Panel panel = this->panel({0, 15, z}, {-1, 0, 0}, {0, 1, 0});
     panel.title = title;
@@ -82,7 +85,7 @@ class Plane {
   template <class PixelAt>
   static imaging::Panel image(const PixelAt& pixel_at) {
     constexpr double k_edge = 96, k_pixel = 0.25;                                      // mm
-    constexpr double k_dark = -200, k_bright = 1200, k_removed[3] = {0.9, 0.25, 0.2};  // HU; a tint
+    constexpr double k_dark = -200, k_bright = 1200, k_removed[3] = {0.9, 0.25, 0.2};  // HU; k_removed: tint
     imaging::Panel panel;
     panel.columns = panel.rows = static_cast<int>(k_edge / k_pixel);
     panel.mm_per_pixel = k_pixel;
@@ -126,8 +129,9 @@ class Plane {
   volume::Field intensity_;  ///< of the scan itself
 };
 
-/// Draws the canal's wall into a panel of across(), whose centre is 15 mm behind the canal's centre. A line
-/// ends where neighbouring rays meet different bones, as at a foramen; lines shorter than 3 mm are omitted.
+/// Draws the canal's wall before and after the operation into a panel of across(). The panel's centre is 15
+/// mm behind the canal's centre. A line ends at a ray that meets no bone, and between neighbouring rays whose
+/// lengths differ by 1.5 mm or more, as at a foramen. Lines shorter than 3 mm are omitted.
 void add_walls(imaging::Panel& panel, const CanalSection& section) {
   constexpr double k_jump = 1.5, k_min = 3;  // mm
   for (const bool is_after : {false, true}) {
@@ -161,8 +165,8 @@ void add_walls(imaging::Panel& panel, const CanalSection& section) {
   }
 }
 
-/// Writes the sections of the findings and the view of both isthmuses as one picture.
-Status draw(const laminectomy::Outcome& o, const Judgement& j, int label, const Plane& plane,
+/// Writes one picture with the axial sections at the findings and the view of both pars from the back.
+Status draw(const laminectomy::Outcome& o, const Judgement& j, int label, const SectionDrawer& drawer,
             const std::string& path) {
   std::vector<imaging::Panel> panels;
   const auto section = [&](const dvec3& world) -> const CanalSection& {
@@ -173,7 +177,7 @@ Status draw(const laminectomy::Outcome& o, const Judgement& j, int label, const 
   };
   const auto add = [&](const dvec3& world, const std::string& title) {
     const CanalSection& nearest = section(world);
-    imaging::Panel panel = plane.across(nearest.z, title);
+    imaging::Panel panel = drawer.across(nearest.z, title);
     // Findings in one slice share one picture.
     for (imaging::Panel& other : panels)
       if (other.foot == panel.foot) {
@@ -194,10 +198,10 @@ Status draw(const laminectomy::Outcome& o, const Judgement& j, int label, const 
                            : facet == j.right_upper_facet ? "Right upper"
                                                           : "Right lower";
   if (facet >= 0.5) add(j.facet_at, format_text("%s facet: %.0f %% removed", facet_name, facet));
-  // Both isthmuses from the back.
+  // View of both pars from the back.
   const bool is_left = j.left_pars < j.right_pars;
   const dvec3 pars = o.frame.local(is_left ? j.left_pars_at : j.right_pars_at);
-  imaging::Panel back = plane.from_behind(pars.z, label);
+  imaging::Panel back = drawer.from_behind(pars.z, label);
   back.title = format_text("Pars: left %.1f mm, right %.1f mm", j.left_pars, j.right_pars);
   back.left = "L", back.right = "R", back.above = "S", back.below = "I";
   back.foot = "from the back";
@@ -214,8 +218,8 @@ Status draw(const laminectomy::Outcome& o, const Judgement& j, int label, const 
 }
 
 /// Reports contacts with forbidden structures (dura, roots), with the slices in which the tool entered them.
-void report_contacts(const sim::Engine& engine, const volume::VertebraFrame& frame, const Plane& plane,
-                     Outcome& outcome) {
+void report_contacts(const sim::Engine& engine, const volume::VertebraFrame& frame,
+                     const SectionDrawer& drawer, Outcome& outcome) {
   outcome.json["forbidden"] = Json::array();
   for (std::size_t s = 0; s < engine.forbidden().size(); ++s) {
     const std::string& name = engine.forbidden()[s]->name();
@@ -230,7 +234,7 @@ void report_contacts(const sim::Engine& engine, const volume::VertebraFrame& fra
       const double height = frame.local(chronicle[i].position_world).z;
       // Skip contacts at other vertebrae.
       if (height < frame.low || height > frame.high) continue;
-      slices.push_back(plane.slice(chronicle[i].position_world) + 1);
+      slices.push_back(drawer.slice(chronicle[i].position_world) + 1);
       contacts.push_back({{"position_world_mm", json_of(chronicle[i].position_world)},
                           {"slice", slices.back()},
                           {"tick", chronicle[i].tick},
@@ -269,11 +273,11 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
   if (!judged) return no_canal(judged.error(), "laminectomy");
   const laminectomy::Outcome& o = judged.value();
   const Judgement j = laminectomy::judgement_of(o, arguments.vertebra);
-  const Plane plane(o, bone, *engine.current());
+  const SectionDrawer drawer(o, bone, *engine.current());
   Outcome outcome("laminectomy");
   Json& json = outcome.json;
   const auto located = [&](Json row, const dvec3& at) {
-    row["position_world_mm"] = json_of(at), row["slice"] = plane.slice(at) + 1;
+    row["position_world_mm"] = json_of(at), row["slice"] = drawer.slice(at) + 1;
     return row;
   };
   const auto percent = [](double left, double before) { return before > 0 ? 100 * left / before : 100.0; };
@@ -292,10 +296,10 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
   if (o.is_at_border) notice("the scan ends within the vertebra: sizes and shares refer to the scanned part");
   outcome.print("canal: {before_mm2:.0f} mm² where it is narrowest (slice {slice}), now {now_mm2:.0f}",
                 json["canal"]);
-  outcome.print(o.widest_opened < 0 ? "its roof is closed"
-                                    : "its roof is open along {length_mm:.0f} mm, {width_mm:.1f} mm wide at "
-                                      "most (slice {slice}): there {canal_before_mm2:.0f} mm², now "
-                                      "{canal_now_mm2:.0f}",
+  outcome.print(o.widest_opened < 0 ? "the roof of the canal is closed"
+                                    : "the roof of the canal is open along {length_mm:.0f} mm, at most "
+                                      "{width_mm:.1f} mm wide (slice {slice}); area of the canal there: "
+                                      "{canal_before_mm2:.0f} mm² before, {canal_now_mm2:.0f} now",
                 json["opening"]);
   outcome.print("lamina: {lamina:.0f} % left; spinous process: {process:.0f} % left",
                 {{"lamina", percent(j.lamina_remaining, j.lamina_before)},
@@ -330,8 +334,8 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
   if (plunges > 0)
     outcome.print("burrs broke through {count} times and plunged at most {deepest_plunge_mm:.1f} mm",
                   json["breakthroughs"]);
-  report_contacts(engine, o.frame, plane, outcome);
-  outputs.write(arguments.slices, [&] { return draw(o, j, label, plane, arguments.slices); });
+  report_contacts(engine, o.frame, drawer, outcome);
+  outputs.write(arguments.slices, [&] { return draw(o, j, label, drawer, arguments.slices); });
   return finished(outputs, std::move(outcome));
 }
 

@@ -32,8 +32,13 @@ Result<Measure> parse_measure(const std::string& text, Kind kind, const char* op
     rest = end == std::string::npos ? "" : rest.substr(end + 1);
     return part;
   };
-  while (!rest.empty()) {
+  for (int number = 0; !rest.empty(); ++number) {
     const std::string part = next();
+    if ((kind == Kind::region || kind == Kind::part) && number > 1)
+      return Error{.what = "a further value after the radius",
+                   .where = option,
+                   .found = part,
+                   .expected = "X,Y,Z or X,Y,Z:RADIUS"};
     if ((kind == Kind::region || kind == Kind::part) && !request.at.empty()) {
       char* end = nullptr;
       request.radius = std::strtod(part.c_str(), &end);
@@ -96,7 +101,7 @@ void report(const Measured& m, bool is_hounsfield, Outcome& outcome) {
   if (!m.problem.empty()) outcome.exit_code = exit_check_failed;
 }
 
-/// Measurements as markups of 3D Slicer.
+/// Returns measurements as markups of 3D Slicer (JSON).
 std::string markups_text(const std::vector<Measured>& measures) {
   Json root = {
       {"@schema",

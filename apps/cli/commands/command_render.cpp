@@ -114,14 +114,16 @@ Status set_openings(const RenderArguments& a, const workbench::Moment& moment, v
   return std::nullopt;
 }
 
-/// Returns the scan without visible parts outside the patient's body, such as a head holder; reports them.
+/// Returns the scan without visible parts outside the patient's body, such as a head holder. First searches
+/// for large parts as dense as bone, and prints their number. Only if there are such parts, visible parts of
+/// any size and density are removed as well.
 Result<std::shared_ptr<const volume::Volume>> without_surroundings(std::shared_ptr<const volume::Volume> scan,
                                                                    const volume::TransferFunction& transfer,
                                                                    Outcome& outcome) {
   constexpr double k_tissue = -300, k_bone = 300;  // HU
   const auto first =
       std::find_if(transfer.begin(), transfer.end(), [](const auto& p) { return p.opacity > 0; });
-  // Opacity rises from the point before the first visible one.
+  // Opacity rises from 0 at the last point before the first visible point.
   const double visible_from =
       first == transfer.begin() || first == transfer.end() ? k_tissue : (first - 1)->value;
   volume::Shape visible;

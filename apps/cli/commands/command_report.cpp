@@ -1,4 +1,4 @@
-// report: writes a page for trainee and teacher about a recorded session.
+// report: writes a page for trainee and teacher about a recorded session, or about the sessions of a folder.
 #include <algorithm>
 #include <filesystem>
 #include <future>
@@ -19,7 +19,7 @@ struct ReportArguments {
   std::string session, expert, output;
 };
 
-/// Returns the title: the procedure, or the kind of the case.
+/// Returns the title of the page: that of the procedure, or else a name for the kind of the case.
 std::string title_of(const workbench::ReportData& data) {
   const volume::SurgicalProcedure& procedure = data.header().plan.procedure;
   if (!procedure.title.empty()) return procedure.title;

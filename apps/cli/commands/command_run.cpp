@@ -84,7 +84,7 @@ Result<Outcome> run_script(const RunArguments& arguments) {
   if (Status error = outputs.result()) return *error;
 
   const double removed = report.measure("removed");
-  // With a simulated person, unmet expectations are results.
+  // Expectations that a simulated person does not meet are results, and do not make the command fail.
   Outcome outcome("run", report.is_met() || request.performance ? exit_done : exit_check_failed);
   Json& json = outcome.json;
   json["title"] = request.script.title;

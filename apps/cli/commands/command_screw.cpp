@@ -40,7 +40,7 @@ std::string side_text(pedicle::BodySide side) {
   return std::string(pedicle::k_side_names[static_cast<std::size_t>(side)]);
 }
 
-/// Section plane of the scan: `right` and `up` are the picture's directions.
+/// Section plane of the scan (world, mm): centre and directions of the picture.
 struct SectionFrame {
   dvec3 middle, right, up;
   dvec2 place(const dvec3& world) const {
@@ -73,7 +73,8 @@ imaging::Panel panel_of(const volume::Volume& scan, const SectionFrame& frame, d
 
 constexpr imaging::Panel::Colour k_screw{255, 210, 60}, k_breach{230, 70, 60};
 
-/// Draws a screw in the plane of its axis and of the midline's normal, and across its axis at the breach.
+/// Adds two panels of a screw: in the plane of its axis and of `left` (the vertebra's direction to the left),
+/// and across its axis at the breach, or where the bone around the screw is thinnest.
 void add_panels(const Finding& finding, const volume::Volume& scan, const dvec3& left,
                 const volume::SurgicalPlan* plan, std::vector<imaging::Panel>& panels) {
   const Screw& screw = finding.screw;
@@ -161,8 +162,8 @@ void print(const Finding& finding, const Json& row, Outcome& outcome) {
                 row);
   if (j.is_uncertain)
     outcome.print(
-        "  the voxels allow grades {grade_if_bone_is_larger} to {grade_if_bone_is_smaller} (half a voxel: "
-        "{half_voxel_mm:.1f} mm)",
+        "  uncertain: grade {grade_if_bone_is_larger} if the bone is half a voxel ({half_voxel_mm:.1f} mm) larger, "
+        "grade {grade_if_bone_is_smaller} if it is half a voxel smaller",
         row);
   if (j.front > 0) outcome.print("  {in_front_mm:.1f} mm in front of the vertebra's body", row);
   if (j.has_intensity) outcome.print("  core {core_hu:.0f} HU, shell {shell_hu:.0f} HU", row);
@@ -171,7 +172,8 @@ void print(const Finding& finding, const Json& row, Outcome& outcome) {
         "  plan \"{plan/trajectory}\": entry {plan/entry_error_mm:.1f} mm off, target "
         "{plan/target_error_mm:.1f} mm, {plan/angle_error_degrees:.1f} degrees",
         row);
-  if (j.has_track) outcome.print("  length less depth of the track: {length_less_track_mm:.1f} mm", row);
+  if (j.has_track)
+    outcome.print("  length of the screw minus depth of its track: {length_less_track_mm:.1f} mm", row);
   if (j.has_score) outcome.print("  score {score:.0f} of 100", row);
 }
 

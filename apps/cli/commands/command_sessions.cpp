@@ -32,7 +32,7 @@ struct ResumeArguments {
   workbench::SourceChoice case_source;
   std::string session, path;
   std::optional<double> at;
-  std::string record;  ///< file of the new session, with `at`
+  std::string record;  ///< file of the new session; required with `at`, and only allowed with it
   workbench::DeviceChoice device;
 };
 
@@ -119,7 +119,8 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   std::string csv = arguments.steps.empty() ? "" : k_steps_header;
   double strongest = 0;
   const auto start = Clock::now();
-  // A moment alone is opened by seeking; a report of the ticks before it needs a replay.
+  // The state at one moment is opened by seeking. A table of steps and a verification need every tick before
+  // this moment, and thus a replay.
   const bool is_seeking = end < tick_count && arguments.steps.empty() && !arguments.is_verifying;
   if (is_seeking)
     if (Status error = replay.seek(end)) return *error;
@@ -146,8 +147,8 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
                              format_text("damaged at byte %llu",
                                          static_cast<unsigned long long>(session.reader->complete_bytes())),
                              "everything before that is the same"};
-  // A session that was cut to its header has nothing to compare, which counts as a mismatch.
-  if (!mismatch && replay.counts().ticks == 0 && replay.counts().commands == 0)
+  // A session that was truncated after its header has nothing to compare; this counts as a mismatch.
+  if (!mismatch && end > 0 && replay.counts().ticks == 0 && replay.counts().commands == 0)
     mismatch = sim::Mismatch{0, "session", "neither ticks nor commands", "something to compare"};
   outputs.write(arguments.steps, [&] { return data_tools::write_file_atomically(arguments.steps, csv); });
   notify_resampled(*session.source.volume, arguments.output);
@@ -215,7 +216,8 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
     } else {
       json["is_complete"] = session.reader->end().has_value();
       if (!session.reader->end())
-        outcome.print("the session has no end, since the program was stopped: its existing part is compared");
+        outcome.print(
+            "the session has no end, since the program was stopped: only the recorded part is compared");
       outcome.print(
           "the same to the bit: {forces} forces, {versions} versions, {checkpoints} checkpoints, voxel hash "
           "{content_hash}",
@@ -225,7 +227,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   return finished(outputs, std::move(outcome));
 }
 
-/// Writes the session up to the chosen time into the file that is then continued.
+/// Copies the session up to the chosen time into the file `record`, which run_resume() then continues.
 Status fork(const ResumeArguments& arguments) {
   if (arguments.record.empty())
     return Error{.what = "no file for the new session",
@@ -236,7 +238,7 @@ Status fork(const ResumeArguments& arguments) {
     return Error{.what = "the time is out of range",
                  .where = "--at",
                  .found = format_text("%g s", *arguments.at),
-                 .expected = "0 s or more"};
+                 .expected = "0 to 1000000 s"};
   workbench::RecordChoice record;
   record.file = arguments.record;
   if (Status error = check(record)) return error;
@@ -347,8 +349,8 @@ Run build_resume(Options& options) {
   options.add("--path", a->path, "Continue with a path instead of a window").type("PATH.csv");
   options
       .add("--at", a->at,
-           "Continue in a new session from this time instead of the end; the new session starts at a block "
-           "of the log, up to 1000 ticks earlier")
+           "Continue a copy of the session from this time instead of the end; the copy ends at the last "
+           "complete block of the log, up to 1000 ticks before this time")
       .type("S");
   options.add("--record", a->record, "The new session, with --at").type("FILE");
   add_devices(options, a->device);

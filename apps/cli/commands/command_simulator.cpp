@@ -1,4 +1,4 @@
-// simulator: a start page to choose an operation, and the window of each chosen one.
+// simulator: shows a start page to choose an operation, and the window of each chosen operation.
 #include <utility>
 
 #include "apps/cli/commands.h"
@@ -77,7 +77,7 @@ Result<Outcome> run_simulator(const SimulatorArguments& arguments) {
   data_tools::OutputSet outputs;
   outputs.add_output("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
-  // Report a wrong name of a device before the start page, not after a choice on it.
+  // Report an invalid name of a device before the start page opens, not after an operation was chosen.
   if (const auto devices = workbench::make_devices(arguments.device, terminal_listener()); !devices)
     return devices.error();
   Outcome outcome("simulator");

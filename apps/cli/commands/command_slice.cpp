@@ -1,4 +1,4 @@
-// slice: slice of a scan in a plane or slab, before and after the operation.
+// slice: draws a slice of a scan in a plane or slab, before and after the operation.
 #include <cmath>
 
 #include "apps/cli/commands.h"

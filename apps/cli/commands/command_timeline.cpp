@@ -11,12 +11,13 @@ struct TimelineArguments {
   std::string session;
 };
 
-/// Truncates a text, such as a long list of numbers, to a line of a terminal.
+/// Truncates a text, such as a long list of numbers, to 160 bytes for a terminal.
 std::string shortened(const std::string& text) {
   constexpr std::size_t k_max = 160;
   if (text.size() <= k_max) return text;
   std::size_t end = k_max;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;  // keeps characters whole
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80)
+    --end;  // does not cut a UTF-8 character
   return text.substr(0, end) + " ...";
 }
 

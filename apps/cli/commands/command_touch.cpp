@@ -15,6 +15,7 @@
 #include "data-tools/files/output_set.h"
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
+#include "volume/base/text.h"
 #include "volume/base/work_counters.h"
 
 namespace trephine::cli {
@@ -29,7 +30,7 @@ struct TouchArguments {
   double alpha = 0.3, rate = 1000, radius = 0, blur = 0;
   ModelArguments models;
   std::vector<std::string> effects;  ///< name and parameters of each (haptics/force/effects.h)
-  std::string stiffness_ramp;        ///< HU0,HU1,K1
+  std::string stiffness_ramp;        ///< A,B,K as parse_ramp() reads it
   bool is_passive = false;
   workbench::RecordChoice record;
 };
@@ -71,7 +72,7 @@ Result<data_tools::CaseMaterial> material_of(const TouchArguments& arguments) {
   if (arguments.stiffness && !(*arguments.stiffness > 0 && *arguments.stiffness <= 100))
     return Error{.what = "the stiffness is out of range",
                  .where = "--stiffness",
-                 .found = std::to_string(*arguments.stiffness),
+                 .found = rounded_text(*arguments.stiffness),
                  .expected = "above 0, at most 100 N/mm"};
   material.stiffness = arguments.stiffness;
   material.viscosity = arguments.viscosity;
@@ -112,7 +113,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   if (Status error = outputs.check()) return *error;
   if (Status error = check(arguments.record)) return *error;
 
-  // Open the path first: an error in it is found at little cost.
+  // Open the path before the scan: an error in the path is then reported without a wait for the scan.
   auto path = workbench::open_path(arguments.path);
   if (!path) return path.error();
   auto opened = workbench::open_operation(arguments.source, choice, terminal_listener());
@@ -121,13 +122,14 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   const workbench::Source& source = operation.source;
   const haptics::TouchScene& scene = *operation.scene();
   if (source.is_altered && !arguments.record.file.empty())
-    notice("note: the touched scan differs from the scan that was read: it is written to the session");
+    notice(
+        "note: the touched scan differs from the scan that was read, so the touched scan is written to the session");
   auto recorder = workbench::start_recording(arguments.record, operation);
   if (!recorder) return recorder.error();
 
   TouchJudge judge(operation);
   const WorkCounters& work = work_counters();
-  const auto judge_surfaces = work.surfaces.load();
+  const auto surfaces_before = work.surfaces.load();
   std::map<std::string, long> events;
   std::vector<double> contact_us, free_us;
   std::string csv = k_steps_header;
@@ -171,7 +173,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
                       {"cells", total.cells},
                       {"iterations", total.iterations},
                       {"most_voxels_in_a_step", worst.voxels},
-                      {"surfaces_made", work.surfaces.load() - judge_surfaces},
+                      {"surfaces_made", work.surfaces.load() - surfaces_before},
                       {"offset_fields_made", work.offset_fields.load()},
                       {"gl_contexts_made", work.gl_contexts.load()},
                       {"shapes_with_bits", work.occupancies.load()}};

@@ -14,7 +14,7 @@ inline Json frame_json(const volume::Volume& v) {
           {"axis_z", json_of(v.frame.axes()[2])}};
 }
 
-/// Line of the grid, from the rows of frame_json().
+/// Line of text that prints the rows `size` and `spacing_mm` of frame_json().
 inline constexpr const char* k_size_line =
     "{size/0} x {size/1} x {size/2} voxels of {spacing_mm/0:.4g} x {spacing_mm/1:.4g} x "
     "{spacing_mm/2:.4g} mm";

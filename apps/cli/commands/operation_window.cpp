@@ -11,6 +11,7 @@
 #include "data-tools/files/atomic_file.h"
 #include "data-tools/files/output_set.h"
 #include "modules/catalogue.h"
+#include "volume/base/text.h"
 #include "volume/base/work_counters.h"
 
 namespace trephine::cli {
@@ -36,8 +37,8 @@ Result<view::StructureOpacity> opacity_of(const std::string& words) {
 /// Services for an open window: opens scans and sessions, and starts their recordings.
 class Host {
  public:
-  /// `choice`, `record`: requested at the start. Scans opened later are recorded in FILE-2, FILE-3 and so on,
-  /// or in autosaves.
+  /// `choice`, `record`: requested at the start. Every later scene (of another scan, a further scan or
+  /// another shape) is recorded in FILE-2, FILE-3 and so on, or in an autosave.
   Host(workbench::Source source, std::string path, workbench::OperationChoice choice,
        workbench::RecordChoice record)
       : source_(std::move(source)),
@@ -53,17 +54,17 @@ class Host {
     workbench::OperationChoice choice = choice_;
     choice.shape = {};
     choice.shape.omits_holder = true;
-    choice.volumes.clear(), choice.models.clear();  // they belong to the frame of the first scan
+    choice.volumes.clear(), choice.models.clear();  // positioned in the world of the first scan
     // The user can change this automatic threshold in the window.
     if (!opened.value().plan) choice.shape.is_auto = true;
     Result<view::OpenedScene> result = make(opened.value(), path, choice, listener);
     if (!result) return result;
     source_ = std::move(opened).value(), path_ = path;
-    choice_.volumes.clear(), choice_.models.clear();
+    choice_ = std::move(choice);
     return result;
   }
 
-  /// Opens the current scan again, with a further scan to touch.
+  /// Reopens the scan that was opened last, with a further scan to touch.
   Result<view::OpenedScene> add_scan(const std::string& path, const std::string& shape,
                                      const workbench::Listener& listener) {
     workbench::OperationChoice choice = choice_;
@@ -73,8 +74,8 @@ class Host {
     return result;
   }
 
-  /// Continues a session. Uses the open scan if the session does not contain its scan and that is not built
-  /// in.
+  /// Continues a session. Uses the open scan if the session neither contains its scan nor names a built-in
+  /// scan.
   Result<view::OpenedScene> resume(const std::string& session, const workbench::Listener& listener) {
     const auto scan = scan_for(session, path_);
     if (!scan) return scan.error();
@@ -93,6 +94,10 @@ class Host {
                              resumed_session->header().force};
     opened.plan = std::make_shared<const volume::SurgicalPlan>(resumed_session->header().plan);
     opened.scan = scan.value().path;
+    // A later change of the shape or a further scan begins with this scan.
+    source_ = source, path_ = scan.value().path;
+    choice_.shape = {}, choice_.shape.is_auto = true;
+    choice_.volumes.clear(), choice_.models.clear();
     return opened;
   }
 
@@ -109,7 +114,9 @@ class Host {
     workbench::OperationChoice choice = choice_;
     choice.shape = {};
     choice.shape.window = range(shape.value().low, shape.value().high);
-    return make(source, path_, choice, listener);
+    Result<view::OpenedScene> result = make(source, path_, choice, listener);
+    if (result) choice_ = std::move(choice);
+    return result;
   }
 
  private:
@@ -146,7 +153,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   if (arguments.seconds && !(*arguments.seconds > 0 && *arguments.seconds <= 1e6))
     return Error{.what = "the time is out of range",
                  .where = "--seconds",
-                 .found = std::to_string(*arguments.seconds),
+                 .found = rounded_text(*arguments.seconds),
                  .expected = "above 0, at most 1000000 s"};
   if (Status error = check(arguments.record)) return *error;
   if (arguments.screenshot.empty() && !view::has_display()) return view::no_display();
@@ -172,8 +179,9 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   choice.hands[0] = sim::HandSpec(drilling::burr(arguments.burr));
   if (Status error = choose_models(arguments.models, choice)) return *error;
   if (arguments.models.is_any()) choice.hands[0].method = haptics::general_method(*choice.hands[0].tool).name;
-  // The user may choose another burr in the window: cuts are sampled for a fine one, unless --smallest-burr
-  // requests another size.
+  // The user may choose another burr in the window. Cuts are therefore sampled for a burr of 2 mm, unless
+  // --smallest-burr requests another size or the first burr is smaller. With --round they are sampled for the
+  // first burr.
   constexpr double k_fine_burr = 2;
   choice.smallest_burr = arguments.smallest_burr;
   if (!arguments.smallest_burr && !arguments.burr.is_round)

@@ -22,7 +22,7 @@ struct WindowArguments {
   bool has_no_autosave = false;
 };
 
-/// Runs the window. The outcome is that of the command `name`.
+/// Runs the window and returns its report. `name`: command, for the schema of the report.
 Result<Outcome> run_operation_window(const WindowArguments& arguments, const char* name);
 
 }  // namespace trephine::cli

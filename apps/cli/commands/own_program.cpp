@@ -38,7 +38,7 @@ Error failed(std::string reason) {
 
 constexpr auto k_poll = std::chrono::milliseconds(100);
 
-/// Ends a process: it may clean up for two seconds.
+/// Ends a process: requests its end, gives it two seconds to clean up, then kills it.
 void end(pid_t process) {
   constexpr int k_polls = 20;
   ::kill(process, SIGTERM);

@@ -9,9 +9,9 @@
 
 namespace trephine::cli {
 
-/// Runs this program with these arguments until it ends. Its standard output is discarded; its standard
-/// error becomes the error if it fails. `progress` is called ten times per second, with a share of 0; if it
-/// returns false, the process is stopped.
+/// Starts this program with these arguments in a new process, and returns when the process ends. Its standard
+/// output is discarded. If the process fails, the error contains the text of its standard error. `progress`
+/// is called ten times per second, with a share of 0; if `progress` returns false, the process is stopped.
 Status run_own_program(const std::vector<std::string>& arguments,
                        const std::function<bool(double share)>& progress);
 

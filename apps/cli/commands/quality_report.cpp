@@ -19,15 +19,15 @@ void report_quality(const data_tools::ScanQuality& q, bool is_hounsfield, double
                           {"least_gap_mm", json_of(q.min_gap)}};
   const Json& row = rows.json["quality"];
   if (q.blur_in_plane)
-    rows.print(
-        std::string("  sharpness: edges are blurred by ") + (q.is_rough ? "about " : "") +
-            "{blur_in_plane_mm:.2f} mm within slices, " +
-            (q.blur_across ? "{blur_across_mm:.2f} mm" : "an unknown amount (too few edges lie level)") +
-            " from slice to slice (sigma, at {edges} edges)",
-        row);
+    rows.print(std::string("  sharpness: edges are blurred by ") + (q.is_rough ? "about " : "") +
+                   "{blur_in_plane_mm:.2f} mm within slices, " +
+                   (q.blur_across ? "{blur_across_mm:.2f} mm"
+                                  : "an unknown amount (too few edges are parallel to the slices)") +
+                   " from slice to slice (sigma, at {edges} edges)",
+               row);
   else
     rows.print(std::string("  sharpness: edges are blurred by an unknown amount: only {edges} edge") +
-                   (q.edge_count == 1 ? " is" : "s are") + " free enough to be measured",
+                   (q.edge_count == 1 ? " is" : "s are") + " far enough from other edges to be measured",
                row);
   const std::string unit = is_hounsfield ? " HU" : "";
   rows.print("  noise: {noise:.0f}" + (q.noise ? unit : "") + "; slices are {slice_step_mm:.3g} mm apart",

@@ -24,7 +24,8 @@ std::vector<view::StructureOpacity> opacities_of(const data_tools::ScriptPicture
   return opacities;
 }
 
-/// Draws the pictures of one operation off-screen, one after another.
+/// Draws the pictures of one operation off-screen, one at a time. Consecutive pictures with equal opacities
+/// share a viewport.
 class ScriptPictures {
  public:
   ScriptPictures(const workbench::ScriptRun& run, std::string folder)

@@ -18,7 +18,7 @@ struct ScriptRequest {
   bool wants_session = false;                         ///< record a session even if no file was requested
 };
 
-/// A file that is deleted with its owner, unless `path` is cleared.
+/// Deletes the file `path` in the destructor. An empty `path` deletes nothing.
 struct TemporaryFile {
   std::string path;
   TemporaryFile() = default;
@@ -32,9 +32,9 @@ struct PlayedScript {
   workbench::ScriptReport report;
   std::optional<workbench::ScriptRun::Live> live;
   std::vector<std::string> pictures;  ///< names of the pictures
-  std::string session;
-  TemporaryFile temporary;                                            ///< the session, if it is not kept
-  double ready_seconds = 0, played_seconds = 0, drawing_seconds = 0;  ///< s
+  std::string session;                ///< file of the recorded session; empty: not recorded
+  TemporaryFile temporary;            ///< deletes this file, unless its recording was requested
+  double ready_seconds = 0, played_seconds = 0, drawing_seconds = 0;  ///< s: opening, playing, drawing
 };
 
 Result<PlayedScript> play_script(const ScriptRequest& request);

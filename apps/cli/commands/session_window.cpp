@@ -24,7 +24,8 @@ Result<sim::Score> score(const std::string& session, const std::string& open_sca
   return std::move(result).value().score;
 }
 
-/// Runs a command in a process of its own, with the open scan if the session does not contain one.
+/// Runs a command in a process of its own, with the open scan if the session neither contains its scan nor
+/// names a built-in scan.
 Status run_with_scan(std::vector<std::string> words, const std::string& session, const std::string& open_scan,
                      const std::function<bool(double)>& progress) {
   const auto scan = scan_for(session, open_scan);
@@ -33,7 +34,7 @@ Status run_with_scan(std::vector<std::string> words, const std::string& session,
   return run_own_program(words, progress);
 }
 
-/// Writes the page in a process of its own: its pictures need libraries that the window uses meanwhile.
+/// Writes the page in a process of its own, because its pictures need libraries that the window is using.
 Status report(const std::string& session, const std::string& open_scan, const std::string& page,
               const workbench::Listener& listener) {
   return run_with_scan({"report", session, "-o", page}, session, open_scan,
@@ -127,7 +128,7 @@ Result<view::WindowReport> continue_in_window(workbench::ContinuedSession contin
   options.plan = std::make_shared<const volume::SurgicalPlan>(header.plan);
   options.start = view::WindowStart{std::move(continued.engine), continued.first_tick};
   options.scan = scan;
-  // The view is from the side of the work so far.
+  // The summary has the mean position of the work so far: the camera starts on this side.
   if (auto summary = workbench::summarize_session(in_use.front()))
     options.summary = std::move(summary).value();
   options.device = devices.device;

@@ -15,7 +15,7 @@ using workbench::format_text;
 
 namespace {
 
-/// Attenuation of a whole shape, 1/mm: the mean of its voxels.
+/// Returns the mean attenuation of the voxels of a shape before the operation, 1/mm. `energy`: keV.
 double mean_weight(const volume::Volume& scan, const volume::Shape& shape, double energy) {
   const volume::VoxelWeights weights = fluoroscopy::weights_of_hounsfield(energy);
   double sum = 0, count = 0;
@@ -27,7 +27,7 @@ double mean_weight(const volume::Volume& scan, const volume::Shape& shape, doubl
   return count > 0 ? sum / count : 0;
 }
 
-/// Current surface of a shape, as an object with this attenuation (1/mm).
+/// Returns the current surface of a shape as an object. `weight`: its attenuation, 1/mm.
 fluoroscopy::SurfaceObject surface_of(const volume::Volume& scan, const volume::Shape& shape,
                                       const volume::Version& version, double weight) {
   const volume::Field field(scan, shape);

@@ -10,7 +10,7 @@
 namespace trephine::cli {
 
 struct SurfaceChoice {
-  double edge = 0.3;      ///< contribution of a ray that only grazes bone
+  double edge = 0.3;      ///< edge term of a ray that only grazes bone (no unit)
   bool has_body = false;  ///< include soft tissue as an object, for comparison with the volume image
 };
 /// Projects the current surface of the moment's shape and the surfaces of its objects. `energy`: keV. Error:
@@ -18,8 +18,8 @@ struct SurfaceChoice {
 Result<fluoroscopy::SurfaceXray> surface_image(const workbench::Moment& moment, const fluoroscopy::View& view,
                                                double energy, const SurfaceChoice& choice);
 
-/// Similarity of two images of attenuation: zero-normalised cross-correlation of the pixels, and mean
-/// absolute difference as a percentage of the first image, over pixels above 0.01.
+/// Similarity of two images of attenuation. `zncc`: zero-normalised cross-correlation of all pixels. `mape`:
+/// mean of |b - a| / a in percent, over the pixels whose value a in the first image is above 0.01.
 struct Likeness {
   double zncc = 0, mape = 0;
 };

@@ -36,6 +36,12 @@ std::vector<std::string> ModelArguments::files() const {
 namespace {
 Result<std::vector<workbench::VolumeChoice>> volumes_of(const ModelArguments& arguments) {
   const std::size_t shapes = arguments.shapes.size();
+  if (shapes > 0 && arguments.volumes.empty())
+    return Error{.what = "a shape has no further scan",
+                 .where = "--more-shape",
+                 .found = arguments.shapes[0],
+                 .expected = "--more-scan SCAN with it",
+                 .remedy = "add the scan, or omit the shape"};
   if (shapes > 1 && shapes != arguments.volumes.size())
     return Error{.what = "the numbers of shapes and of scans differ",
                  .where = "--more-shape",

@@ -8,11 +8,11 @@ namespace trephine::cli {
 
 struct ModelArguments {
   std::vector<std::string> volumes;  ///< further scans
-  std::vector<std::string> shapes;   ///< of these scans; a single shape is that of all scans
+  std::vector<std::string> shapes;   ///< shapes of these scans; a single shape applies to all
   std::vector<std::string> meshes;   ///< files of polygonal models
   std::vector<std::string> depths;   ///< models touched by depth images, folders of models, or depth videos
   std::vector<std::string> backgrounds;             ///< models touched as they are drawn on the screen
-  double beat = 1.0 / 30, pixel = 0.2, rate = 100;  ///< s between keys, mm, depth images per second
+  double beat = 1.0 / 30, pixel = 0.2, rate = 100;  ///< s between key frames; mm; depth images per second
   bool is_repeating = false;
   std::string camera;                ///< fx,fy,cx,cy in pixels
   std::optional<double> depth_unit;  ///< mm per value of a depth video

@@ -208,7 +208,7 @@ std::vector<std::pair<std::string, std::string>> Options::names_given() const {
     }
   }
   for (const std::string& name : data_tools::sensitive_names()) add_name(name, "a file in it");
-  // Longest first: a name may be part of another.
+  // Longest first: a name may be a part of a longer name.
   std::stable_sort(names.begin(), names.end(),
                    [](const auto& a, const auto& b) { return a.first.size() > b.first.size(); });
   return names;
@@ -220,8 +220,8 @@ std::string Options::without_names(std::string text) const {
 }
 
 Error Options::without_names(Error error) const {
-  // The name of a folder may be a short common word that our own sentences contain: in these, only names that
-  // cannot be such a word are replaced.
+  // The name of a folder may be a short common word that also occurs in our own sentences (problem, expected
+  // input, remedy). Names of fewer than 5 lower-case letters are therefore not replaced in these sentences.
   constexpr std::size_t k_own_word = 5;
   for (const auto& [name, replacement] : names_given()) {
     for (std::string* text : {&error.where, &error.found}) replace_name(*text, name, replacement);
@@ -233,7 +233,8 @@ Error Options::without_names(Error error) const {
   return error;
 }
 
-/// Adds the options for reading a scan; `info` describes them, and other commands refer to it.
+/// Adds the options for reading a scan. The help of `info` describes them; the help of other commands refers
+/// to that of `info`.
 void add_reading(Options& options, workbench::SourceChoice& source) {
   const bool is_described = options.command_name() == "info";
   if (!is_described) options.begin_reference();

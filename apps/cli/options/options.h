@@ -36,7 +36,7 @@ class Option {
   Option& means(const char* input);
   /// Sets the remedy of errors that name this value, in place of that of the library.
   Option& remedy(const char* text);
-  /// Lets a list take one value each time that the option is given.
+  /// Lets an option with a list take only one value per occurrence on the command line.
   Option& one_at_a_time();
 
  private:
@@ -64,8 +64,8 @@ class Options {
   Option add(const char* names, std::uint8_t& value, std::span<const std::string_view> words,
              const std::string& help);
 
-  /// Hides the options that are added next from --help, until end_reference(), which lists their names there
-  /// as the options that `command` --help describes.
+  /// Hides from --help all options that are added until end_reference(). end_reference() adds a line to
+  /// --help with their names, which refers to the help of `command` for their descriptions.
   void begin_reference();
   void end_reference(const std::string& title, const std::string& command);
   /// Adds --module, for commands that use the catalogue of modules.
@@ -75,15 +75,17 @@ class Options {
   /// Returns the name of the command.
   std::string command_name() const;
 
-  /// Returns the error with the name that a library uses for a value replaced by the option's name.
+  /// If the error's location begins with a library's name for the value of an option, replaces this name by
+  /// that of the option. Also sets the option's remedy, if it has one.
   Error with_option_names(Error error) const;
-  /// Returns the error with the names of files and folders on the command line, and of files in those
-  /// folders, replaced by the name of the option.
+  /// Replaces names of files and folders in the error. A name on the command line becomes the name of its
+  /// option. The name of a file in such a folder, or of another file that was read, becomes "a file of SRC"
+  /// or "a file in it".
   Error without_names(Error error) const;
   std::string without_names(std::string text) const;
 
  private:
-  /// Names of files and folders on the command line, longest first, each with its replacement.
+  /// Returns the names that without_names() replaces, longest first, each with its replacement.
   std::vector<std::pair<std::string, std::string>> names_given() const;
   template <class T>
   Option add_any(const char* names, T& value, const std::string& help);
@@ -92,7 +94,7 @@ class Options {
   CLI::App* app_;
   struct Name {
     std::string option, means, remedy;
-    std::string shown;                                ///< last of its names: replaces file names in errors
+    std::string shown;  ///< the option's last name, which replaces file names in errors
     std::function<std::vector<std::string>()> texts;  ///< values on the command line
   };
   std::vector<std::unique_ptr<Name>> names_;

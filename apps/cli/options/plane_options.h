@@ -8,10 +8,10 @@ namespace trephine::cli {
 
 struct PlaneArguments {
   std::string plane = "axial", at, normal, trajectory;
-  double pixel = 0.2, width = 0;  ///< mm; width 0: as wide as the scan
+  double pixel = 0.2, width = 0;  ///< mm; width 0: shows the whole scan
 };
 void add_plane(Options& options, PlaneArguments& plane);
-/// Checks the sizes of the pixel and of the image, which requires no scan.
+/// Checks the sizes of the pixel and of the image. Requires no scan.
 Status check(const PlaneArguments& plane);
 struct PlacedPlane {
   volume::ImagePlane plane;

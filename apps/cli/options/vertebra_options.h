@@ -29,7 +29,7 @@ struct OpenedVertebra {
   std::optional<glm::dvec3> canal;  ///< mm, world
 
   sim::Engine& engine() { return session->replay->engine(); }
-  /// The shape of the bone, the first of the session.
+  /// Returns the shape of the bone, which is the first touchable shape of the session.
   const volume::Field& bone() const { return session->scene().items[0].field; }
   const glm::dvec3* canal_or_null() const { return canal ? &*canal : nullptr; }
 };

@@ -170,7 +170,7 @@ std::string course_html(Sessions sessions, const std::string& program) {
   html += section("sessions", "Sessions", sessions_html(sessions));
   html += section("bad", "Bad findings", bad_findings_html(sessions));
   std::string charts =
-      "<p>Disks are good, triangles fair, squares bad. A gap: the session has no such finding.</p>\n"
+      "<p>Disks are good, triangles fair, squares bad. Rings are not judged. A gap: the session has no value of this finding.</p>\n"
       "<div class=\"multiples\">\n";
   for (const std::string& name : judged_names(sessions))
     charts += "<figure>" + finding_chart(sessions, name) + "</figure>\n";

@@ -8,7 +8,8 @@
 
 namespace trephine::cli {
 
-/// Returns the page. Sessions have numbers, never the names of their files.
+/// Returns the page. Sessions have numbers, never the names of their files. `program`: name and version of
+/// this program.
 std::string course_html(std::span<const workbench::CourseSession> sessions, const std::string& program);
 
 }  // namespace trephine::cli

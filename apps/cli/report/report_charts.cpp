@@ -59,7 +59,7 @@ std::string svg_begin(double width, double height, const std::string& label) {
          escaped(label) + "\">\n";
 }
 
-/// Outlines of the band: each run of columns with values is a polygon.
+/// Returns the outlines of the band: a polygon for each run of columns that have values.
 std::string band(const workbench::Envelope& values, const Plot& plot, double seconds) {
   const auto columns = values.columns();
   const auto x_of = [&](std::size_t i) {

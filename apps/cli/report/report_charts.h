@@ -40,7 +40,7 @@ struct CourseChart {
   };
   std::string title, label;  ///< as of a TimeChart
   std::vector<Value> values = {};
-  std::optional<std::pair<double, double>> limits = {};  ///< for all points and for no points: dashed lines
+  std::optional<std::pair<double, double>> limits = {};  ///< values with all points and with no points
   bool is_wide = false;
 };
 /// Draws a mark per session, joined by a line: disks are good, triangles fair, squares bad, rings without
@@ -48,7 +48,7 @@ struct CourseChart {
 std::string svg_of(const CourseChart& chart);
 
 /// Draws the paths of all hands from three sides, to one scale: thin in contact, thick with the button
-/// pressed or in a track. Returns nothing without strokes.
+/// pressed or in a track. Returns no pictures if no hand has strokes.
 std::vector<std::string> svgs_of(std::span<const workbench::ToolPath> paths);
 
 /// Draws the removed volume by its distance from a structure, in bars of 1 mm.

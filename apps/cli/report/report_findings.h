@@ -7,7 +7,8 @@
 
 namespace trephine::cli {
 
-/// Returns the beginning of a page, up to its opened main element. Its content policy forbids requests.
+/// Returns the beginning of a page, up to the opened element `main`. The content policy of the page forbids
+/// requests.
 std::string page_begin(const std::string& title);
 std::string section(std::string_view css_class, std::string_view heading, const std::string& contents);
 

@@ -1,4 +1,4 @@
-// Html: text of a page, in which every string of a session is escaped.
+// Text of HTML pages, in which every string of a session is escaped.
 #pragma once
 
 #include <initializer_list>
@@ -8,12 +8,12 @@
 
 namespace trephine::cli {
 
-/// Returns a text for the contents and the quoted attributes of HTML and SVG. Control characters become
+/// Escapes a text for the contents and the quoted attributes of HTML and SVG. Control characters become
 /// blanks, invalid UTF-8 becomes U+FFFD.
 std::string escaped(std::string_view text);
 /// Encodes bytes for a data URL (RFC 4648).
 std::string base64(std::string_view bytes);
-/// Returns an image of PNG data. `alt`: not escaped yet.
+/// Returns an image element of PNG data. `alt`: plain text, which this function escapes.
 std::string image_tag(std::string_view png, std::string_view alt);
 
 /// A table with a heading row. Texts are escaped; columns of numbers are aligned on the right.

@@ -20,8 +20,9 @@ namespace {
 constexpr std::array<float, 3> k_metal{0.42F, 0.46F, 0.50F}, k_soft{0.70F, 0.35F, 0.32F},
     k_cut{0.80F, 0.38F, 0.22F}, k_line{0.05F, 0.35F, 0.60F};
 
-/// Returns the mesh reduced to `limit` triangles: vertices are merged in cubes that grow until the triangles
-/// are few enough. Vertices in `stays` are kept if they leave room for the rest.
+/// Reduces a mesh to at most `limit` triangles: vertices are merged in cubes, which grow up to 12 times until
+/// the triangles are few enough. Vertices in `stays` are not merged, unless their triangles are more than
+/// half of `limit`.
 DrawMesh reduced(const DrawMesh& mesh, std::size_t limit, std::vector<bool> stays) {
   const std::size_t count = mesh.triangles.size() / 3;
   if (count <= limit) return mesh;
@@ -49,15 +50,16 @@ DrawMesh reduced(const DrawMesh& mesh, std::size_t limit, std::vector<bool> stay
   return result;
 }
 
-/// Returns the surface of a shape in a version. Vertices on a cut have a freshness of 1. `near`: the version
-/// whose cuts mark the vertices in `stays`.
+/// Returns the surface of a shape in a version. Vertices on a cut have a freshness of 1. `stays` (output):
+/// true for vertices near a cut of the version `near`.
 DrawMesh shape_mesh(const haptics::TouchItem& item, const volume::Version& version,
                     const volume::Version& near, std::vector<bool>& stays) {
   const volume::SurfaceSource source{&item.field, &version, item.bits.get()};
   const volume::Mesh net = volume::surface_net(source);
   const Buffer<glm::vec3> normals = volume::vertex_normals(source, net);
   const volume::Frame& frame = item.field.volume().frame;
-  const double voxel = 0.5 * frame.diagonal_mm(), on_cut = std::min(voxel, 0.9 * version.band_mm());
+  const double half_diagonal = 0.5 * frame.diagonal_mm(),
+               on_cut = std::min(half_diagonal, 0.9 * version.band_mm());
   DrawMesh mesh;
   mesh.normals.assign(normals.span().begin(), normals.span().end());
   mesh.triangles.assign(net.triangles.span().begin(), net.triangles.span().end());
@@ -77,7 +79,7 @@ DrawMesh shape_mesh(const haptics::TouchItem& item, const volume::Version& versi
   return mesh;
 }
 
-/// Divides a mesh into the original surface and the cut surface.
+/// Adds a mesh as two parts: the original surface, and the cut surface if there is one.
 void add_bone(const DrawMesh& mesh, const std::string& name, std::vector<ScenePart>& parts) {
   ScenePart bone{.name = name, .vertices = mesh.vertices};
   ScenePart cut{.name = name + " cut", .colour = k_cut};

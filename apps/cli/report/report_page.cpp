@@ -64,7 +64,7 @@ std::string score_html(const ReportData& data) {
          reported.finish() + "</div>";
 }
 
-/// Returns the position of the hands in the axes and units of glTF.
+/// Returns the mean position of the hands in the axes and units of glTF (y up, m).
 std::string position_text(const ReportData& data) {
   const glm::dvec3& p = data.mean_hand_position;
   return format_text("%.4f,%.4f,%.4f", 1e-3 * p.x, 1e-3 * p.z, -1e-3 * p.y);
@@ -127,7 +127,8 @@ std::vector<ChartMark> marks_of(const ReportData& data) {
   return marks;
 }
 
-/// Draws the charts of a session, on axes that are equal for both sessions.
+/// Draws the charts of a session. With `other`, the axes are long enough for both sessions, so that their
+/// charts can be compared.
 std::string charts_html(const ReportData& data, const ReportData* other, const std::string& who) {
   const double seconds = std::max(data.seconds, other ? other->seconds : 0),
                newtons = std::max(data.force.greatest(), other ? other->force.greatest() : 0);

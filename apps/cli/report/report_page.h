@@ -20,7 +20,7 @@ struct ReportPage {
   ReportPictures pictures;
   ReportModels models;
 };
-/// Returns the page. If it would exceed `max_bytes`, a sentence replaces the models.
+/// Returns the page. If the page would exceed `max_bytes`, a sentence replaces the models.
 std::string html_of(const ReportPage& page, std::size_t max_bytes = k_max_report_bytes);
 
 /// Bundle of the 3-D viewer; empty if the program was built without it.

@@ -56,7 +56,7 @@ Result<std::string> slices_of(const workbench::ReportData& data, const ReportMom
     const ct_viewer::SliceValues values = ct_viewer::slice_values(*subject.scan, *moment.version, plane, {});
     Panel panel = imaging::slice_panel(values, plane, imaging::first_window(*subject.scan, values.before),
                                        ct_viewer::Blend::both);
-    // Slices without outlines are still valid: an open model has no cross-section.
+    // If outlines cannot be drawn (an open model has no cross-section), show the slice without them.
     if (imaging::draw_in(panel, subject, plane, false)) panel.lines.clear();
     add_ring(panel);
     if (values.before != values.now) panel.lines.push_back({{}, k_removed, true, "removed"});
@@ -89,7 +89,7 @@ Status add_states(const workbench::ReportData& data, ReportPictures& pictures) {
                                         {"after", data.engine().current(), data.overlays});
   if (!panels) return panels.error();
   std::vector<Panel>& all = panels.value();
-  all[2].title = "removed or detached";  // the page states the volumes
+  all[2].title = "removed or detached";  // replaces a title with a volume, which the page prints itself
   for (Panel::Line& line : all[2].lines) line.name = all[2].title;
   const auto states = view::slices_png({all[0], all[1]});
   if (!states) return states.error();

@@ -15,10 +15,11 @@ struct ReportPicture {
 };
 
 struct ReportPictures {
-  /// Both states side by side, and sections with the removed matter; empty without a touchable shape.
+  /// Two pictures (PNG): both states side by side, and sections with the removed matter. Empty if the first
+  /// touchable object is not a shape of the scan.
   std::string states, sections;
   std::vector<ReportPicture> moments;
-  std::string problem;  ///< reason for missing pictures; empty: all were made
+  std::string problem;  ///< first error of a picture; empty: no error
 };
 ReportPictures pictures_of(const workbench::ReportData& data);
 

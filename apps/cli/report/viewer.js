@@ -4,7 +4,7 @@ import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
-/** Returns the bytes of a base64 text in the page. */
+/** Decodes the base64 text of the element with this id. */
 function bytesOf(id) {
   const text = atob(document.getElementById(id).textContent.trim());
   const bytes = new Uint8Array(text.length);
@@ -32,11 +32,11 @@ async function start() {
   const renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
   const scenes = await Promise.all(['glb-before', 'glb-after'].map(sceneOf));
 
-  const room = new THREE.Box3();
-  for (const scene of scenes) room.expandByObject(scene);
-  const middle = room.getCenter(new THREE.Vector3());
-  const radius = room.getSize(new THREE.Vector3()).length() / 2;
-  // Seen from the hands, a little from the side and from above.
+  const bounds = new THREE.Box3();
+  for (const scene of scenes) bounds.expandByObject(scene);
+  const middle = bounds.getCenter(new THREE.Vector3());
+  const radius = bounds.getSize(new THREE.Vector3()).length() / 2;
+  // The camera looks from the mean position of the hands, moved a little sideways and up.
   const out = new THREE.Vector3(...box.dataset.from.split(',').map(Number)).sub(middle);
   if (!(out.length() > radius / 20)) out.set(0, 0, 1);
   out.normalize();

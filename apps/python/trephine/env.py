@@ -54,7 +54,7 @@ def _box(low: Any, high: Any) -> Any:
 
 
 class Task(Protocol):
-    """Defines the operation, the start of the tool, and the reward. Each environment has a copy of its task."""
+    """Defines the operation, the start of the tool, and the reward. Each environment has a shallow copy of its task."""
 
     def open(self) -> Operation:
         """Opens the operation, with one hand and 1000 ticks per second."""
@@ -83,10 +83,11 @@ def _numbers(value: Any, count: int, name: str) -> Array:
 
 
 class Pocket:
-    """A pocket is drilled: bone within a ball is removed, and none outside.
+    """A pocket is drilled: the bone in a ball must be removed, and no bone outside the ball.
 
-    Bone: voxels of at least `iso`; at the border of the ball in proportion to their share inside. The value is the
-    removed share of the bone in the ball, minus the volume removed outside, relative to the same bone. Done at 90 %.
+    Bone consists of the voxels of at least `iso`. A voxel at the border of the ball counts by the share of its
+    volume in the ball. The value is the volume of bone removed in the ball, minus the volume of bone removed outside
+    it, both divided by the volume of all bone in the ball. The task is done when 90 % of this bone is removed.
     """
 
     def __init__(self, scan: Optional[Scan] = None, centre: Any = (0.0, 0.0, 28.0), radius: float = 4.0,
@@ -99,7 +100,7 @@ class Pocket:
             raise ValueError("The radius must be between 0 and 1000 mm, and iso above the intensity of air.")
         axes = self.scan.world(np.eye(3)) - self.scan.world(np.zeros((3, 3)))
         self._voxel = abs(float(np.linalg.det(axes)))
-        # Weights of the voxels around the ball: the share of their volume inside.
+        # The weight of a voxel is the share of its volume inside the ball.
         corners = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
         voxels = self.scan.voxel(self.centre + self.radius * corners)
         last = np.array(self.scan.shape[::-1]) - 1
@@ -153,7 +154,7 @@ class Pocket:
             first, now = self._part(self.scan.array).astype(float), self._part(self._now)
             removed = np.where(first >= self.iso, (first - now) / np.maximum(first - self._air, 1.0), 0.0)
             self._inside = self._voxel * float((self._weights * removed).sum())
-        if touches is None:  # exact sums, without the rounding errors of the previous episode
+        if touches is None:  # discards the rounding errors of the previous episode
             self._inside = self._all = 0.0
         share, outside = self._inside / self.bone_mm3, max(self._all - self._inside, 0.0)
         value = share - outside / self.bone_mm3
@@ -161,10 +162,10 @@ class Pocket:
 
 
 class BurrHole:
-    """A hole is drilled through the built-in head to the dura, which must stay whole, as all other structures.
+    """A hole is drilled through the skull of the built-in head to the dura. No structure may be torn.
 
-    The value is the removed share of the bone over the dura, along a vertical line, minus 2 if a structure was
-    torn. Done when 95 % are removed, or a structure is torn.
+    The value is the removed share of the bone on a vertical line above the dura, minus 2 if a structure was torn.
+    The task is done when more than 95 % of this bone is removed, or when a structure is torn.
     """
 
     def __init__(self, entry: Any = (15.0, -20.0), burr_diameter: float = 4.0) -> None:
@@ -203,7 +204,7 @@ class BurrHole:
 
     def judge(self, operation: Operation, touches: Optional[Touches]) -> tuple[float, bool, dict[str, float]]:
         if touches is None:
-            self._first_event = operation.event_count  # those of the task itself do not count
+            self._first_event = operation.event_count  # events up to the reset do not count
         is_torn = any(e.name == "structure-torn" for e in operation.events_since(self._first_event))
         now = operation.read(self._low, self._high)[:, 0, 0].astype(float)
         share = float(np.mean((self._before - now) / (self._before + 1000.0)))
@@ -215,8 +216,8 @@ class SurgeryEnv(_Base):  # type: ignore[misc]
 
     An action is a velocity (x, y, z, mm/s) and the button (above 0.5: the tool runs). An observation is the
     position of the hand relative to the goal (mm), the force (N), contact (0 or 1) and the value of the task. A
-    reset returns to the first state; equal seeds and actions give equal bits. The hand may move through bone, as a
-    device may: the tool stays outside, and the force grows.
+    reset returns to the first state; equal seeds and actions give equal bits. As with a haptic device, the hand may
+    move into bone: the tool stays on the surface of the bone, and the force increases.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}
@@ -276,17 +277,18 @@ class SurgeryEnv(_Base):  # type: ignore[misc]
 
 
 class VectorEnv:
-    """Several environments that step at the same time, a thread each. Equal seeds and actions give equal bits.
+    """Several environments that step at the same time, on `threads` threads (default: one per environment, at most
+    one per processor core). Equal seeds and actions give equal bits.
 
-    Environments of tasks with one scan share its voxels. An environment that ends is reset by its next step, whose
-    action it ignores, as Gymnasium's vector environments do (autoreset mode "next step").
+    Environments whose tasks have the same Scan share its voxels. After the end of an episode, the next step of that
+    environment is a reset and ignores its action, as in Gymnasium's vector environments (autoreset mode "next step").
     """
 
     def __init__(self, environments: Sequence[SurgeryEnv], threads: Optional[int] = None) -> None:
         if not environments:
             raise ValueError("A vector needs at least one environment.")
         if len({id(one.operation) for one in environments}) != len(environments):
-            raise ValueError("An environment occurs twice. Make one per place.")
+            raise ValueError("An environment occurs twice. Make a separate one for each position in the list.")
         self.environments = list(environments)
         self.num_envs = len(self.environments)
         self.single_action_space = self.environments[0].action_space
@@ -303,7 +305,7 @@ class VectorEnv:
 
     def step(self, actions: Any) -> tuple[NDArray[np.float32], Array, NDArray[np.bool_], NDArray[np.bool_],
                                           list[dict[str, Any]]]:
-        """Steps all environments: observations (N, 8), rewards, terminated and truncated (N,), and facts."""
+        """Steps all environments. Returns observations (N, 8), rewards, terminated and truncated (N,), and facts."""
         array = np.asarray(actions, float)
         if array.shape != (self.num_envs, 4):
             raise ValueError(f"Actions must have the shape ({self.num_envs}, 4).")

@@ -1,4 +1,5 @@
-"""Contact methods in Python: a method moves its own proxy by queries of the matter, and is judged beside ours.
+"""Contact methods in Python. A method queries the matter, moves its own proxy, and is compared with the methods of
+trephine.
 
     def sphere_tracing(matter, radius):           # called once per scene
         proxy = None
@@ -33,7 +34,7 @@ class Matter:
 
     def __init__(self, operation: Operation) -> None:
         self._operation = operation
-        #: distance of two voxels by axis, mm
+        #: distances between voxel centres along x, y, z, mm
         self.spacing = operation.spacing
 
     def query(self, points: ArrayLike) -> dict[str, NDArray[Any]]:
@@ -73,9 +74,9 @@ def run_method(operation: Operation, method: Method, positions: ArrayLike, *, ra
 
 def compare(method: Method, output: Union[str, "os.PathLike[str]"], *, scenes: str = "sphere-psf-1.5",
             name: str = "") -> list[dict[str, Any]]:
-    """Judges a method on the scenes whose names contain `scenes`, beside all methods of trephine, with the judge of
+    """Judges a method, and all methods of trephine, on the scenes whose names contain `scenes`, with the judge of
     `trephine-bench feel`. Writes charts into the folder `output`, and returns a row per scene and method: errors
-    against the ideal proxy, falls, and times. `name`: of the method; by default that of the function."""
+    against the ideal proxy, falls, and times. `name`: name of the method; by default the name of the function."""
     name = name or getattr(method, "__name__", "method")
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)

@@ -1,4 +1,4 @@
-"""Procedures in Python: they observe an operation, and act by commands, between its ticks.
+"""Procedures in Python. Between ticks, a procedure observes an operation and acts on it by commands.
 
     class StopAtTheDura(Procedure):
         def observe(self, observation):
@@ -31,7 +31,7 @@ class Command:
 
 
 class Observation(NamedTuple):
-    """What a procedure sees between two ticks."""
+    """Input of Procedure.observe()."""
 
     operation: Operation  #: for queries; a procedure changes it by commands only
     touches: Touches  #: results of the ticks since the last observation
@@ -48,12 +48,12 @@ class Procedure:
         self.reason: Optional[str] = None
 
     def start(self, operation: Operation) -> Iterable[Command]:
-        """Returns the commands before the first tick."""
+        """Returns the commands to execute before the first tick."""
         return []
 
     def observe(self, observation: Observation) -> Iterable[Command]:
         """Returns the commands to execute now, in their order."""
-        raise NotImplementedError("A procedure overrides observe().")
+        raise NotImplementedError("The procedure does not override observe(). Define it.")
 
     def complete(self, reason: str) -> None:
         """Ends the procedure after the commands of this observation."""
@@ -63,7 +63,7 @@ class Procedure:
 class Outcome(NamedTuple):
     """Result of `perform`."""
 
-    reason: Optional[str]  #: of Procedure.complete(); None: the path ended first
+    reason: Optional[str]  #: argument of Procedure.complete(); None: the path ended first
     ticks: int  #: number of executed ticks
     refused: list[tuple[Command, str]]  #: commands that the state did not allow, with the reason
 

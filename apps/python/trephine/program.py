@@ -1,4 +1,4 @@
-"""The command-line program, for work that needs a process of its own: reports and comparisons of methods."""
+"""Calls of the command-line programs, which write reports and compare methods in processes of their own."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ Path_ = Union[str, "os.PathLike[str]"]
 
 
 def find_program(name: str = "trephine") -> str:
-    """Returns the path of a program: from the variable TREPHINE_PROGRAMS (a folder), the build or installation that
-    contains this module, or PATH."""
+    """Returns the path of a program. Searches the folder in the environment variable TREPHINE_PROGRAMS, then the build
+    or installation that contains this module, then PATH."""
     folders = [os.environ.get("TREPHINE_PROGRAMS", "")]
     folders += [str(parent / "bin") for parent in list(Path(__file__).resolve().parents)[1:6]]
     for folder in folders:
@@ -36,7 +36,7 @@ def call(*words: Path_, program: str = "trephine") -> dict[str, Any]:
     try:
         output: dict[str, Any] = json.loads(result.stdout)
     except ValueError:
-        lines = result.stderr.strip().splitlines() or [f"it ended with {result.returncode}"]
+        lines = result.stderr.strip().splitlines() or [f"the program ended with exit status {result.returncode}"]
         raise Error(f"{program} {os.fspath(words[0])}: {lines[-1]}") from None
     if "error" in output:
         fields = output["error"] if isinstance(output["error"], dict) else {"what": str(output["error"])}

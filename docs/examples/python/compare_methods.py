@@ -1,7 +1,8 @@
-"""Two contact methods in Python, judged beside those of trephine.
+"""Two contact methods in Python, compared with those of trephine.
 
-Both move the proxy from its last position toward the hand. `steps` walks along the line in small steps and stops in
-front of matter. `slide` then moves along the surface, toward the foot of the perpendicular from the hand.
+`steps` moves the proxy along the line to the hand in small steps, and stops in front of matter. `slide` sets the proxy
+to the hand in free space. While the hand is inside matter, `slide` moves the proxy along the surface, toward the foot of
+the perpendicular from the hand.
 """
 
 import sys
@@ -15,16 +16,16 @@ Array = NDArray[np.float64]
 
 
 def steps(matter: Matter, radius: float) -> Step:
-    """Walks to the hand until matter is met; a proxy that cannot slide."""
+    """Moves toward the hand, and stops in front of matter. The proxy does not slide."""
     proxy: list[Array] = []
     length = 0.1 * min(matter.spacing)
 
     def step(hand: Array) -> Array:
         if not proxy:
             proxy.append(hand)
-        way = hand - proxy[0]
-        count = max(1, int(np.ceil(np.linalg.norm(way) / length)))
-        points = proxy[0] + way * (np.arange(1, count + 1) / count)[:, None]
+        motion = hand - proxy[0]
+        count = max(1, int(np.ceil(np.linalg.norm(motion) / length)))
+        points = proxy[0] + motion * (np.arange(1, count + 1) / count)[:, None]
         is_solid = matter.query(points)["solid"]
         free = int(np.argmax(is_solid)) if is_solid.any() else count
         if free > 0:
@@ -35,12 +36,11 @@ def steps(matter: Matter, radius: float) -> Step:
 
 
 def slide(matter: Matter, radius: float) -> Step:
-    """Walks to the hand; in contact, moves in the tangent plane and back to the surface along the gradient."""
-    walk = steps(matter, radius)
+    """Follows the hand in free space; in contact, moves in the tangent plane, then along the gradient to the surface."""
     proxy: list[Array] = []
 
     def step(hand: Array) -> Array:
-        at = walk(hand) if not proxy else proxy[0]
+        at = proxy[0] if proxy else hand
         if matter.query(hand[None])["solid"][0]:
             for _ in range(6):
                 gradient = matter.query(at[None])["gradient"][0]

@@ -1,4 +1,4 @@
-"""A procedure and a judgement in Python: a burr hole that ends at the dura, and the straightness of its wall."""
+"""A procedure and a judgement in Python: a burr hole that ends at the dura, and the width of the hole."""
 
 from typing import Iterable
 
@@ -8,7 +8,7 @@ from trephine.procedure import Command, Observation, Procedure, perform
 
 
 class BurrHole(Procedure):
-    """Ends when the burr is through the bone, or has touched the dura."""
+    """Ends when the burr is through the bone, or has touched a forbidden structure such as the dura."""
 
     interval = 50
 
@@ -30,7 +30,7 @@ path[:, 2] = np.linspace(68, 50, len(path))
 outcome = perform(operation, BurrHole(), path, buttons=1)
 print(f"{outcome.reason} after {outcome.ticks / 1000:.1f} s")
 
-# A judgement of your own: how far the removed matter reaches from the axis of the hole, compared with the burr.
+# A judgement of your own: the largest distance of removed matter from the axis of the hole, less the burr's radius.
 offsets = np.stack(np.meshgrid(np.arange(-4, 4.01, 0.25), np.arange(-4, 4.01, 0.25), np.arange(52, 66, 0.5)), -1)
 points = offsets.reshape(-1, 3) + (0, -20, 0)
 removed = operation.query(points)["removed"]

@@ -1,6 +1,6 @@
-"""A sweep: a pedicle screw in L4 of the built-in spine, moved from lateral to medial. Which breach has which shift?
+"""Shifts a pedicle screw in L4 of the built-in spine from lateral to medial, and prints the breach of each shift.
 
-Writes a chart: /usr/bin/python3 screw_sweep.py chart.svg
+Also writes a chart if you name its file: /usr/bin/python3 screw_sweep.py chart.svg
 """
 
 import sys
@@ -16,8 +16,8 @@ shifts = np.arange(-6.0, 6.1, 1.0)  # mm, toward the canal
 breaches = []
 for shift in shifts:
     operation.restore(start)
-    aside = np.array((-shift, 0, 0))
-    operation.command("place-screw", entry=tuple(entry + aside), target=tuple(target + aside), diameter=6, length=45,
+    offset = np.array((-shift, 0, 0))
+    operation.command("place-screw", entry=tuple(entry + offset), target=tuple(target + offset), diameter=6, length=45,
                       seconds=0, forced=True)
     operation.command("judge-screw", vertebra="L4")
     judged = [event for event in operation.events if event.name == "screw-judged"][-1].fields

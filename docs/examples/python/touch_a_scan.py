@@ -1,11 +1,11 @@
-"""Touches the built-in head with a stylus, and prints force and depth."""
+"""Touches the built-in head with a stylus, and prints the first contact and the force at the end."""
 
 import numpy as np
 import trephine as tr
 
 operation = tr.Operation.open("head")
 
-# From above onto the skull at 30 mm/s, 3 mm deeper than its surface.
+# The hand moves down onto the skull at 30 mm/s, and stops 3 mm below its surface.
 positions = np.zeros((1500, 3))
 positions[:, 1] = -20
 positions[:, 2] = np.maximum(90 - 0.03 * np.arange(1500), 62)

@@ -1,12 +1,11 @@
 /* Operations in C: cut, undo, refused calls, recording, opening again, destruction in any order. */
-#include "apps/c_api/trephine.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "apps/c_api/trephine.h"
 #include "tests/scenes/c_check.h"
 
 /* A block of bone on slices of 1.5 mm, with its lower third labelled. */
@@ -124,9 +123,11 @@ static void check_images(trephine_operation* operation) {
   static uint8_t greys[64 * 64];
   CHECK(trephine_operation_xray(operation, middle, 0, 80, 0.5, 64, 64, greys, &error) == TREPHINE_OK);
   int low = 255, high = 0;
-  for (int i = 0; i < 64 * 64; ++i) low = greys[i] < low ? greys[i] : low, high = greys[i] > high ? greys[i] : high;
+  for (int i = 0; i < 64 * 64; ++i)
+    low = greys[i] < low ? greys[i] : low, high = greys[i] > high ? greys[i] : high;
   CHECK(high - low > 100);
-  CHECK(trephine_operation_xray(operation, middle, 0, 80, -1, 64, 64, greys, &error) == TREPHINE_BAD_ARGUMENT);
+  CHECK(trephine_operation_xray(operation, middle, 0, 80, -1, 64, 64, greys, &error) ==
+        TREPHINE_BAD_ARGUMENT);
   trephine_model surface;
   CHECK(trephine_operation_surface(operation, 0, &surface, &error) == TREPHINE_OK);
   CHECK(surface.triangle_count > 1000);
@@ -158,7 +159,8 @@ static void check_files(void) {
   CHECK(trephine_operation_open_scan(&scan, &error) == NULL && strstr(error.text, "hands"));
   CHECK(trephine_operation_open_scan(NULL, &error) == NULL);
   CHECK(trephine_operation_reopen("missing.session", "head", &error) == NULL && error.text[0]);
-  CHECK(trephine_load_module("missing.so", &error) == TREPHINE_BAD_ARGUMENT && strstr(error.text, "missing.so"));
+  CHECK(trephine_load_module("missing.so", &error) == TREPHINE_BAD_ARGUMENT &&
+        strstr(error.text, "missing.so"));
 }
 
 static trephine_operation* const no_operation = NULL;

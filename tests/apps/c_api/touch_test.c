@@ -1,15 +1,15 @@
 /* Touch in C; with TREPHINE_LOAD the library is loaded at run time, as a game engine does. */
-#include "apps/c_api/trephine.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "apps/c_api/trephine.h"
 #include "tests/scenes/c_check.h"
 
 #ifdef TREPHINE_LOAD
 #include <dlfcn.h>
+/* clang-format off */
 #define FUNCTIONS(X)                                                                                                   \
   X(trephine_abi_version) X(trephine_scene_create) X(trephine_scene_destroy) X(trephine_scene_add_window)              \
   X(trephine_scene_add_opacity_ramp) X(trephine_scene_set_material) X(trephine_scene_set_sides)                        \
@@ -18,13 +18,14 @@
   X(trephine_hand_set_mesh_placement) X(trephine_hand_add_effect)                                                      \
   X(trephine_hand_step) X(trephine_hand_reset) X(trephine_surface_get) X(trephine_intersect_surface)                              \
   X(trephine_scene_set_labels) X(trephine_scene_add_label) X(trephine_scene_set_tool_radius)
+/* clang-format on */
 #define DECLARE(name) static __typeof__(&name) p_##name;
 FUNCTIONS(DECLARE)
-#define FETCH(name)                                                      \
-  {                                                                      \
-    void* address = dlsym(library, #name);                               \
-    if (!address) return printf("missing: %s\n", #name), 1;              \
-    memcpy(&p_##name, &address, sizeof address);                         \
+#define FETCH(name)                                         \
+  {                                                         \
+    void* address = dlsym(library, #name);                  \
+    if (!address) return printf("missing: %s\n", #name), 1; \
+    memcpy(&p_##name, &address, sizeof address);            \
   }
 #define trephine_abi_version p_trephine_abi_version
 #define trephine_scene_create p_trephine_scene_create
@@ -63,7 +64,8 @@ static void make_ball(void) {
       for (int x = 0; x < N; ++x) {
         const double dx = x - 23.5, dy = y - 23.5, dz = z - 23.5, r = sqrt(dx * dx + dy * dy + dz * dz);
         const double hu = r < 8 ? 1500 : 600 - 300 * (r - 15);
-        voxels[(z * N + y) * N + x] = (int16_t)fmax(-1000, fmin(1500, hu < 0 ? hu : (r < 8 ? 1500 : fmin(hu, 900))));
+        voxels[(z * N + y) * N + x] =
+            (int16_t)fmax(-1000, fmin(1500, hu < 0 ? hu : (r < 8 ? 1500 : fmin(hu, 900))));
       }
 }
 
@@ -176,7 +178,8 @@ int main(int argc, char** argv) {
   CHECK(trephine_scene_add_mesh(scene, "bad", corners, 4, plate, 2, 9, &error) == -1);
   const int lift = trephine_scene_add_mesh(scene, "plate", corners, 4, plate, 2, 0, &error);
   CHECK(lift == 2 && trephine_scene_add_window(scene, "late", 1, 2, &error) == -1);
-  CHECK(trephine_scene_prepare(scene, &error) == TREPHINE_BAD_ARGUMENT && strstr(error.text, "scene") != NULL);
+  CHECK(trephine_scene_prepare(scene, &error) == TREPHINE_BAD_ARGUMENT &&
+        strstr(error.text, "scene") != NULL);
   CHECK(trephine_scene_set_method(scene, "scene", &error) == TREPHINE_OK);
   CHECK(trephine_scene_set_pop_through(scene, soft, -1, 0, &error) == TREPHINE_BAD_ARGUMENT);
   CHECK(trephine_scene_set_pop_through(scene, soft, 1.5, 2, &error) == TREPHINE_OK);
@@ -213,7 +216,8 @@ int main(int argc, char** argv) {
     strongest = fmax(strongest, touch.force[2]);
   }
   CHECK(strongest > 1.3 && strongest < 1.7 && !touch.has_contact);
-  CHECK(trephine_hand_add_effect(lifted, "hum", &error) == TREPHINE_BAD_ARGUMENT && strstr(error.text, "viscous"));
+  CHECK(trephine_hand_add_effect(lifted, "hum", &error) == TREPHINE_BAD_ARGUMENT &&
+        strstr(error.text, "viscous"));
   CHECK(trephine_hand_add_effect(lifted, "constant force=0,0,0.5", &error) == TREPHINE_OK);
   for (int i = 0; i <= 200; ++i) CHECK(trephine_hand_step(lifted, rest, &touch) == TREPHINE_OK);
   CHECK(fabs(touch.force[2] - 0.5) < 1e-6);

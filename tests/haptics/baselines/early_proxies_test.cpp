@@ -9,7 +9,8 @@ namespace {
 
 using glm::dvec3;
 
-/// A box of 20 voxels whose halves along x have two intensities, as two shapes.
+/// Returns a scene with a cube of 20 voxels per edge. Its two halves along x differ in intensity and are two
+/// shapes.
 TouchScene two_shapes() {
   TouchScene scene;
   volume::Volume base = volume::make_volume(glm::ivec3(40), volume::Frame()).value();
@@ -44,7 +45,7 @@ TEST(RaystepProxy, ReportsShapeSideAndNormalInOnePass) {
     EXPECT_EQ(s.shape, wanted);
     EXPECT_EQ(s.side, Side::front);
     EXPECT_NEAR(s.normal_world.z, 1, 1e-12);
-    // half a voxel above the centre of the last voxel
+    // The proxy is half a voxel above the centre of the last voxel.
     EXPECT_NEAR(s.proxy_world.z, 29.5, 1.001 * RaystepProxy::k_step);
     // A constant number of samples per millimetre, at any speed.
     EXPECT_NEAR(s.counters.voxels, 5.5 / RaystepProxy::k_step, 2);
@@ -59,7 +60,8 @@ TEST(RaystepProxy, FlipsTheNormalOnTheBackAndRestsAtOnceWithoutMotion) {
   method.step(scene, version, state, {{5, 20, 20}});
   // Without motion and contact it returns before it reads a voxel.
   EXPECT_EQ(method.step(scene, version, state, {{5, 20, 20}}).counters.voxels, 0);
-  // A window between air and bone makes a shell of the ball's edge; a hand inside the ball meets its back.
+  // With a window of intensities between air and bone, the blurred edge of the ball is a shell. A hand inside
+  // the ball touches the back of this shell.
   TouchScene shell = scenes::phantom_scene("sphere", grid(96, 1.5));
   volume::Shape shape;
   shape.low = 0, shape.high = 600;
@@ -75,7 +77,7 @@ TEST(RaystepProxy, FlipsTheNormalOnTheBackAndRestsAtOnceWithoutMotion) {
   EXPECT_LT(s.normal_world.x, -0.99);
 }
 
-TEST(PlaneProxy, TouchesAPlaneExactlyAndRecoversOverTicks) {
+TEST(PlaneProxy, ConvergesToAPlaneOverTicks) {
   TouchScene scene = scenes::phantom_scene("plane", grid(96, 1.5, 0, {{"angle", 0}}));
   const volume::Version version(scene.base);
   PlaneProxy method;

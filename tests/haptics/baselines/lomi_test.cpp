@@ -26,7 +26,7 @@ TEST(Lomi, QueriesNoVoxelTwiceAndStoresNone) {
   long walks = 0, longest = 0;
   for (std::uint64_t n = 0; n < 300; ++n) {
     queried.clear();
-    // A bent slope, under a hand deep in it.
+    // An inclined surface with a bend at x = 0, and a hand deep below it.
     const dvec3 slope = glm::normalize(dvec3(number(4 * n) - 0.5, number(4 * n + 1) - 0.5, 1.2));
     const auto inside = [&](const dvec3& p) {
       const auto voxel = [&](double x) { return static_cast<int>(std::lround(x / 0.2)); };
@@ -44,7 +44,7 @@ TEST(Lomi, QueriesNoVoxelTwiceAndStoresNone) {
   EXPECT_GT(longest, 60);
 }
 
-/// On a ball, with both kinds of maps: the proxy is outside, within a voxel of the surface.
+/// On a ball, with the abstract and the physical map: the proxy is outside, within a voxel of the surface.
 TEST(Lomi, RestsOnABallToTheAccuracyOfItsVoxels) {
   const auto inside = [](const dvec3& p) { return glm::length(p) < 20; };
   for (const bool is_physical : {false, true})
@@ -117,9 +117,9 @@ TEST(Lomi, FarHandsAreHarmless) {
   }
 }
 
-/// A hand that slides along a plate. The published friction force is the stretch from the true position back
-/// to the temporary one: it grows with the path per tick up to the cone's edge, and vanishes for a hand at
-/// rest.
+/// A hand slides along a plate. The published friction moves the end of the spring from the true (final)
+/// position back to the temporary position. It grows with the path per tick up to the edge of the friction
+/// cone, and vanishes for a hand at rest.
 TEST(Lomi, FrictionIsTheOffsetFromTheTrueToTheTemporaryPosition) {
   Model plate = box({-30, -30, -4}, {30, 30, 0});
   const auto slide = [&](double friction, double mm_per_tick, double& behind, double& at_rest) {
@@ -154,7 +154,8 @@ TEST(Lomi, FrictionIsTheOffsetFromTheTrueToTheTemporaryPosition) {
   EXPECT_NEAR(at_rest, 0, 0.02);
 }
 
-/// A face through lattice points: half a pixel below it the nearest pixel changes, and rounding decides.
+/// The face of the box passes through lattice points. Half a pixel below the face the nearest pixel changes,
+/// and the rounding decides whether a position is inside.
 TEST(Lomi, AHandBetweenTwoPixelsIsHeld) {
   for (const double step : {0.02, 0.05, 0.1}) {
     ModelPlay play("lomi", models({box({-5, -5, -4}, {5, 5, 0})}));
@@ -165,7 +166,8 @@ TEST(Lomi, AHandBetweenTwoPixelsIsHeld) {
   }
 }
 
-/// Parts against all layers, voxel by voxel; the outer images of a calabash miss its cavity.
+/// Compares the parts of an object with all layers of its images, voxel by voxel. Without parts, the
+/// outermost layers of a calabash (a hollow ball) miss its cavity.
 TEST(Lomi, PartsOfAConcaveObjectMissNothing) {
   Model calabash = ball(dvec3(0), 10, 90);
   calabash.add(ball(dvec3(0.3, -0.2, 0.1), 7, 90).inward());
@@ -196,7 +198,7 @@ TEST(Lomi, PartsOfAConcaveObjectMissNothing) {
         }
     EXPECT_GT(inside, 1000);
     EXPECT_EQ(differ, 0);
-    EXPECT_EQ(hidden > 0, hides);  // detected: without parts something is hidden
+    EXPECT_EQ(hidden > 0, hides);  // planted fault: without parts, positions are misjudged
   }
 }
 
@@ -216,7 +218,7 @@ TEST(Lomi, TheInsideOfACalabashIsTouchedOnlyByItsParts) {
       if (i > 200) worst = std::max(worst, std::abs(glm::length(s.proxy_world) - 15));
     }
     if (is_whole) {
-      EXPECT_EQ(contacts, 0);  // six cameras around it see it as solid
+      EXPECT_EQ(contacts, 0);  // to six cameras around the calabash it is solid
     } else {
       EXPECT_GT(contacts, 1800);
       EXPECT_LT(worst, 0.2);

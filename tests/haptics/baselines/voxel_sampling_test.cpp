@@ -1,4 +1,5 @@
-// VoxMap and VoxelSampling: the published method for whole tools, against its definition point by point.
+// VoxMap and VoxelSampling: the published method for whole tools, compared with its definition point by
+// point.
 #include "haptics/baselines/voxel_sampling.h"
 
 #include <cmath>
@@ -126,6 +127,31 @@ TEST(VoxMap, MeshesAreClosedByVoxels) {
   }
 }
 
+/// Rows of voxel centres run exactly through edges and corners of this cube, whose faces have diagonals.
+TEST(VoxMap, RowsThroughEdgesOfTheMeshKeepTheirInterior) {
+  const double voxel = 0.5;
+  // The map has its origin 3.37 voxels below the mesh; 0.185 mm shift the planes of centres to the corners.
+  for (const dvec3& shift : {dvec3(0), dvec3(0.1, 0.1, 0.1)}) {
+    std::vector<dvec3> vertices;
+    for (int i = 0; i < 8; ++i)
+      vertices.push_back(4.0 * dvec3(i & 1, i >> 1 & 1, i >> 2) + shift + 0.37 * voxel * dvec3(0, 1, 1));
+    // Faces with outward normals; those of x have their diagonals along rows.
+    const std::vector<std::uint32_t> triangles{0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4,
+                                               2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6};
+    const MeshTree mesh(vertices, triangles);
+    const VoxMap by_walls = VoxMap::of(mesh, voxel, VoxMap::Interior::walls),
+                 by_parity = VoxMap::of(mesh, voxel, VoxMap::Interior::parity);
+    int interior = 0;
+    for (int z = 0; z < by_walls.size().z; ++z)
+      for (int y = 0; y < by_walls.size().y; ++y)
+        for (int x = 0; x < by_walls.size().x; ++x) {
+          ASSERT_EQ(by_walls.at({x, y, z}), by_parity.at({x, y, z})) << x << ' ' << y << ' ' << z;
+          interior += by_parity.at({x, y, z}) == Voxel::interior;
+        }
+    EXPECT_GT(interior, 200);
+  }
+}
+
 TEST(VoxMap, WallsLoseTheInteriorOfALeakingMesh) {
   const auto interior_of = [](const VoxMap& map) {
     int count = 0;
@@ -156,7 +182,7 @@ TEST(VoxelSampling, ForcesAreThoseOfTheTangentPlanes) {
     ASSERT_EQ(fast.on_tool.force_world, slow.on_tool.force_world);  // to the bit
     ASSERT_EQ(fast.on_tool.torque_world, slow.on_tool.torque_world);
     ASSERT_EQ(fast.points, slow.points);
-    // By the equations, with the types of the half space.
+    // The forces by the equations of the method (eq. 3.1 to 3.5), with the voxel types of a half space.
     dvec3 force(0), torque(0);
     int count = 0;
     for (const PointShell::Point& point : shell->points()) {
@@ -214,7 +240,8 @@ TEST(VoxelSampling, ALimitedCouplingHoldsALever) {
   EXPECT_EQ(points_through_plates(true), 0);
 }
 
-// Explicit integration adds energy, which appears as noise of the force (eq. 3.20).
+// Explicit integration adds energy, which appears as noise of the force (Kadlecek 2013, master thesis, eq.
+// 3.20).
 TEST(DynamicTool, SemiImplicitIntegrationIsCalmer) {
   const VoxMap map = map_of([](const dvec3& p) { return p.z < 0; }, 32, 0.5);
   const SharedShell shell = rod(0, 10, 2, 0.6);

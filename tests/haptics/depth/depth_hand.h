@@ -1,4 +1,4 @@
-// Hand: a hand on an object that is drawn again every ten ticks.
+// Hand: a hand that touches one object by depth images, which are drawn every ten ticks.
 #pragma once
 
 #include <glm/geometric.hpp>
@@ -15,6 +15,7 @@ namespace trephine::haptics::depth {
 
 using glm::ivec3;
 
+/// Returns a model with one key, which does not move.
 inline std::shared_ptr<const DepthModel> at_rest(const Model& m) {
   ModelKeys keys;
   keys.triangles = m.triangles;
@@ -22,7 +23,8 @@ inline std::shared_ptr<const DepthModel> at_rest(const Model& m) {
   return DepthModel::of(std::move(keys)).value();
 }
 
-/// A hand on a scene of one object, which is drawn again every ten ticks and used `lag` ticks later.
+/// A hand in a scene of one object. A set of depth images of the object is drawn every ten ticks, and the
+/// hand uses this set from `lag` ticks later on.
 struct Hand {
   TouchScene scene = scenes::phantom_scene("sphere", [] {
     data_tools::PhantomOptions o;
@@ -35,11 +37,11 @@ struct Hand {
   TouchState seen{nullptr};
   ProxyState state;
   int tick = 0;
-  int lag = 0;  ///< ticks from a set's time to its use
+  int lag = 0;  ///< ticks from the drawing of a set to its use
   std::shared_ptr<const DepthSet> next;
-  bool knows_motion = true;
-  double room = 1;  ///< factor on the edge of the view that the published rule requires
-  double pixel = 0.2;
+  bool knows_motion = true;  ///< false: a set does not move until the next one (planted fault)
+  double room = 1;           ///< factor by which the clip volume exceeds the published rule
+  double pixel = 0.2;        ///< mm
 
   explicit Hand(std::shared_ptr<const DepthSource> source, double radius = 0, double rough = 0) {
     scene.items.clear();

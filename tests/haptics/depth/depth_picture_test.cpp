@@ -1,4 +1,5 @@
-// Depth pictures of a screen: the surfaces they show, touch while the view turns, and hidden surfaces.
+// Depth pictures of a screen: surfaces that the pictures show, touch while the view turns, and hidden
+// surfaces.
 #include "haptics/depth/depth_picture.h"
 
 #include <cmath>
@@ -15,10 +16,11 @@ namespace {
 
 using glm::dvec3;
 
-constexpr double k_radius = 30, k_far = 500, k_pixel = 0.4;  // mm
+// Radius of the ball, distance from its centre to the camera, size of a pixel at this distance; mm.
+constexpr double k_radius = 30, k_far = 500, k_pixel = 0.4;
 
-/// Returns a picture of a ball at the origin, viewed from an angle about y (degrees; 0: from -z), with a
-/// window of pixels around `touch`.
+/// Returns a picture of a ball at the origin. The camera is turned about y by `degrees` (0: viewed from -z),
+/// and its pixels are centred on `touch`.
 DepthPicture picture_of_ball(double degrees, const dvec3& touch) {
   DepthPicture picture;
   const glm::dquat turn = glm::angleAxis(degrees * 3.14159265358979 / 180, dvec3(0, 1, 0));
@@ -48,6 +50,7 @@ DepthPicture picture_of_ball(double degrees, const dvec3& touch) {
   return picture;
 }
 
+/// A hand that touches the pictures that it adopts.
 struct ScreenHand {
   TouchScene scene = scenes::phantom_scene("sphere", [] {
     data_tools::PhantomOptions o;
@@ -59,7 +62,8 @@ struct ScreenHand {
   std::shared_ptr<const volume::Version> version;
   TouchState touch_state{nullptr};
   ProxyState state;
-  int tick = 0, hidden = 0;
+  int tick = 0;
+  int hidden = 0;  ///< pictures that were not adopted
   dvec3 proxy{0.0};
 
   explicit ScreenHand(double radius) {
@@ -72,7 +76,8 @@ struct ScreenHand {
     touch_state.depths.resize(1);
     EXPECT_FALSE(method->prepare(scene));
   }
-  /// Adopts a picture as a window does, unless the surface that it shows hides the proxy.
+  /// Adopts a picture as a window does, unless the picture does not show the position of the proxy, or the
+  /// proxy is hidden: more than 1 mm and two pixels behind the surface in the picture.
   void adopt_picture(double degrees) {
     const DepthPicture picture = picture_of_ball(degrees, proxy);
     const auto behind = picture.behind(proxy);
@@ -109,7 +114,7 @@ TEST(DepthPicture, TheTouchedSurfaceStaysWhileTheViewTurns) {
     EXPECT_NEAR(glm::length(first), k_radius + radius, 0.02) << radius;
     dvec3 last = first;
     double worst = 0, leap = 0;
-    // A turn of 60 degrees in a second, at 60 pictures per second.
+    // The view turns by 60 degrees in a second, with a picture every 16 ms.
     for (int i = 0; i < 1000; ++i) {
       if (i % 16 == 0) hand.adopt_picture(0.06 * i);
       const ProxyStep step = hand.step((k_radius + radius - 2) * out);
@@ -118,11 +123,11 @@ TEST(DepthPicture, TheTouchedSurfaceStaysWhileTheViewTurns) {
       leap = std::max(leap, glm::length(hand.proxy - last));
       last = hand.proxy;
     }
-    EXPECT_LT(worst, 0.1) << radius;  // on slopes one pixel covers 0.8 mm of the surface
+    EXPECT_LT(worst, 0.1) << radius;  // mm; on a slope of 60 degrees, a pixel covers 0.8 mm of the surface
     EXPECT_LT(leap, 0.5) << radius;
     EXPECT_LT(glm::length(last - first), 0.5) << radius;
     EXPECT_EQ(hand.hidden, 0);
-    // From behind, the touched side is hidden: its last picture is kept.
+    // Viewed from behind, the touched side is hidden: the last set that shows this side stays in use.
     const auto before = hand.touch_state.depths[0];
     for (int i = 0; i < 100; ++i) {
       if (i % 16 == 0) hand.adopt_picture(120 + 0.5 * i);
@@ -134,8 +139,8 @@ TEST(DepthPicture, TheTouchedSurfaceStaysWhileTheViewTurns) {
   }
 }
 
-/// A hand that moves in and out of the ball, at up to 0.3 m/s: the proxy never passes behind the surface that
-/// the pictures show.
+/// A hand moves in and out of the ball at up to 0.3 m/s. The proxy is never more than 0.05 mm inside the
+/// ball.
 TEST(DepthPicture, NoSurfaceIsPassedThrough) {
   ScreenHand hand(0);
   hand.proxy = {0, 0, -k_radius - 4};
@@ -157,7 +162,8 @@ TEST(DepthPicture, KeepsDepthsAndRefusesInvalidPictures) {
   DepthPicture picture = picture_of_ball(0, {0, 0, -k_radius});
   EXPECT_FALSE(check(picture));
   EXPECT_LT(picture.mm_per_step, 0.001);
-  // The depth at the centre, after a round trip through equation 1 and 16 bits.
+  // Depth at the centre of the picture, after rounding to the 24 bits of the depth buffer and to the 16 bits
+  // of the picture.
   EXPECT_NEAR(picture.depth(59, 59), k_far - k_radius, 0.003);
   EXPECT_NEAR(*picture.behind({0, 0, -k_radius + 2}), 2, 0.01);
   EXPECT_FALSE(picture.behind({0, 0, -k_far - 10}));
@@ -165,7 +171,7 @@ TEST(DepthPicture, KeepsDepthsAndRefusesInvalidPictures) {
   EXPECT_GT(picture.known_cube_edge({0, 0, -k_radius}), 20);
   EXPECT_EQ(picture.known_cube_edge({0, 0, -k_far - 10}), 0);
   EXPECT_EQ(picture.known_cube_edge({40, 0, -k_radius}), 0);
-  // An empty picture: nothing is known, nothing is touched, and nothing fails.
+  // A picture without measurements is valid, and shows no surface.
   DepthPicture dark = picture;
   dark.set_depths(std::vector<double>(120 * 120, 0));
   EXPECT_FALSE(check(dark));

@@ -1,5 +1,5 @@
-// Sets of depth images around a hand: they equal images of the whole object, predict its motion, and are also
-// drawn from videos.
+// Sets of depth images around a hand: the images equal those of the whole object and predict the motion of
+// the object. Depth videos give such sets too.
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -13,7 +13,7 @@
 namespace trephine::haptics::depth {
 namespace {
 
-/// A shell with a cavity, two balls that overlap, a thin plate.
+/// Returns a shell, a ball that overlaps the shell, a ball in the cavity of the shell, and a thin plate.
 Model clutter() {
   Model m = ball({0, 0, 0}, 12, 40);
   m.add(ball({0, 0, 0}, 10, 32).inward());
@@ -62,12 +62,12 @@ TEST(DepthSource, AClipVolumeEqualsFullImages) {
   }
   EXPECT_GT(matter, 50'000);
   EXPECT_GT(crossed, 10'000);
-  // A face of the box is exactly in a plane of pixels.
+  // A side of the box is exactly in a plane of pixels.
   DepthView face;
   face.edge = 4;
   face.middle = {2, 2, 2};
   EXPECT_EQ(net_of(box({-3, -3, -3}, {2.8, 0.4, 1}), face).cube().open_rays(), 0u);
-  // A hole is reported.
+  // A hole in the surface is reported as open rays.
   Model open = ball({0, 0, 0}, 12, 40);
   open.triangles.resize(open.triangles.size() - 60);
   DepthView at_hole;
@@ -83,7 +83,7 @@ TEST(DepthSource, TrianglesOfASetEqualTheNetOfItsPixels) {
     view.edge = 8;
     const DepthSet set = model->draw(view).value();
     EXPECT_EQ(set.hash(), model->draw(view, 1).value().hash());
-    // The expected triangles, cell by cell, as a step builds them.
+    // The expected triangles are built cell by cell, as a step of the method "depth" builds them.
     ivec3 size(0);
     const Model m = clutter();
     const DepthNet net = net_of(m, view);
@@ -148,7 +148,7 @@ TEST(DepthSource, PredictsRigidMotion) {
     EXPECT_LT(glm::length(then.world_from_local(m.vertices[i]) - keys.keys[1][i]), 1e-7) << i;
   EXPECT_LT(glm::length(set.displacement_at(0).world_from_local({1, 2, 3}) - dvec3(1, 2, 3)), 1e-12);
   EXPECT_FALSE(model->draw({view.middle, view.touch, 20, 0.2, 0.01, 0.01}).value().has_successor);
-  // A swelling model does not move rigidly: the slack (mm) is reported.
+  // A swelling model does not move rigidly: the error of the predicted motion (`slack`, mm) is reported.
   for (std::size_t i = 0; i < m.vertices.size(); ++i) keys.keys[1][i] = 1.1 * m.vertices[i];
   EXPECT_GT(DepthModel::of(keys).value()->draw(view).value().slack, 0.01);
 }
@@ -181,8 +181,8 @@ TEST(DepthSource, RefusesInvalidModelsAndViews) {
     EXPECT_FALSE(model->draw(view));
 }
 
-/// Returns depth images of a ball at each of `middles`, `beat` (s) apart, `side` pixels wide and high. The
-/// camera is at the origin and looks along z.
+/// Returns a video of a ball: one depth image for each of `middles`, `beat` seconds apart, `side` pixels wide
+/// and high. The camera is at the origin and looks along z.
 DepthPictures pictures_of_ball(int side, const std::vector<dvec3>& middles, double radius, double beat) {
   DepthPictures all;
   all.camera = {side, side, 2.0 * side, 2.0 * side, 0.5 * (side - 1), 0.5 * (side - 1)};
@@ -227,11 +227,11 @@ TEST(DepthStream, ABallInAVideoIsTouchedAndPushes) {
       sum += off * off, ++count;
       worst = std::max(worst, std::abs(off));
     }
-    // A pixel is 0.4 mm there: the published method is off by half a pixel.
+    // At the distance of the ball, a pixel covers 0.4 mm. The published method has errors of half a pixel.
     EXPECT_LT(std::sqrt(sum / count), 0.04) << radius;
     EXPECT_LT(worst, 0.2) << radius;
   }
-  // A hand at rest, toward which the ball moves.
+  // The hand rests, and the ball moves toward it.
   Hand still(stream);
   double highest = 0;
   for (int i = 0; i < 330; ++i) {
@@ -241,10 +241,10 @@ TEST(DepthStream, ABallInAVideoIsTouchedAndPushes) {
       EXPECT_GT(glm::length(p - middle_at(1e-3 * i)), 29.8) << i;
     }
   }
-  EXPECT_GT(highest, 14);  // nearer than 181 mm to the camera
+  EXPECT_GT(highest, 14);  // mm: the ball pushed the proxy to within 181 mm of the camera
 }
 
-/// One ball from two sources: pictures, and a model at rest.
+/// A picture of a ball and a model of the same ball, at rest, give the same surface.
 TEST(DepthStream, SourcesAgree) {
   const dvec3 middle(0, 0, 230);
   const auto stream = DepthStream::of(pictures_of_ball(400, {middle}, 30, 1)).value();
@@ -283,7 +283,7 @@ TEST(DepthStream, RefusesInvalidPictures) {
   EXPECT_NE(error_of([](DepthPictures& p) { p.camera.width = 1; }), "");
   EXPECT_NE(error_of([](DepthPictures& p) { p.mm_per_step = 0; }), "");
   EXPECT_NE(error_of([](DepthPictures& p) { p.is_repeating = true; }), "");
-  // Empty images: nothing is touched, and nothing fails.
+  // Images without measurements are valid, and show no surface.
   DepthPictures dark = pictures_of_ball(8, {{0, 0, 230}}, 30, 1);
   for (auto& value : dark.pictures[0]) value = 0;
   const auto stream = DepthStream::of(std::move(dark)).value();

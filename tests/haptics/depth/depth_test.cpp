@@ -1,4 +1,4 @@
-// Depth images and the published search on them, against brute force.
+// Depth images, and the methods "depth" and "lomi" (published) on them, against brute force.
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -33,10 +33,10 @@ TEST(DepthRules, GiveThePublishedExample) {
   EXPECT_EQ(viewport(clip_volume(rates), 0.2), 100);
   EXPECT_DOUBLE_EQ(lomi_size(rates), 2);
   EXPECT_EQ(lomi_voxels(lomi_size(rates), 0.2), 11);
-  // A workspace of 50 cm in 24 bits: 0.03 um. (The slides give 0.05.)
+  // A workspace of 50 cm in 24 bits: 0.03 um. (The authors' slides give 0.05 um.)
   EXPECT_NEAR(1000 * depth_resolution(500, 24), 0.0298, 0.0001);
   EXPECT_DOUBLE_EQ(linear_position(-10, 30, 0.25), 0);
-  // Equation 1 inverts the depths of a perspective matrix.
+  // perspective_distance() (Kim et al. 2009, equation 1) inverts the depths of a perspective matrix.
   const double near = 5, far = 400;
   for (const double z : {5.0, 7.0, 50.0, 399.0, 400.0}) {
     const double ndc = (far + near) / (far - near) - 2 * far * near / ((far - near) * z);
@@ -66,14 +66,15 @@ TEST(DepthCube, AgreesWithWindingNumbers) {
         for (int i = 0; i < size[axis == 0 ? 1 : 0]; ++i) {
           const auto ray = cube.ray(axis, i, j);
           ASSERT_EQ(ray.size() % 2, 0u);
-          // Between any two layers of the ray, before the first and after the last.
+          // Checks a point between each two consecutive layers of the ray, before the first and after the
+          // last.
           for (std::size_t k = 0; k <= ray.size(); ++k) {
             const double from = k == 0 ? -3 : ray[k - 1], to = k == ray.size() ? 21 : ray[k];
             if (to - from < 1e-3) continue;
             dvec3 p;
             p[axis] = from + (0.3 + 0.4 * number(static_cast<std::uint64_t>(queried))) * (to - from);
-            // A ray through an edge or along a face counts as if shifted slightly, more along the first of
-            // the other two axes.
+            // A ray through an edge or along a side of a box counts as if it were shifted slightly along the
+            // other two axes, more along the first of them.
             p[axis == 0 ? 1 : 0] = i + 3e-4, p[axis == 2 ? 1 : 2] = j + 3e-6;
             const double w = winding(m, frame.world_from_volume(p));
             ++queried, inside += k % 2;
@@ -108,7 +109,7 @@ TEST(DepthCube, IsAccurateToItsPixelsAndTheSameForAnyThreads) {
           worst = std::max(worst, std::abs(glm::length(frame.world_from_volume(p)) - 20));
         }
       }
-  EXPECT_LT(worst, 1.5e-3);  // distance of facets of 0.2 mm from the ball
+  EXPECT_LT(worst, 1.5e-3);  // mm: bounds the distance between the ball and its facets of 0.2 mm
 }
 
 TEST(DepthCube, OfAVolumeIsItsField) {
@@ -129,14 +130,14 @@ TEST(DepthCube, OfAVolumeIsItsField) {
           ASSERT_LT(std::abs(item.field.value(voxel)), 0.05);  // HU
         }
   EXPECT_GT(layers, 4000);
-  // The hidden interior is known only by layers.
+  // With the outermost layers alone, the hidden cavity counts as solid. All layers show that it is empty.
   const dvec3 middle = 32.5 * dvec3(rays);
   EXPECT_TRUE(cube.is_inside(middle, Layers::outermost));
   EXPECT_FALSE(cube.is_inside(middle, Layers::all));
 }
 
-/// Returns true if every edge is traversed equally often in both directions. mesh_of_cells() has joined
-/// vertices at one position.
+/// Returns true if every edge is traversed equally often in both directions. Requires that vertices at the
+/// same position are joined, as mesh_of_cells() does.
 bool is_closed(const volume::Mesh& mesh) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> ways;
   for (std::size_t t = 0; t < mesh.triangles.size(); t += 3)
@@ -147,8 +148,8 @@ bool is_closed(const volume::Mesh& mesh) {
   return !ways.empty() && std::all_of(ways.begin(), ways.end(), [](const auto& w) { return w.second == 0; });
 }
 
-/// The net of a volume's depth images is its surface net, with the same triangles, and vertices that are
-/// equal to single precision.
+/// The net of a volume's depth images has as many triangles as the surface net of the volume, and each of its
+/// vertices is within 2e-5 voxels (single precision) of a vertex of the surface net.
 TEST(DepthNet, OfAVolumeEqualsItsSurfaceNet) {
   for (const char* phantom : {"gyroid", "shell"}) {
     const TouchScene scene = scenes::phantom_scene(phantom, grid(48, 0.7, 12));
@@ -158,7 +159,7 @@ TEST(DepthNet, OfAVolumeEqualsItsSurfaceNet) {
                        whole = volume::surface_net({&item.field, nullptr, item.bits.get(), false, true});
     EXPECT_TRUE(is_closed(shown)) << phantom;
     ASSERT_EQ(shown.triangles.size(), whole.triangles.size());
-    // The first counts vertices at one position once.
+    // mesh_of_cells() joins vertices at the same position; surface_net() does not.
     ASSERT_NEAR(static_cast<double>(shown.vertices.size()), static_cast<double>(whole.vertices.size()), 20);
     std::map<std::tuple<int, int, int>, std::vector<glm::vec3>> by_cell;
     const auto key = [](const glm::vec3& v) {
@@ -207,7 +208,8 @@ TEST(DepthProxy, RestsWithinATenthOfHalfAPixelOutsideAndInsideACalabash) {
   }
 }
 
-/// Thin parts, a narrow tube and a hidden interior hold the proxy from any side at any speed.
+/// Thin parts, a narrow tube and a hidden interior hold the proxy from any side, at up to 10 m/s along each
+/// axis.
 TEST(DepthProxy, NothingFallsThroughThinPartsTubesOrHiddenInteriors) {
   Model plate = box({-8, -8, -0.15}, {8, 8, 0.15});  // 1.5 pixels
   Model tube = box({-1.1, -1.1, 2}, {-0.6, 1.1, 14});
@@ -236,7 +238,7 @@ TEST(DepthProxy, NothingFallsThroughThinPartsTubesOrHiddenInteriors) {
   const volume::Frame& base = play.scene.base->frame;
   dvec3 hip(0), way(0);
   for (long i = 0; i < steps; ++i) {
-    if (i % 200 == 0) {  // restart, a third of the time each in the cavity and in the tube
+    if (i % 200 == 0) {  // restart: a third in the cavity, a third in the tube, the others anywhere
       play.state = {};
       const double where = random();
       hip = where < 0.33   ? dvec3(0, 0, -8)
@@ -273,9 +275,9 @@ TEST(DepthProxy, NothingFallsThroughThinPartsTubesOrHiddenInteriors) {
                                   nets[0].cube().frame().volume_from_world({0.05, 0.02, -1})));
 }
 
-/// Plates thinner than a pixel, tilted in any direction, hit from both sides: rays meet both faces between
-/// two lattice points. Without special care for thin parts they would be missed, as the published method
-/// shows.
+/// Plates thinner than a pixel, tilted at random, are pressed from both sides. A ray meets both sides of such
+/// a plate between two lattice points. A method without special treatment of thin parts misses the plate, as
+/// the published method ("lomi") shows.
 TEST(DepthProxy, PlatesThinnerThanAPixelHold) {
   const auto fallen = [](const char* method, double thick, std::uint64_t lean, long& contacts) {
     const glm::dquat turn = glm::normalize(glm::dquat(1, place(lean, 0.8)));
@@ -314,7 +316,7 @@ TEST(DepthProxy, PlatesThinnerThanAPixelHold) {
 }
 
 /// Closed shells thinner than a pixel with walls along the lattice, where rays graze facets and corners: a
-/// ball in a ball, a box in a box, a prism in a prism. The triangles are the judge.
+/// ball in a ball, a box in a box, a prism in a prism. The judge uses the triangles of the shells.
 TEST(DepthProxy, ClosedShellsAlongTheLatticeHold) {
   constexpr double k_outer = 10;
   const auto prism = [](double radius, double half) {  // an octagonal prism with flat sides across the axes
@@ -374,7 +376,7 @@ TEST(DepthProxy, ClosedShellsAlongTheLatticeHold) {
               }
             }
         EXPECT_EQ(passed, 0);
-        // Planted fault: the judge detects a hand that nothing holds.
+        // Planted fault: the judge detects a proxy that follows the hand through the shell.
         judge.restart();
         bool is_seen = false;
         for (int i = 0; i < 40; ++i)
@@ -386,7 +388,8 @@ TEST(DepthProxy, ClosedShellsAlongTheLatticeHold) {
   EXPECT_GT(contacts, 3 * 5 * 3 * 60 * 15);
 }
 
-/// Care for parts thinner than a pixel does not round the edges of thicker parts.
+/// The treatment of parts thinner than a pixel does not affect thicker parts: no lattice edge of a tilted box
+/// is treated as thin, and no vertex of the net protrudes from the box.
 TEST(DepthNet, SharpEdgesStaySharp) {
   const glm::dquat turn = glm::normalize(glm::dquat(1, 0.15, -0.3, 0.2));
   Model m = box({-4, -3, -2}, {4, 3, 2});
@@ -401,10 +404,10 @@ TEST(DepthNet, SharpEdgesStaySharp) {
     const dvec3 beyond = glm::abs(p) - dvec3(4, 3, 2);
     worst = std::max({worst, beyond.x, beyond.y, beyond.z});
   }
-  EXPECT_LT(worst, 0.01);  // no vertex protrudes
+  EXPECT_LT(worst, 0.01);  // mm
 }
 
-TEST(DepthProxy, RefusesInvalidModelsAndTools) {
+TEST(DepthProxy, RefusesOpenHugeAndMovingModels) {
   Model open = box({0, 0, 0}, {5, 5, 5});
   open.triangles.resize(open.triangles.size() - 3);
   for (const char* name : {"depth", "lomi"}) {

@@ -1,4 +1,5 @@
-// Touch of moving and bending objects by sets of depth images: they push the proxy, and are never passed.
+// Touch of moving and bending objects by sets of depth images: the objects push the proxy, and the proxy
+// never passes through them.
 #include <cmath>
 
 #include "tests/haptics/depth/depth_hand.h"
@@ -29,9 +30,11 @@ TEST(DepthTouch, ABallIsTouchedToATenthOfHalfAPixelByAPointAndABall) {
   }
 }
 
-/// A plate, 1 mm thick, that moves back and forth at `speed` mm/s, tilted and bent by `bend` mm.
+/// A tilted plate, 1 mm thick, that moves up and down between z = -30 and 30 mm at `speed` mm/s and bends in
+/// oscillation. `bend`: amplitude at 20 mm from its centre, mm.
 struct Plate {
   double speed, bend;
+  /// Height of the plate's centre, mm.
   double height(double time) const {
     const double way = 60, s = time * speed;
     const double in = s - 2 * way * std::floor(s / (2 * way));
@@ -76,9 +79,10 @@ struct Plate {
 };
 
 struct Pushed {
-  /// Ticks in which the plate pushed the proxy up from its rest, and in which the proxy was behind the plate.
+  /// Ticks in which the proxy was more than 0.5 mm above the hand, and in which it was below the plate's
+  /// middle.
   int up = 0, passed = 0;
-  double deepest = 0;  ///< mm into the plate
+  double deepest = 0;  ///< largest depth of the tool below the plate's upper side, mm
 };
 Pushed push(const Plate& plate, double radius, int lag, int ticks, bool knows_motion = true) {
   Hand hand(plate.model(0.001 * ticks + 0.05), radius);
@@ -111,17 +115,20 @@ TEST(DepthTouch, AMovingBendingPlatePushesAndIsNeverPassedUpTo1MPerS) {
         }
     if (!runs_all_cases()) break;
   }
-  // Planted fault: without its motion between two sets the plate passes over the proxy, which is detected.
+  // Planted fault: if the motion of the plate between two sets is ignored, the plate passes over the proxy,
+  // and the test detects it.
   EXPECT_GT(push({1000, 0}, 0, 4, 180, false).passed, 10);
 }
 
-/// A shell of 1 mm that moves at 400 mm/s and swells. Its position at a time has a closed form.
+/// A spherical shell, 1 mm thick, that moves at 400 mm/s and swells. Its centre and size have closed forms.
 struct Shell {
   static constexpr double k_outer = 16, k_inner = 15, k_beat = 0.02;
+  /// Returns the centre at a time, in units of `k_beat`.
   static dvec3 middle(double key) {
     const double s = key - 8 * std::floor(key / 8);
     return {8 * (s < 2 ? s : s < 6 ? 4 - s : s - 8), 0, 0};
   }
+  /// Returns the factor of both radii at a time, in units of `k_beat`.
   static double size(double key) {
     const double s = key - 8 * std::floor(key / 8);
     return 1 + 0.02 * (s < 4 ? s : 8 - s);
@@ -141,10 +148,11 @@ struct Kept {
   long contacts = 0, passed = 0;
   double deepest = 0;  ///< mm
 };
-/// Moves a hand at up to 1 m/s, which starts inside the shell or outside.
+/// Moves a hand, which starts inside or outside the shell, at up to 1 m/s. Stops when the proxy has passed
+/// the shell.
 Kept keep_in_or_out(bool is_in, long ticks, bool knows_motion) {
   Hand hand(Shell::model());
-  hand.room = 1.5;  // as in operations: both move
+  hand.room = 1.5;  // both hand and shell move, as in operations
   hand.pixel = 0.4;
   hand.knows_motion = knows_motion;
   Kept kept;
@@ -161,13 +169,14 @@ Kept keep_in_or_out(bool is_in, long ticks, bool knows_motion) {
     kept.contacts += step.has_contact;
     kept.deepest = std::max(kept.deepest, deep);
     kept.passed += deep > 0.5;
-    if (deep > 0.5) return kept;  // from now on the proxy is on the other side
+    if (deep > 0.5) return kept;  // the proxy is on the other side from here on
   }
   return kept;
 }
 
-/// A surface that is exactly at a hand at rest at the end of a tick, to the last bit: its path in this tick
-/// and that in the next tick both meet the hand.
+/// At the end of a tick, a moving surface is at the position of a resting hand, exactly to the last bit. The
+/// motion of the surface in this tick ends at the hand, and its motion in the next tick begins there. The
+/// hand must be pushed in both ticks.
 TEST(DepthTouch, ASurfaceThatMeetsTheHandExactlyAtATickPushesIt) {
   const Model plate = box({-20, -20, -2}, {20, 20, 2});
   for (const double begin : {-2.0, 0.4, 1.0, 1.2, 1.6}) {
@@ -194,14 +203,14 @@ TEST(DepthTouch, NothingPassesAMovingSwellingShell) {
     const Kept kept = keep_in_or_out(is_in, ticks, true);
     EXPECT_EQ(kept.passed, 0) << is_in;
     EXPECT_GT(kept.contacts, ticks / 20) << is_in;
-    EXPECT_LT(kept.deepest, 0.5) << is_in;  // facets are 0.03 mm off
+    EXPECT_LT(kept.deepest, 0.5) << is_in;  // mm; facets are up to 0.03 mm from the sphere
     RecordProperty(is_in ? "deepest_in" : "deepest_out", std::to_string(kept.deepest));
-    // Planted fault: sets that stand still until the next one are passed through.
+    // Planted fault: the proxy passes through the shell if sets do not move until the next set.
     EXPECT_GT(keep_in_or_out(is_in, ticks, false).passed, 0) << is_in;
   }
 }
 
-/// A corner of voxels, a mesh and a drawn model: one proxy on all three.
+/// A plane of voxels, a mesh and a model of depth images form a corner: one proxy rests on all three.
 TEST(DepthTouch, VoxelsMeshesAndDepthsInOneContact) {
   data_tools::PhantomOptions o;
   o.size = ivec3(48);
@@ -225,7 +234,8 @@ TEST(DepthTouch, VoxelsMeshesAndDepthsInOneContact) {
   for (int i = 0; i < 400; ++i)
     step = method->step(scene, seen, state, {dvec3(0.012 * i, 0.014 * i, 4 - 0.016 * i)});
   ASSERT_TRUE(step.has_contact);
-  // Position of the voxel plane there, from a hand pressed straight onto it.
+  // The height of the voxel plane near the corner, measured by a hand that is pressed straight onto the
+  // plane.
   ProxyState other;
   ProxyStep on_plane;
   for (int i = 0; i < 100; ++i) on_plane = method->step(scene, seen, other, {dvec3(2.9, 2.9, 4 - 0.06 * i)});

@@ -11,6 +11,7 @@
 
 namespace trephine::haptics::depth {
 
+/// Returns the n-th of a reproducible sequence of random points, with coordinates between -within and within.
 inline dvec3 place(std::uint64_t n, double within) {
   return within * (2.0 * dvec3(number(3 * n), number(3 * n + 1), number(3 * n + 2)) - 1.0);
 }
@@ -25,7 +26,7 @@ inline TouchScene models(std::initializer_list<Model> all) {
   }
   return scene;
 }
-/// Steps a method without the judge of volumes.
+/// Steps a method in a scene, without the judge that Play has for volumes.
 struct ModelPlay {
   TouchScene scene;
   std::unique_ptr<ProxyMethod> method;

@@ -18,8 +18,9 @@ using glm::dvec3;
 
 namespace {
 
-/// Assembles an arm in space, joint by joint, and returns the error of its forearm's length, mm. Independent
-/// of the solver: elbow and wrist are computed as points.
+/// Assembles an arm in space, joint by joint, and returns the error of its forearm's length, mm. Shares no
+/// code with the solver: elbow and wrist are computed as points. `angle`: of the upper arm, rad. Lengths in
+/// mm and angles of the arms as published by libnifalcon.
 double forearm_error(int arm, double angle, const dvec3& grip) {
   const double turn =
       (15 + std::array{90.0, -30.0, -150.0}[static_cast<std::size_t>(arm)]) * std::numbers::pi / 180;
@@ -33,6 +34,7 @@ double forearm_error(int arm, double angle, const dvec3& grip) {
   return std::hypot(plane - 22.5, side) - 102.5;
 }
 
+/// Returns random points in the workspace of the device, mm.
 std::vector<dvec3> workspace_points(int count) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> share(-1, 1);
@@ -45,7 +47,7 @@ std::vector<dvec3> workspace_points(int count) {
   return points;
 }
 
-/// Writes a frame digit by digit.
+/// Returns a frame of the firmware: three values of four digits, least significant digit first, and flags.
 std::vector<std::uint8_t> frame(std::array<int, 3> values, int flags) {
   std::vector<std::uint8_t> bytes{'<'};
   for (const int value : values)
@@ -150,7 +152,8 @@ TEST(FalconFrame, AParserFindsTheNextFrameAfterDamage) {
     a.insert(a.end(), b.begin(), b.end());
     return a;
   };
-  // In two parts, after noise, after half a frame, with a damaged digit, without its end.
+  // A frame is found if it arrives in two parts, and also after noise, after the first part of a frame, after
+  // a frame with a damaged digit, and after a frame without its end.
   for (std::size_t split = 0; split <= good.size(); ++split) {
     FalconParser parser;
     const auto early = parser.add(std::span(good).first(split));
@@ -176,7 +179,7 @@ TEST(FalconFrame, AParserFindsTheNextFrameAfterDamage) {
     ASSERT_TRUE(state);
     EXPECT_EQ(state->counts, (std::array<std::int16_t, 3>{4, 5, 6}));
   }
-  // The last one of several frames counts.
+  // If several frames arrive together, the state of the last frame is returned.
   FalconParser parser;
   EXPECT_EQ(parser.add(join(good, other))->counts[0], 4);
   EXPECT_EQ(parser.damaged(), 0u);
@@ -189,7 +192,7 @@ TEST(FalconFrame, StatesInRandomBytesAreWholeFrames) {
   std::string stream;
   int states = 0;
   for (int i = 0; i < 200'000; ++i) {
-    // Frames of random bytes, some of which are damaged at one position.
+    // Frames with random digits. Half of the frames are damaged at one position, and some are truncated.
     std::string bytes = "<";
     for (int k = 0; k < 14; ++k) bytes += static_cast<char>('A' + random() % 16);
     bytes += '>';

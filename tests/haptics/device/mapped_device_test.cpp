@@ -17,7 +17,7 @@ using glm::dvec3;
 
 namespace {
 
-/// A device that a test moves, and that keeps the last wrench.
+/// A device whose pose is set by a test. It keeps the wrench that was written last.
 struct HandDevice final : Device {
   Pose pose;
   Wrench written;
@@ -57,7 +57,7 @@ TEST(MappedDevice, MapsPositionsAndForces) {
   device.write(Wrench(dvec3(0, 3, 0), dvec3(1, 0, 0)));
   expect_near(hand->written.force_world, {3, 0, 0});
   expect_near(hand->written.torque_world, {0, -1, 0});
-  // An equal force at twice the motion is half the stiffness.
+  // The tool moves twice as far as the device under the same force: half the stiffness.
   EXPECT_EQ(device.capabilities().max_stiffness, 1);
   EXPECT_EQ(device.capabilities().workspace_radius, 100);
 }
@@ -88,7 +88,7 @@ TEST(MappedDevice, TheClutchMovesTheHandWithoutTheTool) {
   EXPECT_TRUE(pose.is_pressed());
   device.write(Wrench(dvec3(0, 0, 4)));
   expect_near(hand->written.force_world, {0, 0, 4});
-  hand->pose.buttons = 3;  // the clutch, while the tool works
+  hand->pose.buttons = 3;  // the first button, and the clutch
   for (int i = 1; i <= 100; ++i) {
     hand->pose.position_world.x += 0.4;
     ASSERT_TRUE(device.read(0.001 * i, pose));
@@ -142,9 +142,9 @@ TEST(CompositeDevice, APedalWorksTheToolOfAnotherDevice) {
   EXPECT_FALSE(device.read(0, pose));
 }
 
-TEST(SpaceMouse, BothShapesOfReportsAreRead) {
+TEST(SpaceMouse, BothFormatsOfReportsAreRead) {
   SpaceMouseParser parser;
-  // Right 256, toward the user 2, down 3; in the device frame: right, up, toward the user.
+  // The report: 256 to the right, 2 toward the user, 3 down. The device frame: right, up, toward the user.
   const std::uint8_t motion[] = {1, 0, 1, 2, 0, 3, 0};
   const std::uint8_t turn[] = {2, 0xff, 0xff, 0, 0x80, 5, 0};
   ASSERT_TRUE(parser.add(motion));

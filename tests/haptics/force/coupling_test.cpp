@@ -1,4 +1,4 @@
-// Couplings that a device renders passively, and limits of devices.
+// Couplings that a device renders passively, and limits that devices set.
 #include "haptics/force/coupling.h"
 
 #include <cmath>
@@ -9,7 +9,7 @@ namespace {
 
 TEST(Coupling, IsTheStiffestForTheDeviceAndMatchesThePublishedExample) {
   const Coupling c = critical_coupling(0.025, 0.008, 1000);
-  EXPECT_NEAR(c.stiffness, 0.5934, 5e-5);  // eq. 3.24 of the thesis on 6/3-DOF haptic rendering
+  EXPECT_NEAR(c.stiffness, 0.5934, 5e-5);  // N/mm; Kadlecek 2013, master thesis, eq. 3.24
   EXPECT_NEAR(c.damping, 2 * std::sqrt(c.stiffness * 0.025 / 1000), 1e-12);
   EXPECT_NEAR(0.5e-3 * c.stiffness + c.damping, 0.008, 1e-12);
   EXPECT_DOUBLE_EQ(passive_stiffness(0.002, 0.001, 1000), 2);

@@ -1,4 +1,4 @@
-// Effects, surfaces that yield or are switched off, and their events.
+// Effects, materials, surfaces that yield or are switched off, and the events of these surfaces.
 #include <cmath>
 
 #include "haptics/mesh/mesh_tree.h"
@@ -30,7 +30,8 @@ TEST(Effects, EachEqualsItsFormulaWithinItsBound) {
   expect_near(plane.step({0, 0, 3}).rendered_world, dvec3(0), 1e-15);
   expect_near(plane.step({0, 0, 1}).rendered_world, {0, 0, 0.5}, 1e-15);
   expect_near(EffectRun("gravity mass=0.1").step({}).active_world, {0, 0, 0.980665}, 1e-12);
-  // A drill along z with a wall toward -x is dragged toward -y, and not at all while it is off.
+  // A drill along z with a wall toward -x is dragged toward -y. Without contact, and while the drill is off,
+  // no force acts.
   ProxyStep left;
   left.set_contact(0, Side::front, {1, 0, 0});
   EffectRun drill("spin drag=0.3 chatter=0");
@@ -38,14 +39,14 @@ TEST(Effects, EachEqualsItsFormulaWithinItsBound) {
   expect_near(drill.step({}, {}, {2, 0, 0}).active_world, dvec3(0), 1e-12);
   expect_near(EffectRun("spin drag=0.3 chatter=0").step({}, left, {2, 0, 0}, false).active_world, dvec3(0),
               1e-12);
-  EffectRun viscous_rack("viscous damping=0.01");
+  EffectRun viscous("viscous damping=0.01");
   LawForces f;
-  for (int i = 0; i < 60; ++i) f = viscous_rack.step({0.02 * i, 0, 0});  // 20 mm/s
+  for (int i = 0; i < 60; ++i) f = viscous.step({0.02 * i, 0, 0});  // 20 mm/s
   expect_near(f.rendered_world, {-0.2, 0, 0}, 1e-6);
-  EffectRun vibration_rack("vibration direction=1,0,0 amplitude=0.5 frequency=50");
+  EffectRun vibration("vibration direction=1,0,0 amplitude=0.5 frequency=50");
   double most = 0, mean = 0, crossings = 0, last = 0;
   for (int i = 0; i < 1000; ++i) {
-    const double x = vibration_rack.step({}).active_world.x;
+    const double x = vibration.step({}).active_world.x;
     most = std::max(most, std::abs(x));
     mean += x / 1000;
     crossings += x * last < 0;
@@ -54,7 +55,7 @@ TEST(Effects, EachEqualsItsFormulaWithinItsBound) {
   EXPECT_NEAR(most, 0.5, 1e-3);
   EXPECT_NEAR(mean, 0, 1e-3);
   EXPECT_NEAR(crossings, 100, 1);  // 50 Hz for a second
-  // Texture: the slope of its ripples times the pressure.
+  // The force of a texture is the slope of its ripples times the normal force.
   EffectRun ripples("texture direction=1,0,0 height=0.1 wavelength=2");
   ProxyStep touch;
   touch.has_contact = true;
@@ -67,20 +68,21 @@ TEST(Effects, EachEqualsItsFormulaWithinItsBound) {
 }
 
 TEST(Effects, ATrackResistsOnlyAtItsEnd) {
-  EffectRun rack("line start=0,0,2 ahead=0,0,-1 stiffness=1 resistance=2");
-  const auto at = [&](double x, double z) { return rack.step({x, 0, z}); };
+  EffectRun track("line start=0,0,2 ahead=0,0,-1 stiffness=1 resistance=2");
+  const auto at = [&](double x, double z) { return track.step({x, 0, z}); };
   double z = 1.99;
-  for (; z > 0.1; z -= 0.01) EXPECT_NEAR(at(0, z).rendered_world.z, 2 - z, 0.02);  // the spring of its end
+  for (; z > 0.1; z -= 0.01)
+    EXPECT_NEAR(at(0, z).rendered_world.z, 2 - z, 0.02);  // the spring at the end of the track
   for (; z > -6; z -= 0.01) at(0, z);
   EXPECT_NEAR(at(0, z).rendered_world.z, 2, 0.02);
-  // Back and forth in the track there is no resistance; sideways a spring holds.
+  // A motion back and forth within the track meets no resistance; sideways, a spring holds the tip.
   for (double back = z; back < -1; back += 0.01)
     if (const LawForces f = at(0, back); back > z + 2.1) {
       EXPECT_NEAR(f.rendered_world.z, 0, 1e-9);
     }
   EXPECT_NEAR(at(0.5, -2).rendered_world.x, -0.5, 1e-12);
-  // Cycles in and out take energy from the hand, and return none.
-  rack.memory.reset();
+  // Cycles in and out take energy from the hand, and return no more than they took.
+  track.memory.reset();
   double given = 0, last_z = 1, least = 1e300;
   dvec3 held(0);
   for (int i = 0; i < 20000; ++i) {
@@ -91,7 +93,7 @@ TEST(Effects, ATrackResistsOnlyAtItsEnd) {
     least = std::min(least, -given);
   }
   EXPECT_GT(least, -0.01);
-  EXPECT_LT(given, -1.9);  // one millimetre more of track, at 2 N
+  EXPECT_LT(given, -1.9);  // N mm: the track grows by 1 mm against 2 N
 }
 
 TEST(Effects, ALawKeepsItsMemoryByItsIdWhileOthersComeAndGo) {
@@ -118,15 +120,16 @@ TEST(Effects, ALawKeepsItsMemoryByItsIdWhileOthersComeAndGo) {
   for (double z = 2; z > -6; z -= 0.01) push_at(alone, z);
   EXPECT_NEAR(push_at(alone, -6), 2, 0.02);
   push_at(alone, -3);
-  EXPECT_NEAR(push_at(second, -3), 0, 1e-9);   // in the existing track, next to another law
-  EXPECT_NEAR(push_at(softer, -6), 1, 0.02);   // other parameters: the same track
-  EXPECT_NEAR(push_at(another, -9), 0, 0.02);  // another law: its track starts empty
+  EXPECT_NEAR(push_at(second, -3), 0, 1e-9);   // next to another law: still within its track
+  EXPECT_NEAR(push_at(softer, -6), 1, 0.02);   // other parameters, same id: the track is kept
+  EXPECT_NEAR(push_at(another, -9), 0, 0.02);  // another id: a new track, which starts here
   EXPECT_NEAR(push_at(another, -11), 2, 0.02);
-  EXPECT_NEAR(push_at(alone, -3), 0, 0.02);  // forgotten in between: starts again, here ...
-  EXPECT_NEAR(push_at(alone, -6), 2, 0.02);  // ... and resists from there
-  // The id is used again for another track: the depth of the first track does not count.
-  Effect beside = parse_effect("line start=0,0,1 ahead=0,0,-1 stiffness=1 resistance=2").value();
-  const LawSet other = set_of({haptics::law_of(beside, 7).value()});
+  // The law was absent in between: its track starts again at the current depth, and resists from there on.
+  EXPECT_NEAR(push_at(alone, -3), 0, 0.02);
+  EXPECT_NEAR(push_at(alone, -6), 2, 0.02);
+  // The id is used again for a track with another start: the depth of the earlier track is discarded.
+  Effect shifted = parse_effect("line start=0,0,1 ahead=0,0,-1 stiffness=1 resistance=2").value();
+  const LawSet other = set_of({haptics::law_of(shifted, 7).value()});
   EXPECT_NEAR(push_at(other, -1), 0, 0.02);
   EXPECT_NEAR(push_at(other, -4), 2, 0.02);
 }
@@ -138,7 +141,7 @@ TEST(Effects, ActiveEffectsGiveAMovingHandAtMostTheirPower) {
   EXPECT_LE(glm::length(f.active_world) * 1000, LawMemory::k_power * 1.001);
 }
 
-TEST(Effects, ErrorsOfUnknownWordsListTheKnownOnes) {
+TEST(Effects, InvalidWordsAndLawsAreRefused) {
   for (const char* words :
        {"", "hum", "spring anchor=1,2", "spring anchor=0,0,0 stiffness=-1", "viscous damping",
         "vibration amplitude=nan", "line ahead=0,0,0", "texture wavelength=0", "gravity mass=2",
@@ -157,7 +160,7 @@ TEST(Effects, ErrorsOfUnknownWordsListTheKnownOnes) {
   EXPECT_TRUE(LawMemory().is_empty());
 }
 
-// A drill guide: its bounded torque toward the direction equals a closed form.
+// A drill guide turns the stylus toward a direction. Its torque, which is bounded, equals a closed form.
 TEST(Effects, AlignTurnsTheStylusAlongADirection) {
   const ServoLaw law =
       law_of(parse_effect("align direction=0,0,-2 stiffness=80 damping=0 most=5").value(), 1).value();
@@ -170,7 +173,8 @@ TEST(Effects, AlignTurnsTheStylusAlongADirection) {
     const glm::dquat turned(std::cos(angle / 2), std::sin(angle / 2), 0, 0);
     const LawForces f = memory.step(
         set, {scene, nullptr, nothing, dvec3(0), dvec3(0, 0, 9), turned, dvec3(0), dvec3(0), k_dt, true});
-    // The stylus' -z is at `angle` (rad) about x from the direction: the torque is about -x.
+    // The -z axis of the stylus is turned from the direction by `angle` (rad) about x: the torque is about
+    // -x.
     const double expected = -std::min(80 * std::abs(std::sin(angle)), 50.0) * (std::sin(angle) < 0 ? -1 : 1);
     expect_near(f.torque_world, {expected, 0, 0}, 1e-9);
     EXPECT_EQ(f.rendered_world, dvec3(0));
@@ -200,7 +204,8 @@ TEST(Material, IsStifferInDenserBoneAndViscousAlongTheSurface) {
   EXPECT_NEAR(last, 2, 0.01);
   touch.proxy_world = {0, 0, 8};
   EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, 7}, scene).force_world.z, 0.5, 1e-12);
-  // A ball's centre is its radius above the contact; from inside, bone is outward.
+  // The contact of a ball is one radius below its centre. At a back side, bone is in the direction of the
+  // normal.
   scene.tool = std::make_shared<const ToolShape>(3);
   touch.proxy_world = {0, 0, 3 - 6};
   EXPECT_NEAR(ForceModel(raw, k_dt).step(touch, {0, 0, -4}, scene).force_world.z, 2, 0.01);
@@ -217,9 +222,9 @@ TEST(Material, IsStifferInDenserBoneAndViscousAlongTheSurface) {
   ForceModel model(raw, k_dt);
   touch.proxy_world = {0, 0, 0};
   model.step(touch, {0, 0, -1}, scene);
-  touch.proxy_world = {0.05, 0, 0};  // 50 mm/s along the surface, no stretch along it
+  touch.proxy_world = {0.05, 0, 0};  // 50 mm/s along the surface; the spring is not stretched along it
   expect_near(model.step(touch, {0.05, 0, -1}, scene).force_world, {-0.5, 0, 0.5}, 1e-12);
-  // The back has its own material.
+  // The back side has its own material.
   scene.items[0].back_material = Material{1.5, 0, 0, 0};
   EXPECT_EQ(material_of(scene, 0, Side::front).stiffness, 0.5);
   EXPECT_EQ(material_of(scene, 0, Side::back).stiffness, 1.5);
@@ -248,7 +253,7 @@ TEST_P(Surfaces, YieldWhenPressedTooHardAndHoldAgainFartherOff) {
     EXPECT_LT(strongest, 2.1);
     EXPECT_GT(strongest, 1.9);
     EXPECT_FALSE(servo.step({0.2, 0.1, -12}).has_contact);
-    // Out again, and in: the surface holds again.
+    // The tool is drawn out and pressed in again: the surface holds again.
     for (double z = -12; z < 5; z += 0.05) servo.step({0.2, 0.1, z});
     for (double z = 5; z > -2; z -= 0.05) servo.step({0.2, 0.1, z});
     EXPECT_TRUE(servo.step({0.2, 0.1, -2}).has_contact);
@@ -265,7 +270,7 @@ TEST_P(Surfaces, AreSwitchedOffAndOnAndReportWhenNotReady) {
   servo.hand().set_touchable(0, true);
   for (double z = 5; z > -2; z -= 0.05) servo.step({0.2, 0.1, z});
   EXPECT_TRUE(servo.step({0.2, 0.1, -2}).has_contact);
-  // A plane that is switched on around a tool holds from the free side only.
+  // A plane that is switched on while the tool is inside its solid does not hold the tool there.
   servo.hand().set_touchable(0, false);
   servo.step({0.2, 0.1, -3});
   servo.hand().set_touchable(0, true);
@@ -283,8 +288,8 @@ TEST_P(Surfaces, AreSwitchedOffAndOnAndReportWhenNotReady) {
   EXPECT_STREQ(event_name(TouchEvent::lost_resistance), "lost resistance");
 }
 
-/// Bits become ready part by part: where they are ready the plane holds, elsewhere an event reports that it
-/// does not; there is never a hole without an event.
+/// The occupancy of a shape becomes ready part by part. Where it is ready, the plane holds; elsewhere, an
+/// event reports that the plane does not hold.
 TEST_P(Surfaces, HoldWhereTheirBitsAreReadyAndReportWhereTheyAreNot) {
   Servo servo(scene_of_plane(), GetParam());
   const volume::Frame& frame = servo.scene.base->frame;
@@ -297,7 +302,7 @@ TEST_P(Surfaces, HoldWhereTheirBitsAreReadyAndReportWhereTheyAreNot) {
   for (double z = 5; z > -2; z -= 0.05) servo.step({8 * voxel, 0.1, z});
   EXPECT_TRUE(servo.step({8 * voxel, 0.1, -2}).has_contact);
   EXPECT_EQ(servo.count(TouchEvent::not_ready), 0);
-  // Sliding toward the other half: released before the border, with an event.
+  // The tool slides toward the other half: it is released before the border, with an event.
   bool was_held = true;
   for (double x = 8 * voxel; x > -8 * voxel; x -= 0.05) {
     was_held = servo.step({x, 0.1, -2}).has_contact;
@@ -310,7 +315,7 @@ TEST_P(Surfaces, HoldWhereTheirBitsAreReadyAndReportWhereTheyAreNot) {
   for (double z = 5; z > -2; z -= 0.05) servo.step({-8 * voxel, 0.1, z});
   EXPECT_TRUE(servo.step({-8 * voxel, 0.1, -2}).has_contact);
   EXPECT_EQ(servo.count(TouchEvent::ready), 1);
-  // No bits at all; then all of them, with the short form.
+  // No part is ready; then all parts are, set by the short form of set_ready().
   servo.hand().set_ready(0, volume::VoxelBox{{0, 0, 0}, {-1, -1, -1}});
   EXPECT_FALSE(servo.step({-8 * voxel, 0.1, -2}).has_contact);
   EXPECT_EQ(servo.count(TouchEvent::not_ready), 2);

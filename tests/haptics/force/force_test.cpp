@@ -89,10 +89,13 @@ TEST(ForceGuard, NanGivesNoForceAndStaysLatched) {
     EXPECT_TRUE(guard.faults() & fault_not_finite);
     guard.reset();
     EXPECT_NEAR(guard.step(dvec3{0, 0, 1}, 0).force_world.z, 1, 1e-12);
+    // A torque that is not finite also suppresses the force of its tick.
+    EXPECT_TRUE(guard.step({{0, 0, 1}, {0, bad, 0}}, 0).is_zero());
+    EXPECT_TRUE(guard.faults() & fault_not_finite);
   }
 }
 
-TEST(ForceGuard, FaultFadesOutWithinTheStatedTime) {
+TEST(ForceGuard, ForceFadesOutAfterAFault) {
   for (const std::uint32_t fault : {fault_stale_scene, fault_lost_device, fault_full_ring}) {
     ForceGuard guard({}, 1e-3);
     for (int i = 0; i < 20; ++i) guard.step(dvec3{0, 0, 8}, 0);
@@ -157,7 +160,7 @@ TEST(VirtualDevice, EncoderRoundsAndLossIsReported) {
   EXPECT_FALSE(device.read(0.5, pose));
 }
 
-// A torque is limited in size and slew, faded out after a fault and always finite.
+// A torque is limited in magnitude and slew, faded out after a fault, and set to 0 if it is not finite.
 TEST(ForceGuard, TorquesAreGuardedLikeForces) {
   ForceOptions options;
   options.torque_limit = 100;
@@ -173,7 +176,7 @@ TEST(ForceGuard, TorquesAreGuardedLikeForces) {
   }
   EXPECT_NEAR(last.y, 100, 1e-9);
   EXPECT_TRUE(guard.faults() & fault_magnitude);
-  // A lost device: the torque is faded out.
+  // After the loss of the device, the torque is faded out.
   for (int i = 0; i < 60; ++i) {
     last = guard.step({dvec3(0), {0, 300, 0}}, i == 0 ? fault_lost_device : 0u).torque_world;
   }

@@ -1,4 +1,4 @@
-// Insertion: the force of a straight track that a tool makes, against closed forms.
+// Insertion: force on a tool that makes a straight track in matter, compared with closed forms.
 #include <cmath>
 #include <random>
 
@@ -8,7 +8,7 @@
 namespace trephine::haptics {
 namespace {
 
-/// A plate across z, with its middle at z = 0.
+/// A plate perpendicular to z, with its middle at z = 0; thickness and spacing in mm.
 TouchScene plate(double thickness, const dvec3& spacing) {
   data_tools::PhantomOptions o;
   o.spacing_mm = spacing;
@@ -18,7 +18,7 @@ TouchScene plate(double thickness, const dvec3& spacing) {
   return scenes::phantom_scene("plate", o);
 }
 
-/// A hand that pushes a tip down from the start of a track.
+/// A hand that pushes a tip along a track. `insertion`: the track and its layers; `rate`: Hz.
 struct Push {
   TouchScene scene;
   Insertion track;
@@ -59,7 +59,7 @@ TEST(Insertion, ResistsWhileTheTrackGrowsAndLetsGoAtTheFarSide) {
         ASSERT_TRUE(f.has_tip);
         lost += f.has_lost_resistance, met += f.has_met_resistance;
         if (lost == 0) released_at = f.tip_world.z;  // in the last tick that held it
-        // The tip is on the line, 2 N / (1 N/mm) behind the hand.
+        // The tip is on the line, 2 N / (1 N/mm) = 2 mm behind the hand.
         EXPECT_NEAR(f.tip_world.x, 0.3, 1e-12);
         if (z < 1.5 && z > -1.5) {
           EXPECT_NEAR(f.rendered_world.z, 2, 0.04) << z;
@@ -69,12 +69,12 @@ TEST(Insertion, ResistsWhileTheTrackGrowsAndLetsGoAtTheFarSide) {
       }
       EXPECT_EQ(lost, 1);
       EXPECT_EQ(met, 1);
-      // Released when the tip leaves the plate, not when the hand does, 2 mm earlier; to 0.2 mm and the
-      // motion in a tick.
+      // The tip is released where the tip leaves the plate, not 2 mm earlier, where the hand leaves it. The
+      // tolerance is 0.2 mm plus the motion in one tick.
       EXPECT_NEAR(released_at, -0.5 * k_thickness, 0.2 + step) << released_at;
       EXPECT_NEAR(push.at(-8).rendered_world.z, 0, 1e-9);
       EXPECT_NEAR(deepest, -8, 0.1);
-      // Back and in again along the track: no force and no event.
+      // The hand moves back and in again along the track: no force and no event.
       for (double z = -8; z < 4; z += step) {
         const LawForces f = push.at(z);
         EXPECT_NEAR(f.rendered_world.z, 0, 1e-12);
@@ -82,7 +82,7 @@ TEST(Insertion, ResistsWhileTheTrackGrowsAndLetsGoAtTheFarSide) {
         EXPECT_NEAR(f.tip_world.z, z, 1e-12);
       }
       for (double z = 4; z > -7.5; z -= step) EXPECT_NEAR(push.at(z).rendered_world.z, 0, 1e-12);
-      // Sideways a spring.
+      // Sideways, a spring of 2 N/mm holds the tip.
       EXPECT_NEAR(push.at({1.3, -0.2, 0}).rendered_world.x, -2, 1e-12);
     }
 }
@@ -102,7 +102,7 @@ TEST(Insertion, ALayerIsPuncturedOnce) {
   for (double again = 4.5; again > z; again -= 0.05) EXPECT_LT(push.at(again).rendered_world.z, 0.53);
 }
 
-TEST(Insertion, ALabelAndRemovedMatterAreLayersToo) {
+TEST(Insertion, ALabelIsALayerAndRemovedMatterDoesNotResist) {
   TouchScene scene = plate(8, dvec3(0.5));
   auto labelled = std::make_shared<volume::Volume>(
       volume::make_volume(scene.base->size, scene.base->frame, true).value());
@@ -146,8 +146,7 @@ TEST(Insertion, NeverReturnsMoreWorkThanItTook) {
       dvec3 next = hip + velocity / rate;
       next += 0.002 * (push.track.start_world - dvec3(0, 0, 4) - next);  // stays near the plate
       const dvec3 force = push.at(next).rendered_world;
-      work -=
-          0.5 * glm::dot(held + force, next - hip);  // the trapezoid rule judges the law, not its sampling
+      work -= 0.5 * glm::dot(held + force, next - hip);  // the trapezoid rule excludes errors of sampling
       held = force, hip = next;
       least = std::min(least, work);
     }
@@ -181,7 +180,7 @@ TEST(Insertion, WordsAndInvalidInput) {
     Push push(plate(8, dvec3(0.5)), track_in(layer, 4));
     for (double z = 4; z > -6; z -= 0.05) EXPECT_NEAR(push.at(z).rendered_world.z, 0, 1e-9);
   }
-  // Poses far away stay bounded.
+  // Forces at positions far away stay bounded.
   Push push(plate(8, dvec3(0.5)), track_in({0, -1, 2, 2}, 4));
   for (const double far : {1e3, 1e6, -1e6})
     EXPECT_LE(glm::length(push.at({far, far, far}).rendered_world), 20.001);

@@ -1,5 +1,5 @@
-// No proxy falls through, no energy is generated, and bad device input causes a latched fault and nothing
-// else.
+// No proxy falls through, generated energy is bounded, and bad input from a device never causes more than a
+// latched fault.
 #include "apps/bench/stability.h"
 
 #include <cmath>
@@ -22,8 +22,8 @@ namespace {
 
 using glm::dvec3;
 
-/// Returns the number of steps: fewer in slow builds, where each takes twenty times as long.
-/// TREPHINE_ATTACK_STEPS overrides it.
+/// Returns the number of steps of a random attack. Slow builds make fewer steps, since each step takes about
+/// twenty times as long. The environment variable TREPHINE_ATTACK_STEPS overrides the number.
 long attack_steps() {
   if (const char* wanted = std::getenv("TREPHINE_ATTACK_STEPS")) return std::atol(wanted);
   return k_is_fast_build ? 300'000 : 60'000;
@@ -46,7 +46,8 @@ TEST(Stability, NothingFallsThroughInRandomStepsCutAndUndoneUnderTheTool) {
     fastest = std::max(fastest, row.fastest_mm_s);
     steps += row.steps, contacts += row.contacts, buried += row.buried;
   }
-  EXPECT_GE(steps, options.steps * 7 / 10);  // few methods touch models or small burrs
+  EXPECT_GE(steps,
+            options.steps * 7 / 10);  // methods refuse scenes with models or burrs that they do not support
   EXPECT_GT(contacts, steps / 4);
   EXPECT_GT(by_shape, contacts / 2);
   EXPECT_GT(fastest, 9000);
@@ -56,8 +57,8 @@ TEST(Stability, NothingFallsThroughInRandomStepsCutAndUndoneUnderTheTool) {
   }
 }
 
-/// The judges of every kind of solid detect a proxy that is moved to the HIP through its walls, from inside
-/// and with fine cuts too.
+/// Planted fault: the proxy is moved to the HIP, through walls. The judge of each kind of solid detects it,
+/// also from inside a solid and with fine cuts.
 TEST(Stability, TheAttackCatchesAProxyThatIsMovedThroughWalls) {
   bench::AttackOptions options;
   options.steps = 36'000;
@@ -103,7 +104,7 @@ TEST(Stability, TheAttackCatchesBurialsWithoutGrowth) {
   EXPECT_GT(falls, contacts / 100);
 }
 
-/// Planted fault: a proxy that follows the HIP through everything is caught at once.
+/// Baselines that guarantee no solid fall through walls, and the judge detects it.
 TEST(Stability, TheAttackCatchesMethodsThatPromiseNothing) {
   bench::AttackOptions options;
   options.steps = 36'000;
@@ -113,7 +114,7 @@ TEST(Stability, TheAttackCatchesMethodsThatPromiseNothing) {
   for (const std::string& method : options.methods) EXPECT_GT(falls[method], 10) << method;
 }
 
-/// An hour of simulated contact; a minute in slow builds.
+/// Simulates an hour of contact, or a minute in slow builds.
 TEST(Stability, AnHourOfContactDoesNotDriftAndGivesTheSameBitsOnEveryCompiler) {
   const bool is_whole = k_is_fast_build;
   const bench::SoakRow soak = bench::run_contact_soak(is_whole ? 3'600'000 : bench::SoakRow::k_early);
@@ -121,7 +122,7 @@ TEST(Stability, AnHourOfContactDoesNotDriftAndGivesTheSameBitsOnEveryCompiler) {
   EXPECT_GT(soak.contacts, soak.steps / 4);
   EXPECT_LT(soak.drift_mm, 1e-9);
   EXPECT_GT(soak.frictionless_contacts, soak.frictionless_steps / 4);
-  EXPECT_LT(soak.max_generated, 0.02);  // the energy of one step: 0.5 N/mm x 2 mm x 0.02 mm
+  EXPECT_LT(soak.max_generated, 0.02);  // N mm: the energy of one step, 0.5 N/mm x 2 mm x 0.02 mm
   EXPECT_EQ(soak.early_hash, scenes::golden("soak, its first minute"));
   if (is_whole) {
     EXPECT_EQ(soak.hash, scenes::golden("soak, its hour"));
@@ -137,7 +138,7 @@ TEST(Stability, StiffnessMapsAgreeWithTheory) {
     ++rows;
     const double of_encoder = row.encoder_mm > 0 ? 2 * row.coulomb_n / row.encoder_mm : 0;
     if (of_encoder > row.theory) {
-      // Friction helps damping, up to the limit of the encoder's steps.
+      // Coulomb friction adds to the damping, up to the limit 2 f / d that the step d of the encoder sets.
       EXPECT_GT(row.simulated, 0.98 * row.theory);
       EXPECT_LT(row.simulated, 1.02 * of_encoder);
       continue;
@@ -151,11 +152,11 @@ TEST(Stability, StiffnessMapsAgreeWithTheory) {
 }
 
 TEST(Stability, EnergyIsBoundedInsideTheBoundAndHeldByTheControllerBeyond) {
-  double step_inside = 0;  // the worst energy of a step, just inside the bound
+  double step_inside = 0;  // largest energy of a step, N mm, with a stiffness below the bound
   for (const bench::EnergyRow& row : bench::run_energy_test()) {
     SCOPED_TRACE(row.surface + ", " + std::to_string(row.stiffness_over_bound) + " times the bound, delay " +
                  std::to_string(row.delay_ticks));
-    EXPECT_GT(row.contact_share, 0.05);  // beyond the bound it chatters
+    EXPECT_GT(row.contact_share, 0.05);  // beyond the bound, the hand chatters on the surface
     if (row.delay_ticks == 0 && row.stiffness_over_bound < 1) {
       EXPECT_GE(row.balance_without_controller, -1e-6);
       EXPECT_LE(row.max_generated, row.one_step_without_controller);
@@ -166,20 +167,21 @@ TEST(Stability, EnergyIsBoundedInsideTheBoundAndHeldByTheControllerBeyond) {
       EXPECT_GT(row.max_generated, 10 * step_inside);
       EXPECT_LT(row.balance_without_controller, -2);
     }
-    // With the controller, at most the energy of one step, which may be detected late if forces are delayed.
+    // With the controller, at most the energy of one step is generated. If forces are delayed, the controller
+    // detects it late, and the limit is higher.
     EXPECT_LT(row.max_generated_with_controller, (row.delay_ticks > 0 ? 1.2 : 1) * row.one_step);
     if (row.delay_ticks == 0) {
       EXPECT_LT(row.max_generated_with_controller, 1.5 * step_inside);
       EXPECT_GE(row.balance_with_controller, -1e-6);
     }
-    // The surface is still there.
+    // The controller does not remove the surface: the hand stays in contact.
     EXPECT_GT(row.contact_share_with_controller, 0.9);
     EXPECT_GT(row.force_scale, row.delay_ticks > 0 ? 0.025 : 0.999);
   }
 }
 
 TEST(Passivity, ASpringThatReturnsMoreThanItTookIsLimited) {
-  // In along x with 1 N/mm, out with 2 N/mm.
+  // The hand moves in along x against 1 N/mm, and out with 2 N/mm.
   PassivityController controller;
   double given = 0, last_force = 0, last_x = 0;
   for (int i = 0; i <= 400; ++i) {
@@ -193,7 +195,8 @@ TEST(Passivity, ASpringThatReturnsMoreThanItTookIsLimited) {
   EXPECT_NEAR(given, controller.energy(), 1e-9);
   EXPECT_LT(given, 0.05);
   EXPECT_GT(controller.limited_ticks(), 0);
-  // A sampled spring generates the energy K x dx; with this allowance it is left unchanged.
+  // A sampled spring generates the energy K x dx = 0.02 N mm. With an allowance of 0.021 N mm, the controller
+  // leaves it unchanged.
   PassivityController quiet(0.021);
   for (int i = 0; i <= 400; ++i) {
     const double x = i <= 200 ? -0.01 * i : -0.01 * (400 - i);
@@ -201,7 +204,8 @@ TEST(Passivity, ASpringThatReturnsMoreThanItTookIsLimited) {
   }
 }
 
-/// A rigid hand rocks a torsional spring that returns more than it took: its torque is limited like a force.
+/// A hand turns a torsional spring, which returns more energy than it took: the torque of the spring is
+/// limited, as forces are.
 TEST(Passivity, ATorqueThatReturnsMoreThanItTookIsLimited) {
   PassivityController controller;
   double given = 0, last_torque = 0, last_angle = 0;
@@ -217,13 +221,13 @@ TEST(Passivity, ATorqueThatReturnsMoreThanItTookIsLimited) {
     EXPECT_LE(last_torque, wanted + 1e-9);
   }
   EXPECT_NEAR(given, controller.energy(), 1e-3);
-  EXPECT_LT(given, 0.5);  // without a controller 8 N mm
+  EXPECT_LT(given, 0.5);  // N mm; 8 N mm without a controller
   EXPECT_GT(controller.limited_ticks(), 0);
 }
 
-/// In and out of a spring whose force is one tick late: each round generates energy, and the spring is
-/// softened until it generates none; it is firm again out of contact. The judge computes the softening, and
-/// detects a controller that does not soften.
+/// A hand moves in and out of a spring whose force is one tick late. Each cycle generates energy, and the
+/// controller softens the spring until no more energy is generated. Out of contact the spring becomes firm
+/// again. The judge computes the softening by itself, and detects a controller that does not soften.
 TEST(Passivity, ALateActiveSpringIsSoftened) {
   for (const bool is_wrong : {false, true}) {
     PassivityController controller(0, 1);
@@ -281,17 +285,17 @@ TEST(Passivity, AResetClearsTheStoreButNotForcesInFlight) {
   controller.reset();
   EXPECT_EQ(controller.energy(), 0);
   controller.step(dvec3{0, 0, 0}, {0, 0, 0},
-                  dvec3(0));  // the force of two ticks ago is still rendered while the hand leaves
+                  dvec3(0));  // the force of two ticks ago is still rendered
   EXPECT_NEAR(controller.energy(), 0.09, 1e-12);
 }
 
-/// Energy lost to friction is heat. A surface that generates energy is limited equally with and without
-/// 150 mm of sliding before.
+/// Energy that was lost to friction must not be returned. A surface that generates energy is limited to the
+/// energy of one step, without and with 150 mm of sliding before.
 TEST(Passivity, FrictionLossIsNotReturned) {
   double most[2] = {0, 0};
   for (const double slide : {0.0, 150.0}) {
     PassivityController controller;
-    double given = 0;  // by the normal force only
+    double given = 0;  // work of the normal force on the hand, N mm
     dvec3 x(0, 0, -0.1), last_x = x, force(0);
     const auto tick = [&](const dvec3& to, double stiffness) {
       x = to;
@@ -302,24 +306,25 @@ TEST(Passivity, FrictionLossIsNotReturned) {
       last_x = x;
     };
     for (int i = 0; i <= 1000; ++i) tick({slide * i / 1000, 0, -0.1}, 12);
-    // In with 6 N/mm, out with 12: each round generates 3 N mm without a controller.
+    // The hand moves in against 6 N/mm and out with 12 N/mm: without a controller, each cycle generates 3 N
+    // mm.
     for (int push = 0; push < 5; ++push)
       for (int i = 0; i <= 200; ++i)
         tick({slide, 0, -0.1 - 0.01 * (i <= 100 ? i : 200 - i)}, i <= 100 ? 6 : 12);
     most[slide > 0] = given;
   }
   EXPECT_LT(most[0], 0.15);
-  EXPECT_LT(most[1], 0.15);  // the energy of one step, 12 N/mm x 1 mm x 0.01 mm
+  EXPECT_LT(most[1], 0.15);  // N mm; the energy of one step is 12 N/mm x 1.1 mm x 0.01 mm
 }
 
-/// Energy is counted from the force that the guard rendered, also where that differs from the request.
+/// The controller computes the energy from the rendered force, even if it differs from the requested force.
 TEST(Passivity, CountsTheRenderedForceInsteadOfTheRequested) {
   PassivityController controller;
   controller.step(dvec3{1, 0, 0}, {0, 0, 0}, dvec3(0));
   controller.set_rendered(dvec3{3, 0, 0});
   controller.step(dvec3{0, 0, 0}, {0.5, 0, 0}, dvec3(0));
   EXPECT_NEAR(controller.energy(), 1.5, 1e-12);
-  // Over lost ticks a debt is kept and a store is not.
+  // After lost ticks, generated energy (positive) is kept, and stored energy (negative) is discarded.
   controller.on_lost_ticks();
   EXPECT_NEAR(controller.energy(), 1.5, 1e-12);
   controller.step(dvec3{1, 0, 0}, {0, 0, 0}, dvec3(0));
@@ -358,7 +363,7 @@ TEST(Poison, NoInputGivesANonFiniteOutput) {
       ASSERT_LE(force, 8 + 1e-9);
       ASSERT_TRUE(std::isfinite(record.proxy_world.x + record.proxy_world.y + record.proxy_world.z))
           << info.name;
-      // A fault stays until reset; afterwards forces are rendered again.
+      // A fault stays latched until reset().
       if (record.faults & k_latched_faults) {
         EXPECT_EQ(record.force_world, dvec3(0));
         EXPECT_NE(core.step(seen, {}).faults & k_latched_faults, 0u);

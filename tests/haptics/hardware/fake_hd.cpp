@@ -1,5 +1,5 @@
-// Stand-in for libHD of OpenHaptics, written from its guide: a scheduler that calls at 1 kHz, frames, a stack
-// of errors. Shares no code with the driver.
+// Stand-in for libHD of OpenHaptics, written from its guide: a scheduler that calls the driver at about 1
+// kHz, frames, and a stack of errors. Shares no code with the driver.
 #include <chrono>
 #include <cstring>
 #include <thread>
@@ -102,7 +102,7 @@ EXPORT void hdUnschedule(unsigned long) {}
 EXPORT void hdStartScheduler() {
   is_stopping = false, fake_hd.is_running = true;
   scheduler = std::thread([] {
-    unsigned goes_on = 1;
+    unsigned goes_on = 1;  // returned by the callback; 1: it is called again
     while (!is_stopping) {
       if (!fake_hd.is_silent && goes_on == 1) goes_on = callback(callback_data);
       std::this_thread::sleep_for(std::chrono::milliseconds(1));

@@ -8,7 +8,7 @@ namespace trephine::fake_vendor {
 
 /// Faults and state of a stand-in.
 struct State {
-  // Faults.
+  // Faults and settings. `calibration_styles`: bits as in libHD; `calibrated_by`: style that the driver used.
   std::atomic<bool> has_no_device{false}, refuses_to_open{false}, fails{false}, needs_inkwell{false},
       is_silent{false}, has_hot_motors{false}, needs_update{false};
   std::atomic<int> calibration_styles{4}, calibrated_by{0};

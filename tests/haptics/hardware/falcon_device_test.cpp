@@ -1,4 +1,5 @@
-// FalconDevice against a peer that behaves as the device's documents describe, with its known faults.
+// FalconDevice against a simulated Falcon that behaves as the documents of the device describe, with the
+// known faults of the device.
 #include "haptics/hardware/falcon_device.h"
 
 #include <array>
@@ -18,27 +19,27 @@ using glm::dvec3;
 
 namespace {
 
-/// Faults of the peer, and the frames that it received.
+/// Faults and state of the simulated Falcon, and the frames that it received.
 struct Falcon {
-  // Faults.
+  // Initial state and faults.
   bool has_firmware = false, has_leading_zero = false, splits_packets = false, adds_noise = false;
   int silent_attempts = 0;    ///< number of attempts that the loader does not answer
   int bad_block = -1;         ///< this block is echoed wrongly, once
   int unplug_block = -1;      ///< unplugged while this block is loaded
   int unplug_frame = -1;      ///< unplugged at this frame
   bool falls_silent = false;  ///< sends no more frames
-  int homes_after = 3;        ///< frames until the arms are homed; -1: never
+  int homes_after = 3;        ///< frames with a request to home until the arms are homed; -1: never
   // State, shared with the thread of the test.
   std::mutex lock;
   std::array<int, 3> counts{100, -50, 20};
   int buttons = 0;
-  std::vector<std::array<int, 3>> motors;  ///< of each frame
-  std::vector<int> flags;
-  std::vector<std::uint8_t> loaded;
-  int loads = 0, links = 0;
+  std::vector<std::array<int, 3>> motors;  ///< received motor values, one entry per frame
+  std::vector<int> flags;                  ///< received flags, one entry per frame
+  std::vector<std::uint8_t> loaded;        ///< bytes of the firmware
+  int loads = 0, links = 0;                ///< attempts to load firmware; open links
 };
 
-/// The device's side of the link, byte by byte. Shares no code with the driver.
+/// Device's side of the link, byte by byte. Shares no code with the driver.
 class Peer final : public UsbLink {
  public:
   explicit Peer(Falcon& falcon) : falcon_(falcon) { ++falcon_.links; }
@@ -79,7 +80,7 @@ class Peer final : public UsbLink {
           answer_.push_back(is_wrong ? static_cast<std::uint8_t>(~bytes[i]) : bytes[i]);
         }
         if (block_++ == falcon_.bad_block) falcon_.bad_block = -1;
-        falcon_.has_firmware = bytes.size() < 62;  // the image's last block
+        falcon_.has_firmware = bytes.size() < 62;  // only the last block of the image is shorter
       }
     }
     return LinkResult::done;
@@ -90,7 +91,7 @@ class Peer final : public UsbLink {
         std::chrono::microseconds(answer_.empty() ? 1000 * std::min(timeout_ms, 2) : 300));
     const std::lock_guard guard(falcon_.lock);
     if (is_gone_) return LinkResult::disconnected;
-    // Packets of 64 bytes: two of status, then data.
+    // Packets of 64 bytes: two bytes of status, then data.
     std::size_t at = 0;
     do {
       if (at + 2 > buffer.size()) break;
@@ -138,6 +139,7 @@ class Peer final : public UsbLink {
   bool begins_ = false, is_loading_ = false, is_gone_ = false;
 };
 
+/// Returns the firmware: seven full blocks of 62 bytes, and a shorter block.
 std::vector<std::uint8_t> image() {
   std::vector<std::uint8_t> bytes(62 * 7 + 30);
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * 37 + i / 62);
@@ -253,15 +255,15 @@ TEST(FalconDevice, TheMotorsRenderTheForceAndNothingElse) {
     const std::lock_guard guard(falcon.lock);
     for (const auto& values : falcon.motors) ASSERT_EQ(values, none);
   }
-  // In the middle of the workspace a force toward the user gives equal torques at all arms, which do the same
-  // work as the force.
+  // In the middle of the workspace, a force toward the user gives equal torques at all arms. The work of
+  // these torques equals the work of the force.
   {
     const std::lock_guard guard(falcon.lock);
     falcon.counts = {};
   }
   Pose pose;
   ASSERT_TRUE(eventually([&] { return device.read(0, pose) && std::abs(pose.position_world.x) < 1e-6; }));
-  // Writes a force until the motors have other values than those before.
+  // Writes a force until the motor values differ from zero and from `before`, and returns these values.
   const auto rendered = [&](const dvec3& force, const std::array<int, 3>& before) {
     std::array<int, 3> values{};
     EXPECT_TRUE(eventually([&] {
@@ -279,11 +281,11 @@ TEST(FalconDevice, TheMotorsRenderTheForceAndNothingElse) {
     const double angle = FalconKinematics::angle_of(static_cast<std::int16_t>(count));
     return FalconKinematics::forward({angle, angle, angle})->z;
   };
-  // 10 units per N mm; three arms that turn by two counts.
+  // Motor values are 10 per N mm. Each of the three arms turns by two counts of its encoder.
   const double turned = FalconKinematics::angle_of(1) - FalconKinematics::angle_of(0);
   EXPECT_NEAR(std::abs(push[0]) / 10.0 * 3 * 2 * turned, 4 * (at(1) - at(-1)), 4e-4);
 
-  // A force beyond the motors keeps its direction.
+  // A force beyond the limit of the motors keeps its direction.
   const auto strong = rendered({100, 50, 400}, push);
   const auto weak = rendered({1, 0.5, 4}, strong);
   int greatest = 0;
@@ -292,16 +294,16 @@ TEST(FalconDevice, TheMotorsRenderTheForceAndNothingElse) {
   for (std::size_t i = 0; i < 3; ++i)
     EXPECT_NEAR(static_cast<double>(strong[i]) / strong[0], static_cast<double>(weak[i]) / weak[0], 0.01);
 
-  // A stalled servo: no force after 50 ms.
+  // If the servo stalls, the driver removes the force.
   device.write(Wrench(dvec3(0, 0, 4)));
   EXPECT_TRUE(eventually([&] { return motors() == none; }));
-  // Closed: the last frames have no force.
+  // When the device is closed, its last frame has no force.
   for (int i = 0; i < 10; ++i) device.write(Wrench(dvec3(0, 0, 4))), wait_ms(1);
   device.close();
   EXPECT_EQ(motors(), none);
 }
 
-TEST(FalconDevice, LossIsReportedAndNeverWaits) {
+TEST(FalconDevice, LossIsReportedAndTheServoNeverWaits) {
   Falcon falcon;
   falcon.has_firmware = true;
   FalconDevice device(choice_of(falcon));
@@ -318,10 +320,11 @@ TEST(FalconDevice, LossIsReportedAndNeverWaits) {
     const std::lock_guard guard(falcon.lock);
     falcon.falls_silent = true;
   }
-  // The servo's time alone decides: 0.1 s after the last report that it read.
+  // Only the time of the servo decides: the device is lost 0.1 s after the last new report that the servo
+  // read.
   ASSERT_TRUE(device.read(1, pose));
   EXPECT_TRUE(device.read(1.09, pose));
-  // The last frame may have arrived meanwhile.
+  // One more frame may have arrived before the device fell silent.
   double t = 1.09;
   EXPECT_TRUE(eventually([&] { return !device.read(t += 0.11, pose); }));
   {
@@ -334,7 +337,7 @@ TEST(FalconDevice, LossIsReportedAndNeverWaits) {
     falcon.unplug_frame = static_cast<int>(falcon.motors.size()) + 5;
   }
   EXPECT_TRUE(eventually([&] { return !device.read(t, pose); }));
-  // A driver that hangs in its link does not hold the servo.
+  // A driver thread that hangs in its link does not block the servo.
   Falcon held;
   held.has_firmware = true;
   FalconDevice other(choice_of(held));
@@ -361,7 +364,7 @@ TEST(FalconDevice, ImpossibleCountsAreNotAPosition) {
   wait_ms(50);
   for (int i = 0; i < 90; ++i)
     EXPECT_TRUE(!device.read(0.001 * i, pose) || std::isfinite(glm::length(pose.position_world)));
-  // The device counts as silent, although frames arrive.
+  // Frames with impossible counts are ignored: after 0.1 s the device is lost, although frames arrive.
   double t = 1;
   EXPECT_TRUE(eventually([&] { return !device.read(t += 0.11, pose); }));
 }

@@ -1,4 +1,5 @@
-// Inverse3Device against a stand-in for its service, and frames of WebSocket against their bytes.
+// Inverse3Device against a stand-in for the Haply Inverse Service, and WebSocket frames against bytes of the
+// standard.
 #include <arpa/inet.h>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -20,14 +21,15 @@ using glm::dvec3;
 
 namespace {
 
-/// A server that sends a state for each message, as the service documents. Shares no code with the driver.
+/// A server that sends a state for each message, as documented for the service. Shares no code with the
+/// driver.
 class Service {
  public:
-  // Faults.
+  // Faults and state.
   std::atomic<bool> splits{false}, pings{false}, is_http_only{false}, is_silent{false}, hangs_up{false},
       is_calibrated{true}, has_device{true}, is_slow{false};
-  std::atomic<bool> sends_damage{false};  ///< once
-  std::atomic<double> x{0.1}, y{0.2}, z{0.3};
+  std::atomic<bool> sends_damage{false};       ///< once
+  std::atomic<double> x{0.1}, y{0.2}, z{0.3};  ///< position of the cursor, m, axes of the service
 
   Service() {
     listener_ = ::socket(AF_INET, SOCK_STREAM, 0);
@@ -55,7 +57,7 @@ class Service {
   int messages() const { return messages_; }
   int pongs() const { return pongs_; }
   bool was_closed() const { return was_closed_; }
-  /// Returns the greatest number of forces that waited for the service at once.
+  /// Returns an estimate of the largest number of forces that waited for the service at once.
   int most_waiting() const { return most_waiting_; }
 
  private:
@@ -103,7 +105,8 @@ class Service {
   static void put(int client, const std::string& bytes) {
     ::send(client, bytes.data(), bytes.size(), MSG_NOSIGNAL);
   }
-  /// Reads one frame of the client, which must be masked. Returns false if it is not complete.
+  /// Reads one frame from the client and answers it. The frame must be masked. Returns false if it is
+  /// incomplete.
   bool answer(int client, std::string& bytes) {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(bytes[i]); };
     if (bytes.size() < 6) return false;
@@ -172,6 +175,7 @@ class Service {
   std::thread thread_;
 };
 
+/// Adds bytes to a parser one by one, and returns all results up to the first invalid one.
 std::vector<WebSocketParser::Found> parse(WebSocketParser& parser, const std::vector<int>& bytes) {
   std::vector<WebSocketParser::Found> found;
   for (const int byte : bytes) {
@@ -204,8 +208,8 @@ TEST(WebSocket, FramesAreThoseOfTheStandard) {
   EXPECT_EQ(client_frame(1, std::string(200, 'a'), 0).substr(0, 4), std::string("\x81\xfe\x00\xc8", 4));
   EXPECT_EQ(client_frame(1, std::string(70000, 'a'), 0).size(), 70000u + 14);
 
-  // Masked by a server; a reserved bit; a long ping; a continuation without a beginning; an unknown opcode;
-  // a message within a message; messages beyond 1 MiB.
+  // Invalid: masked by a server; a reserved bit; a long ping; a continuation without a beginning; an unknown
+  // opcode; a message within a message; messages beyond 1 MiB.
   for (const std::vector<int>& bytes : {std::vector<int>{0x81, 0x85},
                                         {0xc1, 0x00},
                                         {0x89, 0x7e, 0x01, 0x00},
@@ -251,7 +255,7 @@ TEST(Inverse3, PosesAndForcesAreInTheDeviceFrame) {
     ASSERT_TRUE(eventually([&] { return device.read(0, pose); }));
     EXPECT_EQ(pose.buttons, 5u);
     EXPECT_LT(glm::length(pose.position_world), 1e-9);
-    // The service: x to the right, y away from the user, z up.
+    // Axes of the service: x to the right, y away from the user, z up. The first position is the origin.
     service.x = 0.11, service.y = 0.22, service.z = 0.33;
     ASSERT_TRUE(eventually([&] {
       return device.read(0, pose) && glm::length(pose.position_world - dvec3(10, 30, -20)) < 1e-3;
@@ -263,7 +267,7 @@ TEST(Inverse3, PosesAndForcesAreInTheDeviceFrame) {
       return glm::length(service.force() - dvec3(1, -3, 2)) < 1e-9;
     }));
     EXPECT_EQ(service.pongs() > 0, is_difficult);
-    // A stalled servo: no force.
+    // If the servo stalls, the driver removes the force.
     EXPECT_TRUE(eventually([&] { return service.force() == dvec3(0); }));
     EXPECT_TRUE(eventually([&] {
       device.write(Wrench(dvec3(1, 2, 3)));
@@ -298,7 +302,7 @@ TEST(Inverse3, FailuresNameTheirCauseAndALostServiceIsReported) {
   double t = 0;
   service.is_silent = true;
   EXPECT_TRUE(eventually([&] { return !device.read(t += 0.11, pose); }));
-  // Each further force requests a state: the service answers again.
+  // The driver continues to send forces, and each force requests a state: the device is available again.
   service.is_silent = false;
   EXPECT_TRUE(eventually([&] { return device.read(t, pose); }));
   service.hangs_up = true;
@@ -334,7 +338,8 @@ TEST(Inverse3, NoForcesQueueUpWhileTheServiceStalls) {
   const int before = service.messages();
   service.is_slow = false;
   ASSERT_TRUE(eventually([&] { return service.messages() > before + 20; }));
-  // With a force per 20 ms, 15 would wait. The driver sends the next one only after an answer or 0.5 s.
+  // With one force per 20 ms, 15 forces would wait after 300 ms. The driver sends the next force only after
+  // an answer, or after 0.5 s.
   EXPECT_LE(service.most_waiting(), 5);
 }
 

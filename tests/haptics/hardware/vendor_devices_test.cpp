@@ -15,7 +15,7 @@ using glm::dvec3;
 
 namespace {
 
-/// Returns the state of a stand-in, without faults.
+/// Loads a stand-in, resets its faults and values, and returns its state.
 fake_vendor::State& state_of(const char* library, const char* symbol) {
   void* const loaded = ::dlopen(library, RTLD_NOW | RTLD_LOCAL);
   auto* const state = static_cast<fake_vendor::State*>(loaded ? ::dlsym(loaded, symbol) : nullptr);
@@ -78,7 +78,7 @@ void expect_safe_force(Device& device, fake_vendor::State& state) {
     device.write(Wrench(dvec3(0, 0, 2)));
     return state.frames_with_force > 0;
   }));
-  EXPECT_TRUE(eventually([&] { return wrench_part(state, 0) == dvec3(0); }));  // the servo stalls
+  EXPECT_TRUE(eventually([&] { return wrench_part(state, 0) == dvec3(0); }));  // no write: the servo stalls
   EXPECT_TRUE(eventually([&] {
     device.write(Wrench(dvec3(0, 0, 2)));
     return wrench_part(state, 0) != dvec3(0);
@@ -141,7 +141,7 @@ TEST(TouchDevice, HotMotorsPauseTheForceAndErrorsOfCommunicationLoseTheDevice) {
   state.has_hot_motors = true;
   EXPECT_TRUE(renders(device, state, wrench, {0, 0, 0}));
   Pose pose;
-  EXPECT_TRUE(device.read(0, pose));  // poses go on
+  EXPECT_TRUE(device.read(0, pose));  // poses are still reported
   state.has_hot_motors = false;
   EXPECT_TRUE(renders(device, state, wrench, {0, 1, 0}));
   device.close();
@@ -150,6 +150,7 @@ TEST(TouchDevice, HotMotorsPauseTheForceAndErrorsOfCommunicationLoseTheDevice) {
 }
 
 TEST(TouchDevice, IsCalibratedByOneOfItsStyles) {
+  // Bits of libHD: 1 encoder reset, 2 automatic, 4 inkwell.
   for (const auto& [styles, chosen] : {std::pair(7, 2), {6, 2}, {3, 2}, {1, 1}}) {
     auto& state = touch_state();
     state.calibration_styles = styles, state.needs_update = true;
@@ -157,7 +158,7 @@ TEST(TouchDevice, IsCalibratedByOneOfItsStyles) {
     EXPECT_FALSE(device.open());
     EXPECT_EQ(state.calibrated_by, chosen) << styles;
   }
-  // A device that is calibrated at its reset position: the user gets an instruction and time.
+  // If a device is calibrated at its reset position, the user gets an instruction and time to follow it.
   auto& state = touch_state();
   state.calibration_styles = 1, state.needs_inkwell = true;
   TouchChoice choice = touch_choice();
@@ -176,7 +177,7 @@ TEST(DeviceExchange, ForceExpiresWithTheAgeOfItsWrite) {
   exchange.restart();
   EXPECT_TRUE(exchange.wrench().is_zero());
   exchange.write(Wrench(dvec3(0, 0, 8)));
-  wait_ms(100);  // a driver that hangs, and sees the force late
+  wait_ms(100);  // the driver hangs and reads the force late
   EXPECT_TRUE(exchange.wrench().is_zero());
   EXPECT_TRUE(eventually([&] {
     exchange.write(Wrench(dvec3(0, 0, 8)));
@@ -196,11 +197,12 @@ TEST(TouchDevice, FailuresNameTheirCause) {
   const Error library = failure(absent);
   EXPECT_EQ(library.where, "touch: library");
   EXPECT_EQ(library.what, "the library of OpenHaptics is not installed");
-  // A library of another kind: the missing function is named.
+  // If the file is another library, the error names the missing function.
   TouchChoice other = touch_choice();
   other.files = {TREPHINE_FAKE_DHD};
   EXPECT_EQ(failure(other).expected, "hdInitDevice");
-  // A dependency that is missing is the cause that is reported.
+  // If a dependency of the library is missing, the error reports that the library could not be loaded, and
+  // why.
   TouchChoice broken = touch_choice();
   broken.files = {TREPHINE_BROKEN_LIBRARY};
   const Error dependency = failure(broken);

@@ -1,4 +1,4 @@
-// Lines along surfaces by graph search: the judge of surface_line().
+// Shortest lines along surfaces by graph search: the judge of surface_line().
 #pragma once
 
 #include <glm/geometric.hpp>
@@ -10,8 +10,9 @@
 
 namespace trephine::haptics {
 
-/// Returns the length of the shortest path over several points of each edge, with all points of a triangle
-/// joined (Dijkstra's search). It is never shorter than the shortest line, and close to it.
+/// Returns the length of the shortest path in a graph (Dijkstra's search). Its nodes are the vertices and
+/// seven points on each edge; all nodes of a triangle are connected. This length is never less than that of
+/// the shortest line on the surface, and close to it.
 inline double edge_path_length(const Surface& surface, const Surface::Point& from, const Surface::Point& to) {
   constexpr int k_points = 7;
   const auto& triangles = surface.triangles();

@@ -15,7 +15,7 @@ using glm::dvec3;
 
 double random(std::uint64_t i) { return static_cast<double>(hash_bits(i) >> 11) * 0x1p-53; }
 
-/// Returns a ball of radius r (mm) with n x 2n quads.
+/// Returns a ball of radius r (mm) with n x 2n quadrilaterals of two triangles.
 MeshTree ball(int n, double r, const dvec3& middle = dvec3(0)) {
   std::vector<dvec3> vertices;
   std::vector<std::uint32_t> triangles;
@@ -74,13 +74,14 @@ TEST(MeshTree, FindsTheFirstTriangleOfABruteForceSearch) {
   EXPECT_LT(looked_all / 4000, 300);
 }
 
-/// No path into a closed ball is missed, at vertices and along edges, for radii of 0.01, 10 and 500 mm.
+/// Paths into and out of closed balls with radii of 0.01, 10 and 500 mm always hit, also at vertices and
+/// edges.
 TEST(MeshTree, IsWatertightAtEdgesAndVerticesAtAnyScale) {
   for (const double scale : {1.0, 1e-3, 50.0}) {
     const MeshTree tree = ball(60, 10 * scale);
     int visited = 0;
     for (std::uint64_t n = 0; n < 20000; ++n) {
-      // Toward vertices and midpoints of edges for half of the rays, anywhere for the others.
+      // Half of the rays pass through vertices and midpoints of edges, the others through random points.
       const double i = n % 2 ? 60 * random(3 * n) : std::floor(120 * random(3 * n)) / 2,
                    j = n % 2 ? 120 * random(3 * n + 1) : std::floor(240 * random(3 * n + 1)) / 2;
       const double a = 3.14159265358979323846 * i / 60, b = 3.14159265358979323846 * j / 60;
@@ -95,7 +96,8 @@ TEST(MeshTree, IsWatertightAtEdgesAndVerticesAtAnyScale) {
 }
 
 TEST(MeshTree, NothingFallsIntoABallWithTenMicrometreEdgesOrAMovedOne) {
-  // Edges of about 10 um at a radius of 0.4 mm, and the same ball with its metres read as mm.
+  // Edges of about 10 um at a radius of 0.4 mm, and the same ball a thousand times smaller, as after reading
+  // metres as mm. The tree is built around (3, 0, 0), and refit() moves the ball to the origin.
   for (const double r : {0.4, 0.0004}) {
     MeshTree tree = ball(120, r, dvec3(3, 0, 0));
     std::vector<dvec3> moved;

@@ -1,4 +1,4 @@
-// walls_of(): shells, thin shares and thinnest walls of solids with known walls.
+// walls_of(): number of shells, share of thin walls and thinnest wall of solids with known walls.
 #include "haptics/mesh/wall_thickness.h"
 
 #include <cmath>
@@ -51,7 +51,8 @@ TEST(WallThickness, OfAHollowBoxIsThatOfItsThinWall) {
   EXPECT_NEAR(facts.thinnest_at.z, 0.3, 0.31);
 }
 
-/// The wall of a sphere that is turned on a lathe is a chord from the middle of each triangle.
+/// The ball is a turned solid of flat triangles. Its wall is measured along a chord that starts at the middle
+/// of a triangle, so the thickness is slightly less than the diameter.
 TEST(WallThickness, OfASolidBallIsItsDiameter) {
   std::vector<volume::TurnedRing> rings;
   constexpr int k_steps = 60;

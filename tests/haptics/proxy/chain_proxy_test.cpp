@@ -19,8 +19,9 @@ namespace {
 using glm::dquat;
 using glm::dvec3;
 
-constexpr double k_radius = 2;
+constexpr double k_radius = 2;  // of each ball, mm
 
+/// Centres of balls along x, from -half to half, mm.
 std::vector<dvec3> rod(double half, int balls) {
   std::vector<dvec3> all;
   for (int i = 0; i < balls; ++i) all.emplace_back(half * (2.0 * i / (balls - 1) - 1), 0, 0);
@@ -33,7 +34,7 @@ struct Solid {
   const char* phantom;
   std::map<std::string, double> parameters;
   std::function<double(const dvec3&)> distance;  ///< mm, positive outside
-  dvec3 top{0.0};
+  dvec3 top{0.0};                                ///< a highest point, mm
 };
 std::vector<Solid> solids() {
   return {{"plane", {{"angle", 0}}, [](const dvec3& p) { return p.z; }, {0, 0, 0}},
@@ -71,11 +72,13 @@ struct ChainPlay {
   Placement tool(const ProxyStep& r) const { return {r.proxy_world, state.tool_turn}; }
 };
 
+/// Returns the energy of the springs between hand and tool, for a stiffness of 1 N/mm.
 double energy(const TouchScene& scene, const Placement& tool, const Placement& hand) {
   const dvec3 d = tool.position_world - hand.position_world;
   const double a = angle_between(tool.rotation, hand.rotation);
   return 0.5 * glm::dot(d, d) + 4 * scene.tool->gyration_square() * (1 - std::cos(0.5 * a));
 }
+/// Returns the least distance of a ball's centre from the solid, mm.
 double least_distance(const Solid& solid, const TouchScene& scene, const Placement& tool) {
   double least = 1e300;
   for (const dvec3& at : scene.tool->centres())
@@ -83,7 +86,8 @@ double least_distance(const Solid& solid, const TouchScene& scene, const Placeme
   return least;
 }
 
-// A random search near the rest pose finds no free pose with less energy in the springs.
+// A random search near the rest pose finds no free pose with notably less energy in the springs. The
+// tolerance, as a length of the spring, is 0.02 voxels.
 TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
   std::mt19937 random(5);
   const auto between = [&](double a, double b) { return a + (b - a) * (double(random()) / 4294967296.0); };
@@ -95,7 +99,8 @@ TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
       const double voxel = scene.base->frame.spacing().x;
       for (int trial = 0; trial < 4; ++trial) {
         ChainPlay run(scene);
-        // The hand descends onto the solid, to 1 to 8 mm below its top, and turns meanwhile.
+        // The hand descends to 1 to 8 mm below the position in which the tool touches the top, while it
+        // turns.
         const double down = balls.size() == 7 ? k_radius : 28 + k_radius;
         const dvec3 to = solid.top + dvec3(between(-6, 6), between(-6, 6), down - between(1, 8));
         const dvec3 about(between(-0.4, 0.4), between(-0.4, 0.4), between(-0.6, 0.6));
@@ -112,7 +117,7 @@ TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
         if (!r.has_contact) continue;
         ++touching;
         EXPECT_GT(r.contacts.size(), 0u);
-        // Random descent from there, with no ball deeper than in the method's own pose.
+        // The search starts at the rest pose. No ball may be deeper in the solid than in the rest pose.
         Placement best = run.tool(r);
         const double held = energy(scene, best, hand);
         const Placement rests = best;
@@ -122,7 +127,7 @@ TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
                    std::min(k_radius, solid.distance(rests.world_from_local(at)));
           });
         };
-        double least = held, reach = 0.1;  // not over ridges into other valleys
+        double least = held, reach = 0.1;  // small steps, so that the search stays in one valley
         for (int n = 0; n < 6000; ++n) {
           if (n % 500 == 499) reach *= 0.5;
           const double arm = std::sqrt(scene.tool->gyration_square());
@@ -133,7 +138,7 @@ TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
           if (!is_free(next) || glm::length(next.position_world - r.proxy_world) > 1) continue;
           if (const double e = energy(scene, next, hand); e < least) least = e, best = next;
         }
-        // As a length of the spring, in voxels.
+        // Difference of the energies as a length of the spring, in voxels.
         worst = std::max(worst, (std::sqrt(2 * held) - std::sqrt(2 * least)) / voxel);
       }
     }
@@ -144,7 +149,7 @@ TEST(ChainProxy, RestsWhereTheSpringsOfItsBallsAreShortest) {
   RecordProperty("deepest_voxels", std::to_string(deepest));
 }
 
-// Statics of a lever: a rod that is pressed on a plane and tilted.
+// Statics of a lever: a rod is pressed on a plane and tilted.
 TEST(ChainProxy, ARodOnAPlaneIsALever) {
   const Solid plane = solids()[0];
   const double half = 15;
@@ -154,11 +159,11 @@ TEST(ChainProxy, ARodOnAPlaneIsALever) {
     for (const double z : {1.5, 0.0, -4.0}) {
       ChainPlay run(scene);
       ProxyStep r;
-      const dvec3 about(0, -tilt, 0);  // its far end is raised for tilt > 0
+      const dvec3 about(0, -tilt, 0);  // the end at +x is raised for tilt > 0
       for (int i = 0; i < 1500; ++i)
         r = run.step({{0, 0, std::max(z, 30 - 0.05 * i)}, rotation_of(std::min(1.0, i / 300.0) * about)});
-      // The centre is at z = radius + half * sin(a), or at the hand's z if that is higher. The angle a >= 0
-      // has the least energy of both springs.
+      // The centre is at z = radius + half * sin(a), or at the hand's z if that is higher. The
+      // expected angle a >= 0 has the least sum of the energies of both springs.
       double best = 0, least = 1e300;
       for (double a = 0; a <= std::abs(tilt); a += 1e-5) {
         const double height = std::max(z, k_radius + half * std::sin(a));
@@ -171,7 +176,7 @@ TEST(ChainProxy, ARodOnAPlaneIsALever) {
       if (tilt != 0 && best + 0.01 < std::abs(tilt)) {
         EXPECT_GT(r.turn_world.y * tilt, 0);
       }
-      // The contacts push as much as the springs pull, and each contact is where a ball touches the plane.
+      // The pushes of the contacts balance the springs, and each contact is where a ball touches the plane.
       dvec3 push(0), moment(0);
       for (std::size_t i = 0; i < r.contacts.size(); ++i) {
         const ToolContact& contact = r.contacts[i];
@@ -199,7 +204,7 @@ TEST(ChainProxy, NothingIsEnteredOrPassedUnderAnyMotion) {
     dvec3 at(0, 0, 25), about(0);
     long contacts = 0;
     for (int i = 0; i < 6000; ++i) {
-      // Up to 2 m/s and 60 rad/s, back and forth through the plate.
+      // The hand moves at about 2 m/s and 50 rad/s, back and forth through the plate.
       at += dvec3(0.3 * noise(random), 0.3 * noise(random), noise(random) - 0.05 * at.z);
       at.z += 2 * std::sin(0.05 * i);
       about += 0.03 * dvec3(noise(random), noise(random), noise(random)) - 0.01 * about;
@@ -271,7 +276,8 @@ TEST(ChainProxy, GrowingMatterReleasesItAndItCanLeave) {
   EXPECT_NEAR(r.proxy_world.z, k_radius, 0.05);
 }
 
-// With a hand at rest the tool does not move: in a hole that it just fits, and on curved walls.
+// While the hand rests, the tool does not move: in a hole with a radius 0.3 mm larger than that of the tool,
+// and on curved walls.
 TEST(ChainProxy, RestsWhileTheHandRests) {
   int rests = 0;
   for (const char* name : {"plane", "gyroid", "steps"}) {
@@ -321,8 +327,8 @@ TEST(ChainProxy, RestsWhileTheHandRests) {
   EXPECT_GT(rests, 8);
 }
 
-// A tool that replaces another one may be inside bone where the other was not: its balls in bone are free,
-// since otherwise the tool would be held there.
+// When a tool is replaced, balls of the new tool may be inside bone, although those of the old tool were not.
+// Such balls are not held, since otherwise the tool could not leave the bone.
 TEST(ChainProxy, AReplacedToolIsNotHeldInsideBone) {
   const Solid plane = solids()[0];
   const TouchScene flat = scene_with(plane, {{0, 0, 0}, {0, 0, 8}}),
@@ -362,15 +368,17 @@ std::shared_ptr<const MeshTree> box(const dvec3& half) {
   face(0, 2, 3, 1), face(4, 5, 7, 6), face(0, 1, 5, 4), face(2, 6, 7, 3), face(0, 4, 6, 2), face(1, 3, 7, 5);
   return std::make_shared<const MeshTree>(corners, triangles);
 }
-/// Distance to the same box by its formula, mm; negative inside.
+/// Returns the distance of p to this box by a formula, mm; negative inside.
 double box_distance(const dvec3& p, const dvec3& half) {
   const dvec3 q = glm::abs(p) - half;
   return glm::length(glm::max(q, dvec3(0))) + std::min(0.0, std::max({q.x, q.y, q.z}));
 }
 
 struct BoxMotionCounts {
-  long contacts = 0, buried = 0, aside = 0, checked = 0;
-  long in_box = 0, in_bone = 0;  ///< balls in box or bone that no step reported
+  long contacts = 0, buried = 0;  ///< ticks
+  long aside = 0;                 ///< ticks in which the tool is more than 0.5 mm from the hand
+  long checked = 0;               ///< checked positions of balls
+  long in_box = 0, in_bone = 0;   ///< checked positions in box or bone: no step reported that the box passes
 };
 /// Moves a box back and forth through the tool, and the tool through the box. `is_late`: the method receives
 /// the box's pose of the previous tick.
@@ -385,12 +393,12 @@ BoxMotionCounts lead_box(bool is_on_bone, bool is_hook, bool is_late) {
   ChainPlay run(scene);
   std::mt19937 random(is_hook ? 5 : 4);
   std::normal_distribution<double> noise(0, 1);
-  BoxMotionCounts led;
+  BoxMotionCounts counts;
   dvec3 at(0, 0, high + 48), about(0);
   std::vector<bool> is_passed(scene.tool->balls().size(), false);
   Placement box_before;
   for (int i = 0; i < 8000; ++i) {
-    // Up to 1 m/s and 20 rad/s each.
+    // Hand and box move at about 0.5 m/s and 20 rad/s.
     at += 0.25 * dvec3(noise(random), noise(random), noise(random)) + 0.02 * (dvec3(0, 0, high) - at);
     about += 0.01 * dvec3(noise(random), noise(random), noise(random)) - 0.01 * about;
     const Placement mesh{
@@ -400,9 +408,9 @@ BoxMotionCounts lead_box(bool is_on_bone, bool is_hook, bool is_late) {
     const ProxyStep r =
         run.method.step(scene, run.seen, run.state, {at, std::span(&result, 1), rotation_of(about)});
     const Placement tool = run.tool(r);
-    led.contacts += r.has_contact;
-    led.buried += r.is_buried;
-    led.aside += glm::length(tool.position_world - at) > 0.5;
+    counts.contacts += r.has_contact;
+    counts.buried += r.is_buried;
+    counts.aside += glm::length(tool.position_world - at) > 0.5;
     for (std::size_t b = 0; b < scene.tool->balls().size(); ++b) {
       const dvec3 world = tool.world_from_local(scene.tool->balls()[b].centre),
                   to = mesh.local_from_world(world);
@@ -412,33 +420,34 @@ BoxMotionCounts lead_box(bool is_on_bone, bool is_hook, bool is_late) {
         is_passed[b] = off < k_radius;
         continue;
       }
-      ++led.checked;
-      led.in_box += off < k_radius - 0.1 * voxel;
-      led.in_bone += is_on_bone && std::abs(world.z) < 1.5 + k_radius - 0.1 * voxel;
+      ++counts.checked;
+      counts.in_box += off < k_radius - 0.1 * voxel;
+      counts.in_bone += is_on_bone && std::abs(world.z) < 1.5 + k_radius - 0.1 * voxel;
     }
     box_before = mesh;
   }
-  return led;
+  return counts;
 }
 
-// No ball enters box or bone, or passes through the box, unless the step reports that the box passes over it;
-// away from the bone it never does. Planted fault: a method that receives the box a tick late is detected.
+// No ball enters the bone. No ball enters the moving box, unless the step reports that the box passes over
+// the tool (is_buried), which never happens away from the bone. Planted fault: a method that receives the
+// pose of the box one tick late is detected.
 TEST(ChainProxy, AMovingMeshPushesItAndPassesOverItOnlyWhereReported) {
   for (const bool is_on_bone : {false, true})
     for (const bool is_hook : {false, true}) {
       SCOPED_TRACE(is_on_bone ? "on bone" : "away from it");
-      const BoxMotionCounts led = lead_box(is_on_bone, is_hook, false);
-      EXPECT_GT(led.contacts, 800);
-      EXPECT_GT(led.aside, 500);
-      EXPECT_GT(led.checked, 8000 * 4);
-      EXPECT_EQ(led.in_box, 0);
-      EXPECT_EQ(led.in_bone, 0);
+      const BoxMotionCounts counts = lead_box(is_on_bone, is_hook, false);
+      EXPECT_GT(counts.contacts, 800);
+      EXPECT_GT(counts.aside, 500);
+      EXPECT_GT(counts.checked, 8000 * 4);
+      EXPECT_EQ(counts.in_box, 0);
+      EXPECT_EQ(counts.in_bone, 0);
       if (is_on_bone)
-        EXPECT_LT(led.buried, 800);
+        EXPECT_LT(counts.buried, 800);
       else
-        EXPECT_EQ(led.buried, 0);
+        EXPECT_EQ(counts.buried, 0);
       RecordProperty((is_on_bone ? "buried_on_bone" : "buried") + std::string(is_hook ? "_hook" : "_rod"),
-                     static_cast<int>(led.buried));
+                     static_cast<int>(counts.buried));
       EXPECT_GT(lead_box(is_on_bone, is_hook, true).in_box, 100);
     }
 }

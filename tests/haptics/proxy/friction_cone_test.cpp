@@ -1,5 +1,5 @@
-// Coulomb friction on curved walls and in grooves: the force stays within the cone at the walls that the
-// proxy touches, judged by formulas, and slip generates no energy.
+// Coulomb friction on curved walls and in grooves. The force stays within the friction cone of the touched
+// walls, judged by formulas, and slip generates no energy.
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
@@ -16,7 +16,8 @@ using glm::dvec3;
 
 constexpr double k_static = 0.4, k_dynamic = 0.3;
 
-/// A grey volume whose surface is the zero set of `distance` (mm, negative in matter), in voxels of 0.5 mm.
+/// Returns a scene of a grey volume in voxels of 0.5 mm. Its surface is the zero set of `distance` (mm,
+/// negative in matter).
 TouchScene scene_of(const std::function<double(const dvec3&)>& distance, double half_width = 14) {
   TouchScene scene = scenes::scene_of(
       scenes::sampled(dvec3(-half_width), dvec3(half_width), dvec3(0.5),
@@ -68,7 +69,8 @@ TEST(FrictionCone, HoldsOnConvexAndConcaveBone) {
     const TouchScene scene = scene_of([&](const dvec3& p) { return sign * (glm::length(p) - c.radius); });
     for (const char* name : {"subvoxel", "scene", "explicit", "mesh"})
       for (const double press : {0.5, 1.5, 3.0}) {
-        // Near the centre of a ball no pull leaves the cone.
+        // If the HIP is near the centre of a ball, the pull is almost normal to the surface, and nothing
+        // slips.
         if (!c.is_cavity && press > 0.5 * c.radius) continue;
         double least = 1e9, most = 0;
         long count = 0;
@@ -81,7 +83,8 @@ TEST(FrictionCone, HoldsOnConvexAndConcaveBone) {
               least = std::min(least, ratio), most = std::max(most, ratio), ++count;
             });
         EXPECT_GT(count, 900);
-        // Facets have their own normals, some degrees off the ball's; the pull stays within their cones.
+        // The normals of facets differ from those of the ball by some degrees. The pull stays within the
+        // cones of the facets, but the ratio is computed with the normal of the ball.
         const bool is_of_facets = std::string(name) == "explicit" || std::string(name) == "mesh";
         const double off = is_of_facets ? 0.13 + 0.3 / c.radius : 0.012 + 0.01;
         EXPECT_NEAR(least, k_dynamic, off) << c.name << c.radius << name << press;
@@ -113,7 +116,7 @@ TEST(FrictionCone, StaticFrictionHoldsUpToItsCone) {
 TEST(FrictionCone, BothWallsOfAGrooveCount) {
   for (const double degrees : {90.0, 60.0, 30.0}) {
     const double half = 0.5 * degrees * 3.14159265358979 / 180;
-    // A V along z that opens toward +y; matter is outside it.
+    // A V-shaped groove along z that opens toward +y.
     const dvec3 left(-std::cos(half), -std::sin(half), 0), right(std::cos(half), -std::sin(half), 0);
     const TouchScene scene =
         scene_of([&](const dvec3& p) { return -std::max(glm::dot(p, left), glm::dot(p, right)) - 0.0; });
@@ -151,7 +154,8 @@ TEST(FrictionCone, SlipsMakeNoEnergy) {
         const double press = 1.5 + 1.2 * std::sin(0.013 * i), angle = 1.5 * std::sin(0.004 * i);
         const dvec3 hip = on_circle(radius - sign * std::min(press, 0.01 * i - 1), angle);
         const ProxyStep step = method->step(scene, *seen, state, {hip});
-        // `stored`: energy with the HIP at its new position and the old proxy. Sliding only lowers it.
+        // `stored`: energy with the HIP at its new position and the proxy at its old one. A slip may only
+        // lower it.
         const double now = 0.5 * stiffness * glm::dot(step.proxy_world - hip, step.proxy_world - hip);
         if (had_contact && step.has_contact) {
           stored = 0.5 * stiffness * glm::dot(last_proxy - hip, last_proxy - hip);
@@ -177,7 +181,7 @@ TEST(FrictionCone, LoadsAreSplitAmongWalls) {
   const FrictionLoad both = friction_load(groove, {0, 1, -2});
   EXPECT_NEAR(both.along, 1, 1e-12);
   EXPECT_NEAR(both.limit, 0.4 * std::sqrt(2.0), 1e-12);
-  // Pulled off the second wall, the first wall bears all of it.
+  // A pull away from the second wall loads the first wall only.
   const FrictionLoad left = friction_load(groove, {3, 0, -2});
   EXPECT_NEAR(left.limit, 0.3 * 5 * c, 1e-12);
   HoldingWalls corner = groove;

@@ -23,7 +23,7 @@ INSTANTIATE_TEST_SUITE_P(All, Methods,
                                          "depth", "scene", "scene-sequential"),
                          suite_name);
 
-/// Methods that touch cuts: not "mesh" and "depth", whose surface is built once, from the untouched volume.
+/// Methods that support cuts. The surfaces of "mesh" and "depth" are built once, from the untouched volume.
 class VoxelMethods : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(All, VoxelMethods,
                          testing::Values("implicit", "path", "explicit", "explicit-cubes", "subvoxel",
@@ -58,7 +58,7 @@ TEST_P(Methods, StaysNearASphereAndFacesOut) {
     }
     EXPECT_GT(count, 1800);
     EXPECT_EQ(play.judge.fall_throughs(), 0);
-    // Voxels of 0.94 mm: on cubes the corners are touched, on other solids the blur shifts the ball.
+    // Voxels of 0.94 mm. Methods on cubes touch corners of voxels; for others, the blur shifts the surface.
     const bool is_of_cubes = find_method(GetParam())->solid == MethodInfo::Solid::cubes;
     EXPECT_LT(worst, is_of_cubes ? 0.82 : 0.058);
     EXPECT_LT(worst_angle, is_of_cubes                                                   ? 0.07
@@ -67,8 +67,8 @@ TEST_P(Methods, StaysNearASphereAndFacesOut) {
   }
 }
 
-/// Returns the tolerance of a method on the sphere (mm): the sag between two slices, and more on masks, whose
-/// edges are not blurred. Methods on cubes touch the corners of voxels.
+/// Returns the tolerance of a method on the sphere (mm): the sag of the surface between two slices. It is
+/// larger on masks, whose edges are not blurred, and for methods on cubes, which touch the corners of voxels.
 double most_off(const std::string& method, const scenes::Scan& scan) {
   const double slice = 1.5 * scan.slice;
   using Solid = MethodInfo::Solid;
@@ -136,7 +136,7 @@ TEST_P(Methods, NeverFallsThroughThinPlatesAtAnySpeed) {
         play.step(hip);
       }
       EXPECT_EQ(play.judge.fall_throughs(), 0) << thickness << " " << speed;
-      // A plate of one voxel has holes where it contains no voxel centre; a thicker one has none.
+      // A thinner plate may have holes where it contains no voxel centre; a plate of two voxels has no holes.
       if (thickness > 1.8) {
         EXPECT_GT(play.contacts, 0) << thickness << " " << speed;
       }
@@ -212,7 +212,7 @@ TEST_P(Methods, BackSideHoldsAProxyInTheSolid) {
   scene.items[0].sides = Side::both;
   Play play(GetParam(), scene);
   play.step(dvec3(0));
-  if (std::string(GetParam()) != "mesh") {  // which uses only triangles
+  if (std::string(GetParam()) != "mesh") {  // this method uses only triangles
     EXPECT_TRUE(play.state.inside.contains(0));
   }
   ProxyStep s;
@@ -222,9 +222,10 @@ TEST_P(Methods, BackSideHoldsAProxyInTheSolid) {
   EXPECT_LT(glm::length(s.proxy_world), 46.5);
   EXPECT_LT(glm::dot(s.normal_world, glm::normalize(s.proxy_world)),
             -0.95);  // into the solid, where the proxy is
-  // With only the front touchable, the same motion leaves the solid and cannot re-enter.
+  // If only the front side is touchable, the proxy leaves the solid with the same motion, and cannot enter it
+  // again.
   play.scene.items[0].sides = Side::front;
-  if (std::string(GetParam()) == "scene-sequential") {  // which has its own scene for each volume
+  if (std::string(GetParam()) == "scene-sequential") {  // this method has its own scene for each volume
     EXPECT_FALSE(play.method->prepare(play.scene).has_value());
   }
   for (int i = 0; i < 600; ++i) s = play.step(dvec3(0.1 * i, 0.02 * i, 0));
@@ -265,8 +266,8 @@ TEST_P(Methods, FrictionHoldsStillAndTrailsByTheCone) {
   EXPECT_EQ(play.judge.fall_throughs(), 0);
 }
 
-/// Two shapes, skin over bone: the nearer one holds, in any order of the list; a proxy that starts in the
-/// skin is held by the bone when pressed further.
+/// Two shapes, skin over bone: the nearer shape holds the proxy, for any order of the items. A proxy that
+/// starts in the skin is held by the bone when it is pressed further.
 TEST_P(Methods, TheNearerOfTwoShapesHolds) {
   for (const bool is_bone_first : {false, true}) {
     TouchScene scene = scenes::phantom_scene("plane", grid(64, 2, 0, {{"angle", 0}}));
@@ -286,8 +287,8 @@ TEST_P(Methods, TheNearerOfTwoShapesHolds) {
     for (const double z : {20.0, -8.0, -8.0}) s = method->step(scene, version, state, {{1, 1, z}});
     EXPECT_TRUE(s.has_contact) << is_bone_first;
     EXPECT_EQ(s.shape, is_bone_first ? 1 : 0);
-    EXPECT_GT(s.proxy_world.z, 0.3);  // on the skin, above the middle of the edge
-    // From inside the skin: down to the bone, pressed further for some steps.
+    EXPECT_GT(s.proxy_world.z, 0.3);  // on the skin: above z = 0, the middle of the blurred edge
+    // The proxy starts inside the skin, moves down to the bone, and is pressed further for some steps.
     state = {};
     method->step(scene, version, state, {{1, 1, 0.2}});
     for (int i = 0; i < 60; ++i) s = method->step(scene, version, state, {{1 + 0.01 * i, 1, 0.2 - 0.1 * i}});
@@ -327,7 +328,7 @@ TEST_P(VoxelMethods, WorkDoesNotGrowWithTheVolume) {
       work[i] += s.counters.voxels + s.counters.cells + s.counters.triangles + s.counters.iterations;
     }
   }
-  // Only the blocks of empty space around the sphere differ.
+  // Only the blocks of empty space around the sphere differ, so the work may differ by 1 %.
   EXPECT_NEAR(static_cast<double>(work[0]), static_cast<double>(work[1]),
               0.01 * static_cast<double>(work[0]));
   EXPECT_GT(work[0], 1000);

@@ -1,5 +1,5 @@
-// Points and balls on polygonal models with edges of every kind: they roll over convex edges, rest in concave
-// ones, and never stick.
+// Points and balls on polygonal models with edges of every kind: the tools roll over convex edges, rest in
+// concave edges, and do not stick.
 #include <cmath>
 #include <random>
 
@@ -18,8 +18,8 @@ struct Model {
   std::vector<std::uint32_t> triangles;
 };
 
-/// A sphere of rings and segments. `bumps`: mm by which its vertices are moved in or out at random, which
-/// makes concave edges; `seed`: of these random numbers.
+/// Returns a sphere of rings and segments. Its vertices are moved in or out at random by at most `bumps` mm,
+/// which makes concave edges. `seed`: of these random numbers.
 Model sphere(double radius, int rings, double bumps, unsigned seed) {
   std::mt19937 random(seed);
   Model model;
@@ -47,7 +47,8 @@ Model sphere(double radius, int rings, double bumps, unsigned seed) {
   return model;
 }
 
-/// Returns the position of the hand in a tick: it circles the model, up and down, `deep` mm below `surface`.
+/// Returns the position of the hand in a tick. The hand circles the model while it moves up and down, `deep`
+/// mm below the sphere of radius `surface` mm.
 dvec3 hand_at(int tick, double surface, double deep) {
   const double t = 1e-3 * tick, in = std::min(1.0, t / 0.2) * (deep + 2) - 2;
   const double turn = 0.7 * t, tilt = 0.3 + 0.35 * std::sin(1.9 * t);
@@ -60,7 +61,7 @@ struct Judged {
   long outside = 0;  ///< ticks in which this share exceeds 0.05
   long contacts = 0;
 };
-/// Slides a ball over a model. shift(tick): displacement of the proxy, a planted fault, mm.
+/// Slides a ball over a model. shift(tick): planted displacement of the proxy, mm.
 template <class Shift>
 Judged play(const Model& model, double radius, double friction, const Shift& shift) {
   constexpr double k_surface = 20, k_deep = 2.5;
@@ -107,7 +108,7 @@ TEST(ModelBall, RollsOverEdgesWithoutSticking) {
   }
 }
 
-TEST(ModelBall, AStuckProxyIsDetected) {
+TEST(ModelBall, ADisplacedProxyIsDetected) {
   const Model model = sphere(20, 24, 0, 1);
   const Judged judged = play(model, 1, 0, [](int i) { return i == 2000 ? dvec3(0.3, 0, 0.9) : dvec3(0); });
   EXPECT_EQ(judged.outside, 1);

@@ -1,4 +1,5 @@
-// A hole is as wide as the burr that made it, for the hand as for the ledger, for any voxel spacing.
+// A hole is as wide as the burr that made it, for any voxel spacing, both for the hand and for the ledger of
+// removed matter.
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -47,12 +48,15 @@ struct OwnHoleCase {
 class OwnHole : public testing::TestWithParam<OwnHoleCase> {};
 
 struct HoleReport {
-  long held_inside = 0, free_outside = 0;  ///< points whose state is wrong by more than a tenth of a mm
-  double ledger_error = 0, free_volume_error = 0;  ///< relative errors: of the ledger, and of the free volume
+  /// Solid points inside the hole, and free points outside it, that are farther from its wall than 0.1 mm and
+  /// 0.3 radii, whichever is less.
+  long held_inside = 0, free_outside = 0;
+  /// Relative errors of the ledger, by the swept volume, and of the free volume, by the ledger.
+  double ledger_error = 0, free_volume_error = 0;
 };
 
-/// Cuts a hole three burrs long through the middle of the scene, with a direction and an offset from `seed`,
-/// and probes it point by point.
+/// Cuts a hole three burr diameters long through the middle of the scene, with a direction and an offset from
+/// `seed`, and probes it point by point.
 HoleReport probe_hole(const TouchScene& scene, const volume::CutLattice& lattice, double burr,
                       std::uint64_t seed) {
   const double r = 0.5 * burr;
@@ -68,7 +72,7 @@ HoleReport probe_hole(const TouchScene& scene, const volume::CutLattice& lattice
   const Hole hole{middle - 1.5 * burr * direction, middle + 1.5 * burr * direction, r};
   volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base, lattice),
                                {scene.items[0].field});
-  // In steps of one tick, as a drill moves.
+  // The hole is cut in steps, as a drill cuts it tick by tick.
   constexpr int k_ticks = 15;
   const dvec3 bite = (hole.end - hole.start) / double(k_ticks);
   for (int i = 0; i < k_ticks; ++i)
@@ -106,8 +110,8 @@ TouchScene block_for(const OwnHoleCase& c) {
   return bone_block(sheared(c.spacing, c.shear), extent);
 }
 
-/// In its own hole a burr's tip is free up to a tenth of a millimetre from the wall and held a tenth beyond
-/// it; the volume that the hand finds free equals the ledger and the sweep.
+/// In the hole of a burr, a point is free up to 0.1 mm from the wall, and solid from 0.1 mm beyond the wall
+/// on (less for small burrs). The free volume equals the ledger, and the ledger equals the swept volume.
 TEST_P(OwnHole, IsFreeAndAsLargeAsTheLedgerReports) {
   const OwnHoleCase& c = GetParam();
   const TouchScene scene = block_for(c);
@@ -121,7 +125,7 @@ TEST_P(OwnHole, IsFreeAndAsLargeAsTheLedgerReports) {
   }
 }
 
-/// Planted fault: cut on the voxels of the scan, a small burr does not fit into its own hole.
+/// Planted fault: if a hole is cut on the voxels of the scan, the small burr does not fit into it.
 TEST(OwnHole, CutOnTheVoxelsASmallBurrIsHeldInItsHole) {
   const OwnHoleCase clinical{"clinical", {0.5, 0.5, 1.25}, 0, 1};
   const TouchScene scene = block_for(clinical);
@@ -130,13 +134,14 @@ TEST(OwnHole, CutOnTheVoxelsASmallBurrIsHeldInItsHole) {
   EXPECT_GT(report.free_volume_error, 0.1);
 }
 
-/// A point moves down a burr's hole to its end, 0.15 mm from the wall, or on the axis for methods on cubes.
-/// Methods on triangles and on cubes refuse burrs that are too small for their voxels.
+/// A point moves down the hole of a burr to its end, 0.15 mm from the wall, or on the axis for methods on
+/// cubes. Methods on triangles and on cubes refuse burrs that are too small for the voxels. Other methods
+/// that guarantee no solid are not moved.
 TEST(OwnHole, EveryMethodReachesItsEnd) {
   struct Case {
     dvec3 spacing;
     double burr;
-    bool has_triangles, has_voxels;
+    bool has_triangles, has_voxels;  ///< methods on triangles, and on cubes, accept this burr
   };
   for (const Case& c : {Case{{0.5, 0.5, 0.5}, 4, true, true},
                         {{0.5, 0.5, 1}, 2, true, true},
@@ -197,7 +202,7 @@ INSTANTIATE_TEST_SUITE_P(All, OwnHole,
                                          OwnHoleCase{"micrometres", {0.02, 0.02, 0.1}, 0, 0.1}),
                          [](const auto& info) { return std::string(info.param.name); });
 
-/// The tip moves down its own hole to the bottom and is held there, with every smooth method.
+/// A point moves down the hole of a burr to its bottom and is held there, with the smooth methods.
 TEST(OwnHole, TheTipFollowsTheHandToTheBottom) {
   for (const double burr : {0.5, 1.0, 2.0}) {
     for (const char* name : {"subvoxel", "scene"}) {
@@ -233,8 +238,8 @@ TEST(OwnHole, TheTipFollowsTheHandToTheBottom) {
   }
 }
 
-/// A hand that moves in crossing grooves of a small burr, in a scan of thick slices, is held by every wall
-/// and by nothing else.
+/// A hand moves in crossing grooves of a small burr, in a scan of thick slices. The walls hold the proxy: it
+/// never passes through a wall and is never buried.
 TEST(OwnHole, NothingIsPassedInCrossingGroovesUnderThickSlices) {
   for (const char* name : {"subvoxel", "scene"}) {
     Play play(name, bone_block(sheared({0.5, 0.5, 3}, 20), dvec3(14, 14, 18)));

@@ -1,4 +1,4 @@
-// A tool with a radius: its centre stays a radius away from the solid, for any voxel size.
+// A round tool: its centre stays its radius away from the solid, for any voxel size.
 #include <cmath>
 #include <random>
 #include <set>
@@ -62,7 +62,7 @@ TEST(RoundTool, RestsARadiusAboveASphereAtAnyRadius) {
 }
 
 TEST(RoundTool, StaysOutOfNarrowerGapsAndNeverFallsThrough) {
-  // A slot of 8 mm admits a tool of 3 mm radius, but not one of 5.
+  // A slot 8 mm wide admits a tool of 3 mm radius, but not a tool of 5 mm radius.
   for (const double radius : {3.0, 5.0}) {
     const TouchScene scene = with_radius(scenes::phantom_scene("slot", grid(96, 1)), radius);
     for (const char* method : k_round_methods) {
@@ -92,7 +92,7 @@ TEST(RoundTool, StaysOutOfNarrowerGapsAndNeverFallsThrough) {
       }
       EXPECT_EQ(play.judge.fall_throughs(), 0);
       EXPECT_GT(play.contacts, 300);
-      if (std::string(name) != "gyroid") {  // the distance of a gyroid is exact only to first order
+      if (std::string(name) != "gyroid") {  // phantom_distance() of a gyroid is exact only to first order
         const bool is_of_cubes = find_method(method)->solid == MethodInfo::Solid::cubes;
         EXPECT_GT(least, 2.5 - (is_of_cubes ? 1.9 : 0.9));  // mm; a voxel is 1.9 mm, the blur 1.3 mm
       }
@@ -122,7 +122,7 @@ TEST(RoundTool, ThinSheetStopsRoundToolFromBothSides) {
 
 TEST_P(RoundMethods, HoversOverAFreshHoleUntilItsFieldIsReadyAndIgnoresFieldsFromBeforeGrowth) {
   RoundPlay play(scenes::phantom_scene("plane", grid(96, 1, 0, {{"angle", 0}})), 2, GetParam());
-  // On cubes the surface is only as accurate as their faces.
+  // For methods on cubes, the surface is only as accurate as the faces of the cubes.
   const double slack =
       find_method(GetParam())->solid == MethodInfo::Solid::cubes ? play.scene.items[0].offset->step_mm() : 0;
   volume::RemovalEditor editor(play.version, {play.scene.items[0].field});
@@ -172,7 +172,8 @@ TEST(RoundTool, OtherMethodsAndBadRadiiAreRefused) {
   EXPECT_EQ(scene.items[0].offset, nullptr);
 }
 
-/// Makes a wall perpendicular to x in thick slices; its intensity falls linearly away from its faces.
+/// Makes a wall perpendicular to x in thick slices. Its intensity rises linearly with the depth, and is 300
+/// at the sides of the wall.
 TouchScene thick_slices(const dvec3& spacing, const dvec3& extent, double half_thickness) {
   const glm::ivec3 size(glm::ceil(extent / spacing));
   volume::Volume v = volume::make_volume(
@@ -209,14 +210,16 @@ TEST(RoundTool, AThinWallUnderThickSlicesIsNotPassed) {
             play.state.has_proxy && play.scene.base->frame.world_from_volume(play.state.proxy_volume).x > 0;
       }
       EXPECT_EQ(passed, 0) << slice << " " << radius;
-      // Splines lower the peak of a sheet of two voxels, so that its surface lies deeper.
+      // The spline of the smooth solid lowers the peak of a sheet of two voxels, so that its surface lies
+      // deeper.
       EXPECT_GT(nearest, radius - 0.1 - 0.02 * radius - 0.15) << slice << " " << radius;
     }
 }
 
-/// A round burr fits into its own hole in a scan of thick slices.
+/// In a scan of thick slices, a ball of 2.5 mm radius reaches the end of a hole that a burr of 3 mm radius
+/// cut.
 TEST(RoundTool, ReachesTheEndOfItsOwnHoleUnderThickSlices) {
-  constexpr double k_radius = 3, k_touch = 2.5;  // radius of the cut, and of touch
+  constexpr double k_radius = 3, k_touch = 2.5;  // radii of the burr and of the touched ball, mm
   TouchScene scene = thick_slices({0.5, 0.5, 3}, {30, 30, 48}, 12);
   const volume::CutLattice lattice = volume::CutLattice::for_burr(*scene.base, 2 * k_radius).value();
   volume::RemovalEditor editor(std::make_shared<volume::Version>(scene.base, lattice),
@@ -249,11 +252,11 @@ TEST(RoundTool, ReachesTheEndOfItsOwnHoleUnderThickSlices) {
   EXPECT_EQ(play.judge.fall_throughs(), 0);
 }
 
-/// On voxels larger than the ball, and on masks whose threshold is one of their two values, the ball stays
-/// out of the smooth solid of the scan.
+/// The ball stays out of the smooth solid of the scan, also if voxels are larger than its radius, and on
+/// masks whose threshold is one of their two values.
 TEST(RoundTool, StaysOutOfCoarseVoxelsAndMasksAtTheirOwnValues) {
   struct Case {
-    double voxel, slice, radius;
+    double voxel, slice, radius;  ///< voxel edge, mm; slice thickness in voxels; mm
     bool is_mask;
   };
   for (const Case& c : {Case{2, 1, 0.5, false}, Case{3, 1, 1, false}, Case{5, 1, 3, false},

@@ -1,6 +1,7 @@
 // SceneProxy: one proxy stays outside all volumes and polygonal models, at any angle, as a point and as a
 // ball, with models at rest and in motion.
-// Kept in one file, since the tests share their scenes.
+// This long file is not divided, since the tests share their scenes.
+
 #include "haptics/proxy/scene_proxy.h"
 
 #include <cmath>
@@ -25,6 +26,7 @@ std::shared_ptr<const MeshTree> box(const dvec3& low, const dvec3& high) {
   return std::make_shared<MeshTree>(std::move(v), std::move(t));
 }
 
+/// Returns the vector to p from the nearest point of a box.
 dvec3 outside_box(const dvec3& p, const dvec3& low, const dvec3& high) {
   return p - glm::clamp(p, low, high);
 }
@@ -69,7 +71,8 @@ TEST(SceneProxy, EqualsTheSubvoxelProxyOnOneVolume) {
       const ProxyStep a = one.step(sample.pose.position_world), b = all.step(sample.pose.position_world);
       ASSERT_EQ(a.is_buried, b.is_buried);
       contacts += b.has_contact;
-      // At a saddle, rounding may choose the other branch; then both restart from one position.
+      // At a saddle, rounding may choose another branch. Then the scene proxy continues from the position of
+      // the subvoxel proxy.
       const double off = glm::length(a.proxy_world - b.proxy_world) / voxel;
       if (off > 1e-3) {
         ++apart;
@@ -86,7 +89,7 @@ TEST(SceneProxy, EqualsTheSubvoxelProxyOnOneVolume) {
 }
 
 class SceneOfScale : public testing::TestWithParam<double> {};
-/// Edges of hundredths of a millimetre, millimetres and metres.
+/// Boxes with edges of about 0.02 mm, 20 mm and 20 m.
 INSTANTIATE_TEST_SUITE_P(All, SceneOfScale, testing::Values(1e-3, 1.0, 1e3));
 
 TEST_P(SceneOfScale, APointOnABoxRestsAtTheNearestPointOfItsSurface) {
@@ -106,7 +109,8 @@ TEST_P(SceneOfScale, APointOnABoxRestsAtTheNearestPointOfItsSurface) {
     if (!s.has_contact) continue;
     for (int k = 0; k < 4; ++k) player.step(hip);
     ProxyStep rest = player.step(hip);
-    // A step moves the proxy over facets by a few voxels at most: on a box of metres it needs more steps.
+    // A step moves the proxy over facets by a few voxels at most. On a box of 20 m, the proxy needs more
+    // steps.
     for (int k = 0; k < 40000 && scale > 1; ++k) {
       const ProxyStep next = player.step(hip);
       if (glm::length(next.proxy_world - rest.proxy_world) < close) break;
@@ -134,7 +138,8 @@ TEST(SceneProxy, ABallRollsAroundFacesEdgesAndCornersAtItsRadius) {
       long contacts = 0;
       double least = 1e300, farthest = 0;
       for (int i = 0; i < 20000; ++i) {
-        // Around the box, the hand slightly inside the ball's reach.
+        // The hand moves around the box, at most 0.8 radii from its surface, so that the ball touches the
+        // box.
         const double a = 1e-3 * i, b = 0.37 * a;
         const dvec3 out(std::cos(a) * std::cos(b), std::sin(a) * std::cos(b), std::sin(b));
         dvec3 hip = glm::clamp(30.0 * out, low, high);
@@ -163,8 +168,8 @@ struct Wedge {
   double off = 0;           ///< distance of the rest position from the nearest point outside both, mm
 };
 
-/// A plate through a plane of bone at an angle (figure 23 of the thesis), and a hand pressed into the wedge
-/// between them.
+/// Presses a hand into the wedge between a plate and a plane of bone, which the plate pierces at an angle
+/// (Jiang, dissertation, figure 23).
 Wedge press_into_wedge(const char* name, double degrees, double radius = 0) {
   TouchScene scene = scenes::phantom_scene("plane", grid(96, 1.5, 0, {{"angle", 0}}));
   scene.items[0].material = k_smooth;
@@ -198,7 +203,7 @@ Wedge press_into_wedge(const char* name, double degrees, double radius = 0) {
     EXPECT_TRUE(t < 0.5 || s.has_contact);
   }
   for (int i = 0; i < 200; ++i) player.step(hip);
-  // The nearest point on both planes.
+  // The ideal position: the point nearest to the HIP that is outside both plate and bone.
   const dvec3 m = plate.placement.rotation * dvec3(1, 0, 0), n(0, 0, 1);
   const double over = glm::dot(m, plate.placement.position_world) + 2 + radius - glm::dot(m, hip),
                up = radius - hip.z, c = glm::dot(m, n), s = 1 - c * c;
@@ -217,7 +222,7 @@ TEST(SceneProxy, StaysOutsideAMeshThroughAVolumeAtAnyAngle) {
       EXPECT_LT(wedge.deepest, 0.02 * voxel) << degrees << " " << radius;
       EXPECT_LT(wedge.off, 0.05 * voxel) << degrees << " " << radius;
     }
-  // Planted fault: the pipeline that SceneProxy replaces pushes the proxy into the model.
+  // Planted fault: the sequential pipeline, which SceneProxy replaces, pushes the proxy into the model.
   EXPECT_GT(press_into_wedge("scene-sequential", 45).deepest, 0.5 * voxel);
 }
 
@@ -273,7 +278,8 @@ TEST(SceneProxy, BetweenAMovingMeshAndBoneTheMeshPassesAndTheBoneHolds) {
   EXPECT_GE(buried, 1);
 }
 
-// A mesh that pushes along a slope pushes the tool up the slope; into a corner of two walls, up the corner.
+// A mesh that moves toward a slope pushes the tool up the slope. With a rail on the slope, it pushes the tool
+// up along the corner between slope and rail.
 TEST(SceneProxy, AMeshPushesTheToolAlongBlockingWalls) {
   for (const double radius : {0.0, 1.0})
     for (const double angle : {10.0, 40.0})
@@ -281,13 +287,14 @@ TEST(SceneProxy, AMeshPushesTheToolAlongBlockingWalls) {
         SCOPED_TRACE(angle);
         TouchScene scene = scenes::phantom_scene("plane", grid(96, 1.5, 0, {{"angle", angle}}));
         scene.items[0].material = k_smooth;
-        // The plane rises toward -x or +x: the box comes from the other side.
+        // The plane rises toward -x or +x. The box comes from the lower side.
         const double slope = std::tan(angle * 3.14159265358979 / 180);
         TouchItem mesh = mesh_item("pusher", box({0, -9, -12}, {5, 9, 12}), k_smooth);
         mesh.mover = 0;
         scene.items.push_back(mesh);
         if (has_rail) {
-          // A rail at an angle: the tool that is pushed against it moves along both.
+          // The rail is at an angle to the motion of the box: the pushed tool moves along both rail and
+          // slope.
           TouchItem rail = mesh_item("rail", box({-40, 0, -30}, {40, 5, 30}), k_smooth);
           const double turn = 0.15;
           rail.placement = {{0, radius + 0.5, 0}, {std::cos(turn), 0, 0, std::sin(turn)}};
@@ -308,7 +315,7 @@ TEST(SceneProxy, AMeshPushesTheToolAlongBlockingWalls) {
         }
         double pushed = 0;
         for (int i = 0; i < 900; ++i) {
-          // From downhill, until the tool is pushed 5.5 mm from its old position.
+          // The box comes from downhill, until the tool is pushed 5.5 mm from its old position.
           const double face = direction * (-8 - radius + 0.015 * i);
           at.position_world = {direction > 0 ? face - 5 : face, 0, 0};
           s = player.step(hip, std::span(&at, 1));
@@ -322,7 +329,7 @@ TEST(SceneProxy, AMeshPushesTheToolAlongBlockingWalls) {
 }
 
 TEST(SceneProxy, TwoVolumesWithTheirOwnFramesAreHeldTogether) {
-  // A plane of bone, with a finer sphere standing in it.
+  // A plane of bone, and a sphere in a second volume of finer voxels. The plane passes through its centre.
   TouchScene scene = scenes::phantom_scene("plane", grid(96, 1.5, 0, {{"angle", 0}}));
   data_tools::PhantomOptions o = grid(80, 1.5, 10, {{"radius", 10}});
   o.spacing_mm = dvec3(0.4);
@@ -342,7 +349,7 @@ TEST(SceneProxy, TwoVolumesWithTheirOwnFramesAreHeldTogether) {
     const dvec3 before = player.state.proxy_volume;
     const ProxyStep s = player.step(hip);
     ASSERT_FALSE(s.is_buried);
-    // Each segment, judged in either volume.
+    // Each segment of the path is judged in both volumes.
     dvec3 a_world = scene.base->frame.world_from_volume(before);
     for (int k = 1; k < s.waypoint_count; ++k) {
       const dvec3 b_world = scene.base->frame.world_from_volume(s.path_volume[static_cast<std::size_t>(k)]);
@@ -359,14 +366,14 @@ TEST(SceneProxy, TwoVolumesWithTheirOwnFramesAreHeldTogether) {
   }
   EXPECT_GT(plane_touched, 500);
   EXPECT_GT(sphere_touched, 500);
-  // Other methods report that they touch one volume only.
+  // The method "subvoxel" supports one volume only, and its error recommends the method "scene".
   const auto error = make_method("subvoxel").value()->prepare(scene);
   ASSERT_TRUE(error.has_value());
   EXPECT_NE(error->remedy.find("scene"), std::string::npos);
 }
 
-/// Flat bone in voxels of 0.5 mm and, next to it, of 0.05 mm: a hand that slides over the seam is followed on
-/// both sides.
+/// Flat bone in voxels of 0.5 mm, and next to it in voxels of 0.05 mm. A hand slides over the seam, and the
+/// proxy follows it on both sides.
 TEST(SceneProxy, DoesNotStickWhereVolumesOfDifferentVoxelsMeet) {
   const auto slab = [](const dvec3& low, const dvec3& extent, double spacing) {
     const glm::ivec3 size(extent / spacing);
@@ -384,7 +391,7 @@ TEST(SceneProxy, DoesNotStickWhereVolumesOfDifferentVoxelsMeet) {
   };
   TouchScene scene = slab({-12, -3, -6}, {12, 6, 10}, 0.5);
   const TouchScene fine =
-      slab({-2, -3, -2}, {6, 6, 4}, 0.05);  // over the border of the coarse slab, whose edge is rounded
+      slab({-2, -3, -2}, {6, 6, 4}, 0.05);  // covers the border of the coarse slab, which is rounded
   scene.others = {fine.base};
   scene.items.push_back(fine.items[0]);
   for (TouchItem& shape : scene.items) shape.material = k_smooth;
@@ -426,7 +433,7 @@ TEST(SceneProxy, AHundredShapesOutOfReachAreNotSearched) {
   EXPECT_TRUE(all.state.around.nearby.contains(0));
   EXPECT_EQ(all.state.around.nearby.next(1), ShapeSet::k_max);
   many.items.resize(29 + 100, many.items[1]);
-  EXPECT_TRUE(make_method("scene").value()->prepare(many).has_value());  // 129
+  EXPECT_TRUE(make_method("scene").value()->prepare(many).has_value());  // 129 shapes: one too many
 }
 
 TEST(SceneProxy, ATinyModelDoesNotSlowTheSlideOnBone) {
@@ -472,7 +479,7 @@ TEST(SceneProxy, AMeshTouchedFromItsBackIsARoom) {
     for (int k = 0; k < 3; ++k) player.step(sample.pose.position_world);
     const ProxyStep s = player.step(sample.pose.position_world);
     ASSERT_TRUE(is_in_box(s.proxy_world, low, high));
-    // At rest at the position of the box nearest to the hand.
+    // After four steps, the proxy rests at the point of the room nearest to the hand.
     ASSERT_LT(glm::length(s.proxy_world - glm::clamp(sample.pose.position_world, low, high)), 1e-4);
     contacts += s.has_contact;
   }

@@ -27,7 +27,8 @@ volume::Frame oblique_frame(const ivec3& size) {
   return volume::Frame::from_axes(-axes * (0.5 * dvec3(size - 1)), axes).value();
 }
 
-/// Labels 1 to 3 by the angle about z; intensities rise from -1000 to 1000 over `ramp` mm (0: a step).
+/// Returns a ball that is divided into labels 1 to 3 by the angle about z. At its surface, intensities rise
+/// from -1000 to 1000 over `ramp` mm (0: in a step).
 std::shared_ptr<const volume::Volume> divided_ball(double ramp) {
   const ivec3 size(90, 90, 70);
   volume::Volume v = volume::make_volume(size, oblique_frame(size), true).value();
@@ -65,7 +66,7 @@ volume::Shape window_from(double low) {
   return shape;
 }
 
-/// A metal ball of 8 mm that protrudes from the surface by 2 mm.
+/// A metal ball of 8 mm radius that protrudes from the surface of the divided ball by 2 mm.
 TouchItem metal_ball() {
   const haptics::TouchScene sphere = scenes::phantom_scene("sphere", [] {
     data_tools::PhantomOptions o;
@@ -118,9 +119,10 @@ std::vector<Division> divisions() {
   return all;
 }
 
-/// Circles the ball at 60 mm/s, with the tool's surface 0.6 to 1.8 mm inside it, across every seam at several
-/// latitudes. Counts the ticks in which nothing holds the tool, or holds it too deep. is_lost(i): a planted
-/// fault in tick i.
+/// Circles the divided ball at 60 mm/s, across every seam at several latitudes. The hand is such that the
+/// surface of the tool would be 0.6 to 1.8 mm inside the ball. Returns the number of ticks in which nothing
+/// holds the tool, or in which the tool is too deep. is_lost(i): true plants a lost contact in tick i.
+/// `rate`: Hz.
 template <class IsLost>
 long count_lost(const TouchScene& scene, const ProxyMethod& method, double rate, IsLost&& is_lost) {
   const auto seen = std::make_shared<const TouchState>(untouched(scene));
@@ -135,7 +137,7 @@ long count_lost(const TouchScene& scene, const ProxyMethod& method, double rate,
     if (is_lost(i)) step.has_contact = false;
     // Protruding parts hold the tool farther out.
     const double depth = k_radius - glm::length(step.proxy_world);
-    constexpr double k_deep = 0.9;  // mm, allowed for labels and thick slices
+    constexpr double k_deep = 0.9;  // mm, allowed since surfaces of labels and thick slices are coarse
     lost += (in + scene.tool->radius() > 0.6 && !step.has_contact) ||
             (step.has_contact && depth + scene.tool->radius() > k_deep);
   }
@@ -160,7 +162,8 @@ TEST(Seams, NothingFallsThroughWhereShapesMeet) {
     }
 }
 
-/// Presses along the line where three labels meet, from the pole toward the centre, and stirs about it.
+/// Presses along the line where three labels meet, from the pole toward the centre, in small circles about
+/// the line.
 TEST(Seams, NoChannelLeadsInWhereThreeLabelsMeet) {
   Division division = std::move(divisions().front());
   for (const double radius : {0.0, 1.5}) {
@@ -185,7 +188,7 @@ TEST(Seams, NoChannelLeadsInWhereThreeLabelsMeet) {
   }
 }
 
-/// A tool that started inside one label presses on the seam of two others, which the first one covers.
+/// The tool starts inside one label, which covers the seam of two other labels, and presses on this seam.
 TEST(Seams, TheShapeThatTheToolIsInDoesNotHideASeam) {
   volume::Volume result =
       volume::make_volume(ivec3(40), volume::Frame::from_axes(dvec3(0), glm::dmat3(1)).value(), true).value();
@@ -213,7 +216,7 @@ TEST(Seams, TheShapeThatTheToolIsInDoesNotHideASeam) {
 }
 
 /// A trough is cut across the seam of a label and the window next to it. A frictionless tool on its floor
-/// meets no obstacle where the field of one ends in that of the other.
+/// meets no obstacle where the field of the label ends and that of the window begins.
 TEST(Seams, ATroughAcrossASeamIsSmooth) {
   volume::Volume result =
       volume::make_volume(ivec3(40), volume::Frame::from_axes(dvec3(0), glm::dmat3(1)).value(), true).value();

@@ -1,4 +1,5 @@
-// ShellProxy: whole tools against solids with a formula, judged by independent dense samples of the tool.
+// ShellProxy: whole tools against solids whose distance has a formula. The judge samples the tool densely and
+// independently of the method.
 #include "haptics/proxy/shell_proxy.h"
 
 #include <algorithm>
@@ -21,7 +22,7 @@ namespace {
 using glm::dquat;
 using glm::dvec3;
 
-/// A rod along z of the hand, from `low` to `high`.
+/// A rod along the z axis of the hand, from `low` to `high`; mm.
 struct Rod {
   double low, high, radius;
 };
@@ -58,8 +59,8 @@ struct ShellPlay {
   Placement tool(const ProxyStep& r) const { return {r.proxy_world, state.tool_turn}; }
 };
 
-/// Returns the depth (mm) of the rod in a solid, from samples of its surface that share nothing with the
-/// shell.
+/// Returns the largest depth (mm) of the rod in a solid, from samples of the rod's surface that are
+/// independent of the points of the shell.
 double depth_of(const Rod& rod, const Placement& tool, const std::function<double(const dvec3&)>& distance) {
   double deepest = -1e300;
   for (int i = 0; i <= 300; ++i)
@@ -146,7 +147,7 @@ TEST(ShellProxy, StaysOutsideUnderAnyMotion) {
   RecordProperty("deepest_thick_mm", std::to_string(deepest[true]));
 }
 
-// Statics of a lever: a rod that lies on a plane, pressed and tilted.
+// Statics of a lever: a rod lies on a plane, and is pressed and tilted.
 TEST(ShellProxy, ARodOnAPlaneIsALever) {
   const Rod rod{-15, 15, 1.5};
   const TouchScene frictionless = [&] {
@@ -217,7 +218,8 @@ TEST(ShellProxy, EnergyOfForceAndTorqueIsLimited) {
   RecordProperty("generated_nmm", std::to_string(generated[0]) + " " + std::to_string(generated[1]));
 }
 
-// A rod that lies flat, pressed by `press` mm and drawn aside: Coulomb's cone.
+// A rod lies flat on a plane, is pressed by `press` mm and drawn sideways: it sticks and lags by Coulomb's
+// cone.
 TEST(ShellProxy, FrictionIsCoulombs) {
   const Rod rod{-10, 10, 2};
   TouchScene scene = scene_with("plane", {{"angle", 0}}, shell_of(rod, 0.4));
@@ -233,7 +235,7 @@ TEST(ShellProxy, FrictionIsCoulombs) {
     double sticks_to = 0;
     for (double aside = 0; aside < 3; aside += 0.01) {
       r = run.step({dvec3(0, 0, 2 - press) + aside * direction, flat});
-      // A cylinder may roll about its axis as well; its axis lags behind the hand.
+      // Drawn across its axis, a cylinder may also roll; then its axis lags behind the hand by less.
       const double moved = glm::dot(r.proxy_world - start, direction);
       if (moved < 0.02) sticks_to = aside;
     }
@@ -272,7 +274,8 @@ TEST(ShellProxy, ARodInADrilledHoleIsHeldByIt) {
   editor.end_stroke();
   ShellPlay run(scene);
   run.touch_state = TouchState(std::shared_ptr<const volume::Version>(editor.publish()));
-  // The hole is a cylinder of 2 mm around z with a round bottom; its wall, rim included.
+  // Distance to the bone, negative in bone. The hole is a cylinder of 2 mm radius around z with a round
+  // bottom.
   const auto distance = [](const dvec3& p) {
     const double off = std::hypot(p.x, p.y);
     const double from_hole = p.z > -15 ? 2 - off : 2 - glm::length(p - dvec3(0, 0, -15));
@@ -286,18 +289,18 @@ TEST(ShellProxy, ARodInADrilledHoleIsHeldByIt) {
   };
   for (int i = 0; i <= 400; ++i) step({{0, 0, 20 - 0.1 * i}, {1, 0, 0, 0}});  // 3 mm below the bottom
   EXPECT_NEAR(run.tool(r).position_world.z, -15 - (2 - 2 * (1 - std::sqrt(1 - 0.36))), 0.1);
-  // Lever of 30 degrees, and a push of 16 mm to the side.
+  // The hand is tilted by 30 degrees as a lever, and moved 16 mm to the side.
   for (int i = 0; i <= 300; ++i) {
     const double share = std::min(1.0, i / 200.0);
     step({{16 * share, 0, -15}, rotation_of({0, 0.52 * share, 0})});
   }
   const Placement tool = run.tool(r);
-  // Its two contacts let the rod tilt by at most (2 * 2 - 2 * 1.2) / depth.
+  // Between two opposite contacts, the rod can tilt by at most (2 * 2 - 2 * 1.2) / 15 = 0.11 rad.
   const dvec3 axis = tool.rotation * dvec3(0, 0, 1);
   EXPECT_GT(axis.z, std::cos(0.13));
   EXPECT_LT(std::hypot(tool.position_world.x, tool.position_world.y), 1.2);
   EXPECT_LT(deepest, 0.15);
-  // Nothing else holds it: it is drawn out.
+  // Nothing else holds the rod: it can be drawn out.
   for (int i = 0; i <= 600; ++i) step({{0, 0, -15 + 0.1 * i}, {1, 0, 0, 0}});
   EXPECT_NEAR(r.proxy_world.z, 45, 0.5);
   EXPECT_FALSE(r.has_contact);
@@ -371,7 +374,7 @@ TEST(ShellProxy, ShearedVolumesAreNotEntered) {
   }
 }
 
-// The end of a thick rod, flat on a model: thousands of points touch at once.
+// The end of a thick rod is pressed flat on a model: thousands of points touch at once.
 TEST(ShellProxy, AModelUnderThousandsOfPointsReleasesAndCarriesTheTool) {
   for (const bool is_moving : {false, true}) {
     TouchScene scene = scene_with("sphere", {{"radius", 5}}, std::make_shared<const ToolShape>());

@@ -26,7 +26,8 @@ TEST(SubvoxelProxy, IsWithinAFiftiethOfAVoxelOfASphereAndFollowsTheHip) {
       const ProxyStep s = play.step(sample.pose.position_world);
       if (!s.has_contact || sample.t < 0.1) continue;
       const dvec3 hip = sample.pose.position_world;
-      // The blur itself shrinks a sphere by about sigma^2 / R.
+      // Blur shrinks a sphere of radius R by about sigma^2 / R. sigma^2 is the sum of the variances of the
+      // phantom's blur (1.5 voxels, squared) and of the spline (0.25 voxel^2).
       const double floor = (1.5 * 1.5 + 0.25) * voxel * voxel / 45;
       const double error = glm::length(s.proxy_world) - (45 - floor);
       sum += error * error;
@@ -44,8 +45,8 @@ TEST(SubvoxelProxy, IsWithinAFiftiethOfAVoxelOfASphereAndFollowsTheHip) {
   }
 }
 
-/// Torus, gyroid, groove, corner, cone and steps, sharp and blurred: the proxy is at the end of an
-/// independent, slow descent.
+/// On torus, gyroid, groove, corner, cone and steps, sharp and blurred, the proxy equals the ideal proxy of
+/// an independent search, verify::sweep_ideal_proxy().
 TEST(SubvoxelProxy, RestsWhereTheIdealProxyRests) {
   const struct {
     const char* name;
@@ -74,7 +75,8 @@ TEST(SubvoxelProxy, RestsWhereTheIdealProxyRests) {
             solid, frame.axes(), before, frame.volume_from_world(last), frame.volume_from_world(hip), 4);
         const double off = glm::length(ideal - play.state.proxy_volume);
         const auto e = [&](const dvec3& p) { return glm::length(frame.world_from_volume(p) - hip); };
-        // In a valley an error of a millionth of a voxel in height is one of a thousandth along it.
+        // Along the bottom of a valley the distance to the HIP hardly changes: an error of 1e-6 voxel in
+        // this distance corresponds to an error of 1e-3 voxel in position.
         EXPECT_LT(off, 1e-3) << c.name << " psf " << c.psf << " step " << i;
         EXPECT_LT(e(play.state.proxy_volume) - e(ideal), 1e-6 * frame.spacing().x) << c.name << " " << i;
         worst = std::max(worst, off);
@@ -99,19 +101,21 @@ TEST(SubvoxelProxy, HoldsInADrilledCavityAndNeverSticksThere) {
   play.set_version(editor.publish());
   for (int i = 0; i < 20; ++i) play.step({0, 0, -6});
   EXPECT_FALSE(play.step({0, 0, -6}).has_contact);
-  // Push against floor and wall of the hole from inside: a spherical cavity, known exactly.
+  // Presses from inside on the wall and the bottom of the hole. The bottom, below z = -8, is a hemisphere
+  // with a known radius.
   double worst = 0;
   for (int i = 0; i < 4000; ++i) {
     const double a = i * 0.01;
     const dvec3 hip(8 * std::cos(a), 8 * std::sin(a), -9 - 5 * std::sin(0.37 * a));
     const ProxyStep s = play.step(hip);
     if (i < 2 || hip.z > -8) continue;
-    // The spline shrinks a ball of R voxels by 1 / (4 R).
+    // The spline shrinks the radius of a ball of R voxels by 1 / (4 R) voxels.
     const double voxel = 120.0 / 96, radius = 4 - 0.25 * voxel * voxel / 4;
     const dvec3 middle(0, 0, -8), ideal = middle + radius * glm::normalize(hip - middle);
     worst = std::max(worst, glm::length(s.proxy_world - ideal));
   }
-  EXPECT_LT(worst, 0.2 * 120 / 96);  // the hand is a radius beyond the wall: slope errors count double
+  // 0.2 voxel. The HIP is at least one radius beyond the wall, so that errors of the normal count double.
+  EXPECT_LT(worst, 0.2 * 120 / 96);
   EXPECT_EQ(play.judge.fall_throughs(), 0);
   EXPECT_GT(play.contacts, 3000);
 }
@@ -124,7 +128,7 @@ TEST(SubvoxelProxy, FrictionHoldsStillAndTrailsByTheCone) {
   const dvec3 held = play.step(0.3 * x - 2.0 * n).proxy_world;
   ProxyStep s;
   for (int i = 0; i < 2000; ++i) s = play.step(0.6 * x - 2.0 * n);
-  EXPECT_LT(glm::length(s.proxy_world - held), 1e-9);  // within the static cone nothing creeps
+  EXPECT_LT(glm::length(s.proxy_world - held), 1e-9);  // no motion within the static cone
   double at = 0.6;
   for (int i = 0; i < 300; ++i) {
     at += 0.05;
@@ -184,8 +188,8 @@ TouchScene scene_of_two_labels(std::shared_ptr<const volume::Volume> base, Side 
   return scene;
 }
 
-/// Two labels meet in a tilted corner: on their stair-steps the proxy is left behind, on their softened
-/// surfaces it slides along.
+/// Two labels meet in a tilted corner. On the stair-steps of the labels the proxy stays behind the HIP. On
+/// the softened surfaces it slides along the edge.
 TEST(SubvoxelProxy, TwoBinaryShapesInACornerLetItSlideOnceSoftened) {
   volume::Volume base = volume::make_volume(glm::ivec3(40, 60, 40), volume::Frame(), true).value();
   base.label_names = {"", "floor", "wall"};
@@ -210,9 +214,8 @@ TEST(SubvoxelProxy, TwoBinaryShapesInACornerLetItSlideOnceSoftened) {
       const dvec3 hip = edge + dvec3(3, 0, 3) - in * dvec3(5, 0, 5);
       const ProxyStep s = method.step(scene, version, state, {hip});
       contacts += s.has_contact;
-      behind +=
-          // on the exact edge 0.7 mm; bumps of a voxel resist as well
-          std::abs(s.proxy_world.y - hip.y) > 5;
+      // On an exact edge the proxy would stay 0.7 mm behind the HIP. Bumps as large as a voxel add to this.
+      behind += std::abs(s.proxy_world.y - hip.y) > 5;
     }
     EXPECT_GT(contacts, 1800);
     if (is_soft)
@@ -222,8 +225,9 @@ TEST(SubvoxelProxy, TwoBinaryShapesInACornerLetItSlideOnceSoftened) {
   }
 }
 
-/// A label that is touched from inside is softened alone, so that the tool is free up to the next label.
-TEST(SubvoxelProxy, AShapeHeldFromInsideIsSoftenedByItself) {
+/// A label that is touched from inside is softened without its neighbours, so that the tool moves freely up
+/// to the next label.
+TEST(SubvoxelProxy, AShapeTouchedFromInsideIsSoftenedByItself) {
   volume::Volume base = volume::make_volume(glm::ivec3(30), volume::Frame(), true).value();
   base.label_names = {"", "room", "wall"};
   for (int z = 0; z < 30; ++z)
@@ -240,9 +244,9 @@ TEST(SubvoxelProxy, AShapeHeldFromInsideIsSoftenedByItself) {
   EXPECT_GT(scene.items[1].soft->at(13, 14, 14), 0);
 }
 
-/// A shape that is touched only from inside is entered through the face of the border, which is also the face
-/// of a cube: rounding must not hold the tip on this face.
-TEST(SubvoxelProxy, EntersAShapeHeldFromInsideThroughTheBorder) {
+/// The tip enters a shape that is touched only from inside through a face of the volume's border. This face
+/// is also a face of a voxel: rounding must not hold the tip there.
+TEST(SubvoxelProxy, EntersAShapeTouchedFromInsideThroughTheBorder) {
   glm::dmat3 axes(1.875);
   axes[2][1] = 0.23;
   volume::Volume block =

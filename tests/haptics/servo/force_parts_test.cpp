@@ -1,4 +1,5 @@
-// ForceParts: the parts of a tick's force add up to it, and each is what the tick lacks without it.
+// ForceParts: the parts of a tick's force add up to this force, and each part is the contribution of its
+// cause.
 #include "haptics/servo/force_parts.h"
 
 #include <cmath>
@@ -52,7 +53,8 @@ class ForcePartsOnAPlane : public testing::Test {
     ASSERT_FALSE(method_.prepare(scene_));
     servo_scene_ = scene_for_one(scene_, method_, std::make_shared<volume::Version>(scene_.base), laws);
   }
-  /// Moves from 20 mm above to a position within 100 ticks and waits there for 500; returns the last tick.
+  /// Moves from z = 20 mm down to `at` in 100 ticks, and stays there for 500 ticks. Returns the force parts
+  /// of the last tick.
   ForceParts rest(const dvec3& at, const ForceOptions& options = {}) {
     ServoCore core(options, 1e-3);
     ForceParts parts;
@@ -75,7 +77,7 @@ TEST_F(ForcePartsOnAPlane, AtRestThereIsOnlyTheSpring) {
   const ForceParts parts = rest({1, 2, -2});
   ASSERT_EQ(parts.parts.size(), 1u);
   EXPECT_EQ(parts.parts[0].kind, Kind::spring);
-  EXPECT_NEAR(glm::length(parts.parts[0].wrench.force_world), 1, 0.03) << "2 mm of 0.5 N/mm";
+  EXPECT_NEAR(glm::length(parts.parts[0].wrench.force_world), 1, 0.03) << "2 mm at 0.5 N/mm";
   EXPECT_EQ(parts.stiffness, 0.5);
   EXPECT_LT(parts.friction_ratio(), 0.02);
 }
@@ -89,7 +91,7 @@ TEST_F(ForcePartsOnAPlane, EachEffectHasItsPart) {
   ASSERT_EQ(effects.size(), 2u);
   EXPECT_TRUE(effects[0].name.starts_with("constant ")) << effects[0].name;
   EXPECT_NEAR(glm::distance(effects[0].wrench.force_world, dvec3(0, 0.7, 0)), 0, 1e-9);
-  EXPECT_NEAR(glm::distance(effects[1].wrench.force_world, dvec3(0, 0, 1.2)), 0, 1e-9) << "12 mm of 0.1 N/mm";
+  EXPECT_NEAR(glm::distance(effects[1].wrench.force_world, dvec3(0, 0, 1.2)), 0, 1e-9) << "12 mm at 0.1 N/mm";
 }
 
 TEST_F(ForcePartsOnAPlane, ALimitIsAPart) {
@@ -113,7 +115,7 @@ TEST_F(ForcePartsOnAPlane, FrictionIsTheSlopeOfTheSpring) {
     if (i == 899) parts = force_parts(core, servo_scene_, input);
     core.step(servo_scene_, input);
   }
-  EXPECT_NEAR(parts.friction_ratio(), 0.3, 0.02) << "it slides";
+  EXPECT_NEAR(parts.friction_ratio(), 0.3, 0.02) << "the proxy slides";
   EXPECT_EQ(parts.material.dynamic_friction, 0.3);
 }
 
@@ -192,7 +194,7 @@ TEST(ForceParts, TorquesAddUp) {
                       glm::distance(sum.torque_world, parts.record.torque_world)});
   }
   EXPECT_LT(worst, 1e-7) << "N, N mm";
-  EXPECT_GT(largest, 0.5) << "N mm: the limit of torques takes part";
+  EXPECT_GT(largest, 0.5) << "N mm: the torque limit contributes a part";
 }
 
 }  // namespace

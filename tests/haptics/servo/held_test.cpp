@@ -47,19 +47,19 @@ struct Held {
   }
 };
 
-TEST(Held, AnObjectMovesWithItsHandByTheTickBefore) {
+TEST(Held, AHeldObjectFollowsThePreviousPoseOfItsHand) {
   const Held bench;
   Pose second{{30, 0, 100}};
   const Placement grip = placement_of(second).inverse() * bench.rest;
-  const ServoScene lies = bench.scene_of(1, nullptr), held = bench.scene_of(2, &grip);
+  const ServoScene not_held = bench.scene_of(1, nullptr), held = bench.scene_of(2, &grip);
   std::vector<ServoCore> cores{ServoCore({}, 1e-3, 0), ServoCore({}, 1e-3, 1)};
   Placement before = bench.rest;
   const auto top = [&](const dvec3& p) { return before.local_from_world(p).z - 10; };
   int pressed = 0;
   for (int i = 0; i < 3000; ++i) {
-    const ServoScene& current = i < 200 ? lies : held;
-    // The first hand presses down on the cube and stays; the second turns it, and moves it sideways and up
-    // and down.
+    const ServoScene& current = i < 200 ? not_held : held;
+    // The first hand presses down on the cube and stays there. The second hand turns the cube, and moves it
+    // sideways, up and down.
     const Pose first{{0, 0, std::max(106.0, 120 - 0.1 * i)}};
     const double t = i < 300 ? 0 : 1e-3 * (i - 300);
     Pose next = second;
@@ -75,7 +75,8 @@ TEST(Held, AnObjectMovesWithItsHandByTheTickBefore) {
     const ServoRecord holds = cores[1].step(current, {.pose = next, .hand_placements = &hand_placements});
     EXPECT_FALSE(holds.has_contact);
     EXPECT_NEAR(glm::length(before.rotation), 1, 1e-12);
-    // The proxy rests on the surface in its pose of the previous tick, and never penetrates it.
+    // The proxy of the first hand rests on the cube in the cube's pose of the previous tick, and never
+    // penetrates it.
     ASSERT_GT(top(rests.proxy_world), -1e-6) << i;
     if (i > 200 && rests.has_contact) {
       EXPECT_EQ(rests.shape, 1);
@@ -86,7 +87,7 @@ TEST(Held, AnObjectMovesWithItsHandByTheTickBefore) {
   EXPECT_GT(pressed, 1900);
   // No object is held: poses are not recorded.
   const HandPlacements none;
-  for (ServoCore& core : cores) core.step(lies, {.pose = second, .hand_placements = &none});
+  for (ServoCore& core : cores) core.step(not_held, {.pose = second, .hand_placements = &none});
   EXPECT_FALSE(cores[0].pose_before(1 << 20) || cores[1].pose_before(1 << 20));
 }
 
@@ -104,7 +105,7 @@ TEST(Held, AFaultOfTheHolderLeavesTheObjectInPlace) {
   }
 }
 
-// A model appears, with its face slightly in front of a proxy that rests on something else.
+// A model appears whose face is slightly in front of a proxy that rests on another item.
 TEST(Held, ANewModelOverTheProxyIsTouchedFromItsFront) {
   for (const double over : {1e-6, 0.05, 0.4}) {  // voxels
     Held bench;
@@ -137,14 +138,15 @@ TEST(Held, ANewModelOverTheProxyIsTouchedFromItsFront) {
   }
 }
 
-// A proxy is not moved in front of a model that is old, touchable from both sides, or behind a wall.
+// A proxy is moved to the front of a model only if the model is new, touchable from its front alone, and not
+// behind a wall.
 TEST(Held, AProxyIsNotMovedThroughExistingWalls) {
   Held bench;
   const auto version = std::shared_ptr<const volume::Version>(untouched(bench.scene));
   const double spacing = bench.scene.base->frame.spacing().x;
   for (const bool is_new : {false, true})
     for (const bool is_two_sided : {false, true}) {
-      if (is_new && !is_two_sided) continue;  // the test above
+      if (is_new && !is_two_sided) continue;  // the previous test tests this case
       bench.scene.items.back().sides = is_two_sided ? Side::both : Side::front;
       ServoHand hand(borrowed(bench.scene), borrowed(bench.method), TouchState(version));
       hand.set_placement(2, {{0, 0, 90}, {1, 0, 0, 0}});  // its top at 100
@@ -160,8 +162,8 @@ TEST(Held, AProxyIsNotMovedThroughExistingWalls) {
       EXPECT_NEAR(r.proxy_world.z, before, 1e-9) << is_new << is_two_sided;
       bench.scene.items.back().first_layout = 0;
     }
-  // A cube whose lower face is just below the surface of bone: the path from the proxy to this face crosses
-  // the surface.
+  // The lower face of a new cube is just below the surface of bone. The path from the proxy to this face
+  // crosses the surface.
   Held sunk;
   const TouchScene without = scenes::phantom_scene("sphere", grid(32));
   SceneProxy alone;

@@ -40,9 +40,9 @@ TEST(ServoCore, GrowthWithoutAnEscapePathFreesTheTool) {
     ASSERT_FALSE(r.has_contact);
   }
   EXPECT_LT(glm::length(r.force_world), 1e-6);
-  // A tool that had no escape path before.
+  // Another tool gets this escape path before its first tick: it does not escape either.
   Servo other(scene_of_plane());
-  other.hand().escape_path = servo.hand().escape_path;  // matter grew before the first tick
+  other.hand().escape_path = servo.hand().escape_path;  // of matter that grew before the first tick
   EXPECT_FALSE(other.step({0, 0, -5}).is_escaping);
 }
 
@@ -61,7 +61,8 @@ TEST(ServoCore, AHandMissingInTheSceneHasNoForceAndFaults) {
   EXPECT_EQ(r.version, 7u);
 }
 
-/// A wall that was pressed through, made untouchable and only partly ready is absent in the next scene.
+/// A film that was pressed through, made untouchable and has no ready voxel is missing in the next scene: the
+/// hand keeps no data of it.
 TEST(ServoCore, RemovedItemsAreForgotten) {
   Servo servo(scene_of_plane(), "scene");
   const TouchScene narrow = servo.scene;
@@ -90,7 +91,7 @@ TEST(ServoCore, RemovedItemsAreForgotten) {
   EXPECT_EQ(r.shape, 0);
 }
 
-/// The next scene may have another item, another pose of a model, another tool: the contact continues.
+/// A scene may add a model, move it, or make it untouchable: the contact with the plane continues.
 TEST(ServoCore, AdoptsChangesOfTheNextScene) {
   Servo servo(scene_of_plane(), "scene");
   servo.step({0.2, 0.1, 5});
@@ -123,7 +124,8 @@ TEST(ServoCore, AdoptsChangesOfTheNextScene) {
   EXPECT_EQ(r.shape, 0);
 }
 
-/// A plate that moves sideways under a hand at rest drags it; a hand that moves along with it is not dragged.
+/// A plate that moves sideways under a hand at rest drags the hand. A hand that moves along with the plate is
+/// not dragged.
 TEST(ServoCore, FrictionAndViscosityFollowTheRelativeMotion) {
   constexpr double k_speed = 20, k_depth = 1;  // mm/s, mm
   struct Case {
@@ -165,8 +167,8 @@ TEST(ServoCore, TheLedgerDistinguishesFrictionAndActiveForces) {
   for (double z = 2; z > -2; z -= 0.01) servo.step({0, 0, z});
   for (double x = 0; x < 20; x += 0.02) servo.step({x, 0, -2});
   EnergyLedger e = servo.core.energy();
-  EXPECT_NEAR(e.contact - e.friction, -0.5 * 0.5 * 2 * 2, 0.05);  // the spring holds it
-  EXPECT_NEAR(e.friction, -0.3 * 1.0 * 20, 0.8);                  // mu N over 20 mm
+  EXPECT_NEAR(e.contact - e.friction, -0.5 * 0.5 * 2 * 2, 0.05);  // N mm, stored in the spring: K depth^2 / 2
+  EXPECT_NEAR(e.friction, -0.3 * 1.0 * 20, 0.8);                  // N mm: friction of 0.3 x 1 N over 20 mm
   EXPECT_EQ(e.active, 0);
   servo.set_laws({"constant force=0.5,0,0"});
   for (double x = 20; x < 24; x += 0.02) servo.step({x, 0, 5});
@@ -185,8 +187,8 @@ TEST(ServoCore, TheLedgerDistinguishesFrictionAndActiveForces) {
   EXPECT_NEAR(servo.core.energy().contact, before.contact, 0.02);
 }
 
-TEST(ServoCore, PassiveContactReturnsNoMoreEnergyThanItAbsorbedAndDisabledEffectsChangeNothing) {
-  // A stiff surface under a trembling hand: the smoothing of its force generates energy.
+TEST(ServoCore, PassiveContactReturnsNoMoreEnergyThanItAbsorbedAndAnEmptyLawSetChangesNothing) {
+  // The hand trembles on a stiff surface: the smoothing of the contact force generates energy.
   TouchScene scene = scene_of_plane();
   scene.items[0].material = {4, 0, 0, 0};
   ForceOptions raw;

@@ -1,4 +1,4 @@
-// Servo: a hand over a plane of bone, stepped by its servo core only.
+// Servo: a hand over a plane of bone. Tests step its servo core directly, without the servo thread.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ using glm::dvec3;
 
 constexpr double k_dt = 1e-3;
 
-/// Voxel spacing: isotropic 2.5 mm, or that of a slice stack.
+/// Voxel spacing and shear of a stack of slices; isotropic 2.5 mm by default.
 struct Slices {
   double across = 2.5, thick = 2.5, shear = 0;  ///< mm, mm, degrees
 };

@@ -1,4 +1,4 @@
-// Single ticks of a servo core: invalid poses and faults give no force and no cut.
+// Single ticks of a servo core: invalid poses and faults give no force, and release the button.
 #include "haptics/servo/servo_core.h"
 
 #include <cmath>
@@ -49,7 +49,7 @@ TEST(ServoCore, ANonFiniteOrientationOrAxisIsAFaultAndGoesNoFarther) {
   }
 }
 
-TEST(ServoCore, NothingIsCutDuringAFault) {
+TEST(ServoCore, TheButtonIsReleasedDuringAFault) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());

@@ -1,4 +1,4 @@
-// Small scenes for servo tests.
+// Options of small phantoms, rotations, and servo scenes of one hand, for servo tests.
 #pragma once
 
 #include <cmath>
@@ -17,7 +17,7 @@ inline data_tools::PhantomOptions grid(int size) {
   return o;
 }
 
-/// Returns the rotation about the vector `about`, by its length in radians.
+/// Returns the rotation about the vector `about`. The angle (rad) is the length of the vector.
 inline glm::dquat rotation_of(const glm::dvec3& about) {
   const double angle = glm::length(about);
   if (angle == 0) return {1, 0, 0, 0};

@@ -13,7 +13,7 @@
 namespace trephine::haptics {
 namespace {
 
-/// Waits ten seconds at most, however busy the machine is.
+/// Waits until the loop has run `ticks` ticks. Fails after about ten seconds, enough for a busy machine.
 void wait_for_ticks(const ServoLoop& loop, std::uint64_t ticks) {
   for (int i = 0; i < 2000 && loop.report().ticks < ticks; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -90,7 +90,7 @@ TEST(ServoLoop, RunsTicksInOrderAndTouchesTheSurface) {
   EXPECT_EQ(report.faults & (fault_lost_device | fault_not_finite), 0u);
 }
 
-TEST(ServoLoop, LostDeviceAndFullRingFadeTheForce) {
+TEST(ServoLoop, ALostDeviceFadesTheForceAndAFullRingIsAFault) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   ImplicitProxy method;
   ServoChannel channel(servo_scene_of(scene, method));
@@ -125,7 +125,8 @@ TEST(ServoLoop, LostDeviceAndFullRingFadeTheForce) {
   }
 }
 
-/// Edits that are 0.7 s late make the scene stale at every rate, and lose no tick.
+/// The test reads no record for 0.7 s. The waiting records make the scene stale at every rate: the force
+/// fades, and no tick is lost.
 TEST(ServoLoop, LateEditsFadeTheForceBeforeTheRingIsFullAtEveryRate) {
   const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
   ImplicitProxy method;
@@ -136,7 +137,7 @@ TEST(ServoLoop, LateEditsFadeTheForceBeforeTheRingIsFullAtEveryRate) {
     VirtualDevice device(request, {});
     ServoOptions options;
     options.rate_hz = rate;
-    options.watchdog_seconds = 10;  // delays of this machine do not count here
+    options.watchdog_seconds = 10;  // so that delays of this machine do not raise the fault
     ServoLoop loop(device, channel, options);
     ASSERT_FALSE(loop.start().has_value());
     // A second start is refused, and the loop continues.
@@ -225,7 +226,7 @@ TEST(ServoLoop, ALiftedToolStartsAgainInTheTickOfItsJump) {
     ServoChannel channel(servo_scene_of(scene, method));
     LiftedDevice lifted(is_lifted);
     glm::dvec3 last(0, 0, LiftedDevice::k_height);
-    Recorder device(lifted, 10);  // passes the jump on
+    Recorder device(lifted, 10);  // must forward the jump
     ServoLoop loop(device, channel, {});
     ASSERT_FALSE(loop.start().has_value());
     wait_for_ticks(loop, 200);
@@ -242,7 +243,7 @@ TEST(ServoLoop, ALiftedToolStartsAgainInTheTickOfItsJump) {
   }
 }
 
-/// Delays the servo once, as a busy machine does.
+/// Delays the servo once by 250 ms, as a busy machine may do.
 class HoldingDevice final : public Device {
  public:
   Status open() override { return std::nullopt; }

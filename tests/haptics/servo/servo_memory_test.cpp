@@ -86,7 +86,7 @@ TEST_P(ServoMemories, ContinueFromAnyTickWithIdenticalBits) {
     with_laws->hands[0].laws = laws;
     seen = with_laws;
     Path path{std::mt19937(5)};
-    long contacts = 0, led = 0, loads = 0;
+    long contacts = 0, escaping_ticks = 0, loads = 0;
     std::optional<ServoCore> loaded;
     for (int i = 0; i < 4000; ++i) {
       const ServoInput input = input_at(path, i);
@@ -94,7 +94,7 @@ TEST_P(ServoMemories, ContinueFromAnyTickWithIdenticalBits) {
       if (i % 500 == 400) seen = grown(*seen, whole, core.last_step().proxy_world);
       const ServoRecord record = core.step(*seen, input);
       contacts += record.has_contact;
-      led += record.is_escaping;
+      escaping_ticks += record.is_escaping;
       if (loaded) {
         const ServoRecord again = loaded->step(*seen, input);
         std::string a, b;
@@ -118,7 +118,7 @@ TEST_P(ServoMemories, ContinueFromAnyTickWithIdenticalBits) {
     }
     EXPECT_GT(contacts, 200);
     EXPECT_GT(loads, 90);
-    EXPECT_GT(led, 0);
+    EXPECT_GT(escaping_ticks, 0);
   }
 }
 
@@ -150,10 +150,11 @@ TEST_P(ServoMemories, BrokenBytesAreRefusedOrHarmless) {
       ASSERT_LE(glm::length(r.force_world), 8.001);
     }
   }
-  EXPECT_GT(refused, 400);  // all truncated ones, and more
+  EXPECT_GT(refused, 400);  // all truncated bytes (one input in five), and some changed bytes
 }
 
-// More points of the tool are near matter than a step tests: the number of points in matter is unknown.
+// More points of the tool are near matter than a step can test. The points left out are not tested, so that
+// the number of points in matter is unknown.
 TEST(ServoMemory, OfAToolWithPointsLeftOutIsLoaded) {
   data_tools::PhantomOptions options = grid(48);
   options.parameters = {{"angle", 0}};

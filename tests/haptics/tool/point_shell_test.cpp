@@ -70,14 +70,14 @@ TEST(PointShell, HasTheMassOfItsSolid) {
   EXPECT_NEAR(solid.inertia[1][1], 72.0 / 12 * (16 + 9), 1e-8);
   EXPECT_NEAR(solid.inertia[2][2], 72.0 / 12 * (16 + 36), 1e-8);
   EXPECT_NEAR(solid.inertia[0][1], 0, 1e-8);
-  // A cylinder, whose cross-section is a polygon.
+  // The cross-section of a cylinder is sampled as a polygon, so that the values are approximate.
   const PointShell::Solid rod = PointShell::of_profile({{{-2, 1.2}, {18, 1.2}}, 0.3}).value()->solid();
   EXPECT_NEAR(rod.volume, 20 * 3.14159265 * 1.44, 0.02 * rod.volume);
   EXPECT_NEAR(rod.centre.z, 8, 1e-9);
   EXPECT_NEAR(rod.inertia[0][0] / rod.volume, 1.44 / 4 + 400.0 / 12, 0.02);
 }
 
-// Each traversal finds the points that a test of all of them finds, in the same order.
+// Each traversal of the tree finds the points that a test of all points finds, in the same order.
 TEST(PointShell, TreeFindsWhatBruteForceFinds) {
   const SharedShell shell = PointShell::of_profile({{{-2, 0.5}, {0, 2}, {2, 1.2}, {60, 1.2}}, 0.4}).value();
   std::mt19937 random(7);

@@ -1,4 +1,4 @@
-// ToolShape: kinds, measures and errors; scenes that adopt one.
+// ToolShape: kinds, measures and errors; scenes that get a tool shape.
 #include "haptics/tool/tool_shape.h"
 
 #include <cmath>
@@ -25,7 +25,7 @@ TEST(ToolShape, HasOneKindPerGeometry) {
   EXPECT_EQ(set.freedom(), Freedom::six);
   EXPECT_EQ(set.arm(), 4);
   EXPECT_EQ(set.extent(), 5);
-  EXPECT_EQ(set.gyration_square(), 400);  // the minimum
+  EXPECT_EQ(set.gyration_square(), 400);  // mm2, the minimum
   EXPECT_EQ(ToolShape(std::vector<ToolShape::Ball>{{{0, 0, 30}, 1}, {{0, 0, 0}, 1}}).gyration_square(), 450);
   EXPECT_EQ(set.centres(), (std::vector<dvec3>{{0, 0, 3}, {0, 4, 0}}));
 }
@@ -46,7 +46,7 @@ TEST(ToolShape, FingerprintsDistinguishShapes) {
   EXPECT_EQ(fingerprints.size(), std::size(all));
 }
 
-TEST(ToolShape, ErrorsNameTheBall) {
+TEST(ToolShape, InvalidBallsAreRefusedWithAReason) {
   const auto message = [](double radius, const std::vector<dvec3>& centres) {
     const auto tool = make_tool(radius, centres);
     return tool ? std::string() : tool.error().message();

@@ -1,5 +1,5 @@
-// Uses libraries below the front door from outside the toolkit's own tree: a volume, and a device that plays
-// a path.
+// Uses the libraries volume and haptics alone, without trephine::trephine, in a project outside the source
+// tree: a volume, and a device that plays a path.
 #include <cstdio>
 #include <sstream>
 

@@ -38,7 +38,7 @@ void step(const Eraser& eraser, EraserState& state, const sim::InstrumentInput& 
   }
 }
 
-/// Returns how finely a session must sample cuts for this instrument.
+/// Returns the diameter for which a session must sample cuts.
 sim::ToolNeeds needs(const Eraser& eraser, const volume::Volume&) { return {eraser.diameter}; }
 
 const sim::InstrumentType& type() { return sim::instrument_type<step, nullptr, nullptr, needs>(); }
@@ -87,7 +87,7 @@ std::span<const sim::ValueType* const> EraserModule::events() const {
   return all;
 }
 
-/// Called before each command of any module is executed.
+/// Refuses the eraser at its limit. Called before any command is executed, also those of other modules.
 Status EraserModule::allows(const sim::Command& command, const sim::OperationState& now) const {
   if (!command.request.as<Eraser>()) return std::nullopt;
   const double max_amount = now.persistent_of<EraserLimit>()->max_amount,

@@ -1,5 +1,5 @@
-// EraserModule: instrument that removes everything its ball sweeps, in contact or not, up to a limit. Example
-// of docs/how-to/add-a-module.md.
+// EraserModule: instrument that removes everything that its ball sweeps, with or without contact. After the
+// total amount has reached a limit, the eraser is refused. Example of docs/how-to/add-a-module.md.
 #pragma once
 
 #include "sim/api/module.h"
@@ -12,7 +12,7 @@ struct Eraser {
   static const sim::Schema& schema();
 };
 
-/// Command: sets the total amount at which the eraser is refused.
+/// Command: sets the total amount from which on the eraser is refused.
 struct LimitEraser {
   double max_amount = 100;  ///< mm3
   static const sim::Schema& schema();
