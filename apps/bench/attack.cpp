@@ -37,11 +37,11 @@ bool is_held_from_within(const haptics::TouchScene& scene) {
 }
 
 /// Returns the centres of a tool's balls, or the points of its surface.
-std::vector<dvec3> places_of(const haptics::ToolShape& tool) {
-  std::vector<dvec3> places = tool.centres();
+std::vector<dvec3> points_of(const haptics::ToolShape& tool) {
+  std::vector<dvec3> points = tool.centres();
   if (tool.shell())
-    for (const haptics::PointShell::Point& point : tool.shell()->points()) places.push_back(point.position);
-  return places;
+    for (const haptics::PointShell::Point& point : tool.shell()->points()) points.push_back(point.position);
+  return points;
 }
 
 /// The judge of one method on one scene. set_touch_state() updates it after each cut and undo.
@@ -58,7 +58,7 @@ class Judge {
       if (method_.solid == MethodInfo::Solid::images) {
         std::vector<dvec3> vertices;
         for (const dvec3& p : mesh.tree->vertices()) vertices.push_back(mesh.placement.world_from_local(p));
-        // The proxy may be off by a pixel, but must not leave on the other side of a wall.
+        // The proxy may enter a wall by about a pixel, but must not come out on the other side of the wall.
         drawn_.emplace_back(verify::MeshWall(vertices, mesh.tree->triangles(), 1.0),
                             haptics::DepthProxy::k_pixel);
         continue;
@@ -77,7 +77,7 @@ class Judge {
   /// Forgets the position of the tool, which starts elsewhere.
   void restart() {
     judge.restart();
-    free_balls_.clear();
+    free_points_.clear();
     for (verify::PassageJudge& model : drawn_) model.restart();
   }
   /// Judges the path of a step through models that the method knows by depth images only.
@@ -91,26 +91,26 @@ class Judge {
   /// Judges a tool with six degrees of freedom by the positions of its balls or points at the end of a step;
   /// their paths during the step are not straight. None of them may enter matter, unless restored matter
   /// enclosed it (`is_buried`). Returns true if none of them is in matter.
-  bool judge_balls(const haptics::Placement& tool, bool is_buried) {
-    free_balls_.resize(places_.size(), false);
-    for (std::size_t i = 0; i < places_.size(); ++i) {
-      const dvec3 p = scene_.base->frame.volume_from_world(tool.world_from_local(places_[i]));
+  bool judge_points(const haptics::Placement& tool, bool is_buried) {
+    free_points_.resize(points_.size(), false);
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const dvec3 p = scene_.base->frame.volume_from_world(tool.world_from_local(points_[i]));
       const bool is_free = !meets(p, p);
-      passages_ += free_balls_[i] && !is_free && !is_buried;
-      free_balls_[i] = is_free;
+      passages_ += free_points_[i] && !is_free && !is_buried;
+      free_points_[i] = is_free;
     }
-    buried_balls_ += is_buried;
-    return std::find(free_balls_.begin(), free_balls_.end(), false) == free_balls_.end();
+    buried_steps_ += is_buried;
+    return std::find(free_points_.begin(), free_points_.end(), false) == free_points_.end();
   }
   /// True if no ball or point of the tool at this pose is in matter.
   bool is_free(const haptics::Placement& tool) const {
-    return std::ranges::all_of(places_, [&](const dvec3& place) {
-      const dvec3 p = scene_.base->frame.volume_from_world(tool.world_from_local(place));
+    return std::ranges::all_of(points_, [&](const dvec3& point) {
+      const dvec3 p = scene_.base->frame.volume_from_world(tool.world_from_local(point));
       return !meets(p, p);
     });
   }
   long fall_throughs() const { return judge.fall_throughs() + passages_; }
-  long buried() const { return judge.buried_starts() + buried_balls_; }
+  long buried() const { return judge.buried_starts() + buried_steps_; }
   void set_touch_state(std::shared_ptr<const haptics::TouchState> touch_state) {
     if (is_held_from_within(scene_)) {
       outside_.emplace(scenes::touched_smooth_solid(scene_, nullptr).complement());
@@ -135,16 +135,16 @@ class Judge {
   std::optional<verify::SmoothSolid> outside_;                    ///< for a tool that must stay inside
   std::vector<std::unique_ptr<verify::MeshWall>> meshes_;
   std::vector<verify::PassageJudge> drawn_;              ///< models that the method knows by images only
-  std::vector<dvec3> places_ = places_of(*scene_.tool);  ///< of a tool with six degrees of freedom
-  std::vector<bool> free_balls_;                         ///< at the end of the last step
-  long passages_ = 0, buried_balls_ = 0;
+  std::vector<dvec3> points_ = points_of(*scene_.tool);  ///< of a tool with six degrees of freedom
+  std::vector<bool> free_points_;                        ///< at the end of the last step
+  long passages_ = 0, buried_steps_ = 0;
 
  public:
   verify::FallThroughJudge judge;
 };
 
-/// An attacked scene, with the signed distance to its matter in closed form (mm, negative inside; empty for
-/// scans).
+/// An attacked scene, with the signed distance to its matter in closed form (mm, negative inside). The
+/// function is empty if no closed form is known, as for scans.
 struct Target {
   std::string name;
   haptics::TouchScene scene;
@@ -182,7 +182,7 @@ Target with_fine_lattice(Target target) {
 /// The analytic shape minus the swept balls of the cuts.
 class CutShape {
  public:
-  CutShape(const Target& target) : target_(target), places_(places_of(*target.scene.tool)) {}
+  CutShape(const Target& target) : target_(target), points_(points_of(*target.scene.tool)) {}
   void cut(const dvec3& a, const dvec3& b, double radius) { sweeps_.push_back({a, b, radius}); }
   void undo_all() { sweeps_.clear(); }
   /// True if a part of the tool at this pose is deeper than `slack` (mm) in the remaining matter.
@@ -190,7 +190,7 @@ class CutShape {
     const haptics::ToolShape& shape = *target_.scene.tool;
     if (!shape.is_six_dof()) return holds(tool.position_world, slack);
     return std::ranges::any_of(
-        places_, [&](const dvec3& place) { return holds(tool.world_from_local(place), slack); });
+        points_, [&](const dvec3& point) { return holds(tool.world_from_local(point), slack); });
   }
   /// True if p, or one of 26 points on the surface of the ball at p, is deeper than `slack` (mm) in the
   /// remaining matter.
@@ -210,7 +210,8 @@ class CutShape {
     double radius;
   };
   bool is_in(const dvec3& p, double slack) const {
-    // Matter ends at the border of the grid.
+    // The closed form continues beyond the grid, the matter does not: points outside the grid and in its
+    // outermost layer of voxels count as free.
     const dvec3 v = target_.scene.base->frame.volume_from_world(p);
     for (int a = 0; a < 3; ++a)
       if (v[a] < 1 || v[a] > target_.scene.base->size[a] - 2) return false;
@@ -221,7 +222,7 @@ class CutShape {
            });
   }
   const Target& target_;
-  std::vector<dvec3> places_;  ///< of a tool with six degrees of freedom
+  std::vector<dvec3> points_;  ///< of a tool with six degrees of freedom
   std::vector<Sweep> sweeps_;
 };
 
@@ -273,7 +274,7 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
                                info.solid == MethodInfo::Solid::images ||
                                info.solid == MethodInfo::Solid::marching_cubes;
   const bool is_cut = info.takes_cuts && !is_held_from_within(scene);
-  // Short runs, too, contain cuts and undos.
+  // If the scene is cut, every run contains a cut, and every run of more than 350 steps also an undo.
   const long cut_every =
       std::clamp(steps / 2, 200L, is_of_triangles || scene.tool->radius() > 0 ? 1000L : 400L);
   double speed = 1;
@@ -328,7 +329,7 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
     const haptics::Placement tool{step.proxy_world, state.has_turn ? state.tool_turn : turn};
     // The tool may start in matter, and an undo may bury it. From there it may come into contact with another
     // shape, so the depth of contacts is judged only after the tool was free.
-    const bool is_free = !info.is_six_dof() || judge.judge_balls(tool, step.is_buried && has_grown);
+    const bool is_free = !info.is_six_dof() || judge.judge_points(tool, step.is_buried && has_grown);
     if (step.is_buried) was_free = false;
     was_free = is_free && (was_free || (target.distance && !shape.holds(tool, 0)));
     if (was_free && step.has_contact) {
@@ -429,7 +430,7 @@ std::vector<AttackRow> run_attack(const AttackOptions& options) {
               std::min(1.0, static_cast<double>(done) / static_cast<double>(std::max<std::size_t>(1, runs)))))
         return rows;
       ++done;
-      // The sequential pipeline guarantees nothing for models.
+      // The method scene-sequential guarantees nothing for models.
       if (target.scene.items.back().is_mesh() && std::string(info->name) == "scene-sequential") continue;
       AttackRow row = attack(target, *info, steps, options.seed + done, options);
       if (row.steps > 0) rows.push_back(std::move(row));

@@ -1,5 +1,5 @@
-// Cost of depth images, compared with other libraries: of models by rays and by drawing, of voxels after an
-// edit, and of haptics per frame. Rows of `trephine-bench depth`.
+// Rows of `trephine-bench depth`, compared with other libraries: time to make depth images of models, time to
+// update depth images of voxels after an edit, and time that touch takes from a frame.
 #pragma once
 
 #include <memory>
@@ -15,7 +15,7 @@ namespace trephine::bench {
 /// along axis (a + 2) % 3, the column index along (a + 1) % 3. A value is the distance (mm) from the camera
 /// to the first surface on the ray through the centre of the pixel; the cube's edge or more: no hit.
 struct SixImages {
-  int pixels;
+  int pixels;  ///< along an edge of an image
   std::vector<float> mm;
   explicit SixImages(int n) : pixels(n), mm(6 * static_cast<std::size_t>(n) * static_cast<std::size_t>(n)) {}
 };
@@ -27,8 +27,8 @@ struct DrawPeerRequest {
   const unsigned* triangles;
   long triangle_count;
   double middle[3], edge;  ///< mm: the cube on whose faces the six cameras are
-  int rounds;
-  float* depths;  ///< as in SixImages
+  int rounds;              ///< timed repetitions, after the first six images
+  float* depths;           ///< as in SixImages
 };
 struct DrawPeerResult {
   double first_ms = 0;              ///< including the upload of the triangles
@@ -57,7 +57,8 @@ struct DrawTarget {
 using MakeDrawTarget = DrawTarget (*)(int pixels);
 std::vector<ImagesRow> run_depth_images(bool is_quick, MakeDrawTarget make_draw_target);
 
-/// Six images of 256^3 voxels (128^3 if quick), with a pixel per row of voxels, after a burr removed some.
+/// Six images of 256^3 voxels (128^3 if quick), after a burr has removed matter. Each pixel is one row of
+/// voxels.
 struct EditRow {
   double burr = 0;                    ///< mm, diameter
   double all_ms = 0, update_us = 0;   ///< full rebuild; update of the changed rows
@@ -66,14 +67,17 @@ struct EditRow {
 };
 std::vector<EditRow> run_depth_edits(bool is_quick);
 
-/// One frame of 512^2 pixels: of a surface of `triangles`, or of a volume in `slices`.
+/// One frame of 512^2 pixels: of a surface of `triangles`, or of a volume by ray casting, with `slices`
+/// samples across its width. The times of depth images, redrawing and feedback are measured for surfaces
+/// only.
 struct FrameRow {
   int triangles = 0, slices = 0;
   double draw_ms = -1;
   double voxel_touch_us = 0;  ///< the 16 servo steps on voxels that run during a frame
   double depth_ms = -1;       ///< a set of depth images around the hand
-  double redraw_ms = -1;      ///< depth buffer of OpenHaptics: drawn again for the hand, and read
-  double feedback_ms = -1;    ///< its feedback buffer: search of all triangles for those near the hand
+  /// Two methods of OpenHaptics, reproduced here: for the depth buffer, the surface is drawn again and its
+  /// depths are read; for the feedback buffer, all triangles are searched for those near the hand.
+  double redraw_ms = -1, feedback_ms = -1;
 };
 std::vector<FrameRow> run_frame_times(bool is_quick, MakeDrawTarget make_draw_target);
 

@@ -1,4 +1,4 @@
-// Models for benchmarks: balls with an exact number of triangles, and real models that are closed.
+// Models for benchmarks: balls with an exact number of triangles, and real models, whose holes are filled.
 #pragma once
 
 #include <cstdint>

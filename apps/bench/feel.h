@@ -44,8 +44,9 @@ struct FeelRow {
   long steps = 0, contacts = 0;
   std::optional<double>
       method_error_voxels;  ///< largest distance, over all steps, from an ideal proxy on the same solid
-  std::optional<double> total_rms_voxels;   ///< distance from the analytic surface
-  std::optional<double> floor_rms_voxels;   ///< that of an ideal proxy on the smooth solid of the samples
+  /// RMS distance from the analytic surface, of the proxy and of an ideal proxy on the smooth solid of the
+  /// samples. The second is the error that the samples alone cause.
+  std::optional<double> total_rms_voxels, floor_rms_voxels;
   std::optional<double> deepest_voxels;     ///< largest depth in the analytic shape
   std::optional<double> max_off_mm;         ///< largest distance from an ideal proxy on the analytic shape
   std::optional<double> direction_rms_deg;  ///< angle between the raw and the exact force
@@ -65,7 +66,9 @@ struct FeelRow {
   long missed = 0;  ///< steps without contact while the ideal proxy presses by more than a voxel
   long buried = 0;  ///< steps that reported restored matter over the proxy; these scenes restore none
   StepTimes time_us;
-  std::optional<double> instructions;  ///< per step in contact, counted one by one; on one scene
+  /// CPU instructions per step in contact, from a single-stepped process (apps/bench/instructions.h).
+  /// Measured on the reference scene only.
+  std::optional<double> instructions;
   double voxels = 0, cells = 0, triangles = 0, queries = 0;  ///< per step
   double field_s = 0, field_update_s = 0;                    ///< of the offset field, as in the scene
   std::size_t bytes = 0;                                     ///< memory in addition to the voxels

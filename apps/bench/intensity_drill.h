@@ -7,8 +7,8 @@
 namespace trephine::bench {
 
 /// Lowers the intensity near the tip until it is that of air. After Jie Jiang's dissertation (section 6.2.4).
-/// The removal depends on the time that the tip stays, on the voxels and on their values; positions between
-/// two ticks are not covered.
+/// The removal depends on the time that the tip stays, on the voxel grid and on the intensities. Positions of
+/// the tip between two ticks remove nothing.
 class IntensityDrill {
  public:
   static constexpr double k_air = -1000;
@@ -24,9 +24,9 @@ class IntensityDrill {
   double radius_, rate_;
 };
 
-/// Removes a fixed number of voxels of the ball per tick, independent of time, force and bone (rule of LCSR's
-/// volumetric_drilling on AMBF, and of CHAI3D's examples). The published number is 10 voxels per tick for a
-/// diameter of 6 mm, and 6 voxels for 4 mm; here it is `max_voxels`.
+/// Removes at most `max_voxels` voxels of bone in the ball per tick. This number is independent of the time,
+/// the force and the density of the bone (rule of LCSR's volumetric_drilling on AMBF, and of CHAI3D's
+/// examples). The published number is 10 voxels per tick for a diameter of 6 mm, and 6 voxels for 4 mm.
 class FixedCountDrill {
  public:
   /// `radius`: mm. `max_voxels`: number of voxels per tick.

@@ -55,7 +55,7 @@ void time_screws(PedicleResult& result) {
   result.overlays_ms = times_of(std::move(overlays));
 }
 
-/// Times the servo steps of a probe that is pushed into a plate at 10 mm/s.
+/// Times the servo steps with a force above 1 N of a probe that is pushed into a block at 10 mm/s.
 StepTimes time_probe() {
   haptics::TouchScene scene = scenes::scene_of(scenes::sampled(
       {-12, -12, -30}, {12, 12, 8}, dvec3(0.5), [](const dvec3& p) { return p.z < 4 ? 1400.0 : -1000.0; }));

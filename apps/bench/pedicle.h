@@ -16,7 +16,7 @@ struct PedicleResult {
   /// Servo steps of a probe whose track grows, us: per-step minimum of identical runs.
   StepTimes probe_us;
 };
-/// Screws in L4 of the spine phantom; the probe in a plate. `is_quick`: a scan with half the columns, rows
+/// Screws in L4 of the spine phantom; the probe in a block. `is_quick`: a scan with half the columns, rows
 /// and slices.
 PedicleResult run_pedicle_benchmark(bool is_quick);
 

@@ -1,4 +1,4 @@
-// BoneView: picture of bone, cuts, stylus with burr, proxy and force. Hides VTK.
+// BoneView: picture of bone, cuts, instrument, proxy and force. This header includes no VTK header.
 #pragma once
 
 #include <glm/gtc/quaternion.hpp>

@@ -267,7 +267,7 @@ void check_unique(TomlReader& reader, const toml::table& top, std::initializer_l
   for (const char* list : lists)
     for (const toml::value* v : reader.tables(top, list))
       if (const std::string name = name_of(*v); !names.insert(name).second && !name.empty())
-        reader.fail(*v, "two objects have the same name", name, "a name for each object",
+        reader.fail(*v, "two objects have the same name", name, "a different name for each object",
                     "rename one of them");
 }
 

@@ -17,7 +17,7 @@ void fail(VdbFacts& facts, const std::string& reason) {
   std::snprintf(facts.fault, sizeof facts.fault, "%s", reason.c_str());
 }
 
-/// Calls use(grid) with the grid's own type; false if it does not contain numbers.
+/// Calls use(grid) with the grid's own type; false if its values are not float, double or int32.
 template <class Use>
 bool with_numbers(const openvdb::GridBase::Ptr& grid, const Use& use) {
   if (const auto f = openvdb::gridPtrCast<openvdb::FloatGrid>(grid)) return use(*f), true;

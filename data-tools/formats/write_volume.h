@@ -38,7 +38,8 @@ Status check_slices(int slices, const std::string& path);
 /// Returns the colour of a label, 0 to 1: the chosen one, or else a default that differs between labels.
 glm::dvec3 label_colour(int label, const std::vector<glm::u8vec3>& chosen) noexcept;
 
-/// Error if a file is smaller than `bytes`: some writers do not report a full disk.
+/// Error if the file `temporary` is smaller than `bytes`: some writers do not report a full disk. `path`: the
+/// name of the file in the error.
 Status check_written(const std::string& temporary, const std::string& path, std::size_t bytes);
 
 }  // namespace trephine::data_tools

@@ -60,8 +60,8 @@ VoxelSampling::Contact VoxelSampling::contact(const Placement& tool, bool uses_t
     // The sum of the perpendicular parts of the forces is the perpendicular part of their sum.
     contact.perpendicular = force - glm::dot(axis, force) * axis;
   }
-  const double scale = options_.averaged_from > 0 && contact.points >= options_.averaged_from
-                           ? static_cast<double>(options_.averaged_from) / contact.points
+  const double scale = options_.averaging_threshold > 0 && contact.points >= options_.averaging_threshold
+                           ? static_cast<double>(options_.averaging_threshold) / contact.points
                            : 1;
   contact.on_tool = Wrench(scale * force, scale * torque);
   contact.perpendicular *= scale;

@@ -11,15 +11,17 @@
 namespace trephine::haptics::baselines {
 
 /// Tangent-plane forces (McNeely, Puterbaugh and Troy 1999; Kadlecek 2013, master thesis, eq. 3.1 to
-/// 3.5): each point in a proximity voxel is pushed along its own inward normal by its depth below the tangent
-/// plane through the centre of the voxel, at most half a voxel; in a surface voxel by half a voxel; in the
-/// interior not at all, so that a tool that is pressed hard passes through. Borrows map and shell.
+/// 3.5): the force on a point is along its inward normal, and proportional to a depth. In a proximity voxel
+/// this is the depth below the tangent plane through the voxel's centre, at most half a voxel. In a surface
+/// voxel it is half a voxel. In the interior there is no force, so that a tool that is pressed hard passes
+/// through. Borrows map and shell.
 class VoxelSampling {
  public:
   struct Options {
     double stiffness = 0.5;  ///< N/mm per point
-    int averaged_from =
-        10;  ///< more pushing points count as this many: forces are scaled (eq. 3.5); 0: no limit
+    /// From this number of pushing points on, the force is their mean force times this number (eq. 3.5). 0:
+    /// the force is always the sum.
+    int averaging_threshold = 10;
   };
   struct Contact {
     Wrench on_tool;                 ///< torque about the position of the tool

@@ -19,8 +19,8 @@ bool Slide<Walls>::begin() noexcept {
                            : state_.proxy_volume;
   if (!is_fresh)
     for (int s = walls_.next_shape(0); s < ShapeSet::k_max; s = walls_.next_shape(s + 1)) {
-      // A change of the scene may have moved the proxy through a side that does not block; blocking sides are
-      // tested below.
+      // After a change of the scene, the proxy may be on the other side of a surface that does not block it.
+      // Surfaces that block the proxy are tested below.
       const bool was = inside_.contains(s);
       if (walls_.blocks(s, side_of(was))) continue;
       inside_.set(s, walls_.is_solid(s, start_));
@@ -51,9 +51,9 @@ void Slide<Walls>::plane_of(const Wall& wall, const glm::dvec3& p, Plane& plane)
   plane.distance = -inverse * plane.jet.value - k_gap * voxel_mm_;
 }
 
-/// Sets `planes` to the walls within `within` mm of p, then the wall that stopped the last motion, then
-/// frozen planes, newest first, which prevent a return to the walls that the slide has left. Sets
-/// is_in_solid_.
+/// Sets `planes`: first the walls within `within` mm of p, then the sheet or stair-step that stopped the last
+/// motion, then frozen planes, newest first. Frozen planes prevent a return to the walls that the slide has
+/// left. Sets is_in_solid_.
 template <class Walls>
 void Slide<Walls>::planes_at(const glm::dvec3& p, double within, Planes& planes) noexcept {
   int& count = planes.count;
@@ -111,7 +111,7 @@ void Slide<Walls>::freeze(const glm::dvec3& p, const Plane& plane) noexcept {
 
 /// Finds the point on the walls that is nearest to the HIP, at most `limit` mm from the point `from` on the
 /// walls. The motion to it is not yet proven free. Returns false if Newton's method has no direction, for
-/// example at a flat wall.
+/// example where the field of a wall has no gradient.
 template <class Walls>
 bool Slide<Walls>::solve(const glm::dvec3& from, double limit, glm::dvec3& to, Planes& planes,
                          bool& is_settled) noexcept {
@@ -137,7 +137,7 @@ bool Slide<Walls>::solve(const glm::dvec3& from, double limit, glm::dvec3& to, P
         back > 0.5 * glm::dot(p, p) && 2 * glm::dot(p, p) > glm::dot(last_step, last_step))
       p *= 0.5;
     last_step = p;
-    // The step to a nearly flat wall may be very long: there is no target.
+    // The step to a wall whose field has almost no gradient may be very long: there is no target.
     if (is_at_limit && !(glm::dot(p, p) <= max_square_to_walls())) return false;
     // A stage that would be longer than `limit` ends on the sphere of that radius around its start. From
     // there only steps onto the walls are made.
@@ -161,8 +161,8 @@ bool Slide<Walls>::solve(const glm::dvec3& from, double limit, glm::dvec3& to, P
   return true;
 }
 
-/// Updates the planes to the point `at`, after a displacement by `p` (mm, world). Returns false if a wall is
-/// flat at that point.
+/// Updates the planes to the point `at`, after a displacement by `p` (mm, world). Returns false if the field
+/// of a wall has no gradient at that point.
 template <class Walls>
 bool Slide<Walls>::update_planes(Planes& planes, const glm::dvec3& at, const glm::dvec3& p) noexcept {
   for (int k = 0; k < planes.count; ++k) {
@@ -206,7 +206,7 @@ bool Slide<Walls>::advance(const glm::dvec3& from, const glm::dvec3& to, const P
   for (int k = 0; k < count; ++k) {
     out -= first[k].normal + last[k].normal;
     if (first[k].is_frozen) continue;
-    // The lift covers the deviation that bending may cause in half the length.
+    // The lift covers the largest height by which a curved wall may rise above the middle of the motion.
     bound = walls_.hessian_bound(first[k].wall, span, is_whole);
     const double curved = bound.along(along) / 8;
     const double slope = std::max(
@@ -302,7 +302,7 @@ void Slide<Walls>::run() noexcept {
       climb_step(straight.wall, planes, at);
       planes_at(at, 4 * k_touch * voxel_mm_, planes);
       if constexpr (requires { walls_.is_mesh(0); }) {
-        // The wall that stopped the motion is active, in addition to the near ones.
+        // Adds the facet that stopped the motion to the planes, unless a near facet has the same normal.
         if (walls_.is_mesh(straight.wall.shape) && planes.count < k_max_planes) {
           Plane& stopping = planes[planes.count];
           plane_of(straight.wall, at, stopping);
@@ -389,7 +389,7 @@ void Slide<Walls>::run() noexcept {
   finish();
 }
 
-/// Ends at the nearest waypoint, with friction along the path to it.
+/// Ends at the waypoint nearest to the HIP, with friction along the path to it.
 template <class Walls>
 void Slide<Walls>::finish() noexcept {
   stopping_ = {};

@@ -20,9 +20,9 @@ struct MotionEnd {
   bool is_back = false;  ///< stopped from inside a solid
 };
 
-/// Finds the first voxel on the motion from `start` to `end` (frame of the grid) that a shape does not let
-/// the proxy enter. No voxel is missed. `passable`: shapes that do not block now. `inside`: the solids that
-/// contain the proxy, updated where a shape lets the proxy pass.
+/// Finds the first voxel on the motion from `start` to `end` (frame of the grid) at which the surface of a
+/// shape blocks the motion, into or out of its solid. No voxel is missed. `passable`: shapes that do not
+/// block now. `inside`: the solids that contain the proxy, updated where a shape lets the proxy pass.
 template <class Grid>
 MotionEnd find_barrier(const TouchScene& scene, const Grid& grid, const glm::dvec3& start,
                        const glm::dvec3& end, const ShapeSet& passable, ShapeSet& inside,

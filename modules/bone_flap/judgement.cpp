@@ -182,14 +182,16 @@ const sim::Schema& FlapJudged::schema() {
       field<&FlapJudged::roundness>("roundness", {.help = "1 for a circle"}),
       field<&FlapJudged::target>("target"),
       field<&FlapJudged::has_target>("has_target"),
-      field<&FlapJudged::exposed>("exposed", {.unit = "%", .help = "share of the target's projection"}),
+      field<&FlapJudged::exposed>(
+          "exposed", {.unit = "%", .help = "share of the target's projection inside the opening"}),
       field<&FlapJudged::margin>(
           "margin",
           {.unit = "mm", .help = "distance of the target from the edge of the opening; negative: outside"}),
       field<&FlapJudged::depth>("depth",
                                 {.unit = "mm", .help = "of the target below the plane of the outline"}),
       field<&FlapJudged::has_plan>("has_plan"),
-      field<&FlapJudged::plan_mean>("plan_mean", {.unit = "mm", .help = "distance from the plan"}),
+      field<&FlapJudged::plan_mean>("plan_mean",
+                                    {.unit = "mm", .help = "mean distance from the planned outline"}),
       field<&FlapJudged::plan_worst>("plan_worst", {.unit = "mm"})};
   static constexpr sim::Schema table{"flap-judged", 1, fields};
   return table;

@@ -1,4 +1,4 @@
-// Findings of fluoroscopy. They have no points; docs/scores.md gives the reasons.
+// Findings of fluoroscopy. They are reported without points (docs/scores.md).
 #include "modules/fluoroscopy/fluoroscopy.h"
 
 namespace trephine::fluoroscopy {

@@ -21,20 +21,23 @@ struct JudgeLaminectomy {
 /// A judgement, the result of this module. Emitted at the centre of the canal.
 struct Judgement {
   std::string vertebra;
-  double canal_before = 0, canal_after = 0;          ///< mm2, narrowest section that the lamina closed before
+  /// mm2: area of the canal in its narrowest section, among those that the lamina closed before the
+  /// operation.
+  double canal_before = 0, canal_after = 0;
   glm::dvec3 narrowest_at{0.0};                      ///< mm, world
   double opened_length = 0, opened_width = 0;        ///< mm, of the opening in the roof
-  double opening_before = 0, opening_after = 0;      ///< mm2, canal at the widest opening
+  double opening_before = 0, opening_after = 0;      ///< mm2, area of the canal at the widest opening
   bool is_at_border = false;                         ///< the scan ends within the vertebra
-  glm::dvec3 opened_at{0.0};                         ///< mm, world: widest opening
+  glm::dvec3 opened_at{0.0};                         ///< mm, world: widest opening; without one, narrowest_at
   double lamina_before = 0, lamina_remaining = 0;    ///< mm3
   double spinous_before = 0, spinous_remaining = 0;  ///< mm3
   /// Removed share of each facet, %.
   double left_upper_facet = 0, left_lower_facet = 0, right_upper_facet = 0, right_lower_facet = 0;
   glm::dvec3 facet_at{0.0};  ///< mm, world: facet that lost the largest share
-  double left_pars_before = 0, left_pars = 0, right_pars_before = 0, right_pars = 0;  ///< mm
-  glm::dvec3 left_pars_at{0.0}, right_pars_at{0.0};                                   ///< mm, world
-  bool is_any = false;  ///< a vertebra was judged
+  /// Width of each pars interarticularis, mm.
+  double left_pars_before = 0, left_pars = 0, right_pars_before = 0, right_pars = 0;
+  glm::dvec3 left_pars_at{0.0}, right_pars_at{0.0};  ///< mm, world
+  bool is_any = false;                               ///< a vertebra was judged
   static const sim::Schema& schema();
 };
 Judgement judgement_of(const Outcome& outcome, const std::string& vertebra);

@@ -107,12 +107,12 @@ ToolGeometry ToolGeometry::of(const haptics::ToolShape& tool) {
 Result<haptics::SharedTool> ToolGeometry::tool() const {
   if (profile.empty()) return haptics::make_tool(radius, balls);
   if (radius != 0 || !balls.empty() || profile.size() % 2 != 0)
-    return Error{
-        .what = "the geometry of the tool is ambiguous",
-        .where = "tool-geometry profile",
-        .found = profile.size() % 2 != 0 ? "an odd number of values" : "balls in addition to a profile",
-        .expected = "pairs of position and radius, without balls",
-        .remedy = "pass either balls or a profile"};
+    return Error{.what = "the geometry of the tool is ambiguous",
+                 .where = "tool-geometry profile",
+                 .found = profile.size() % 2 != 0 ? "an odd number of values"
+                                                  : "a radius or balls in addition to a profile",
+                 .expected = "a profile of pairs of position and radius, without the fields radius and balls",
+                 .remedy = "pass either radius and balls, or a profile"};
   haptics::ToolProfile result;
   for (std::size_t i = 0; i + 1 < profile.size(); i += 2)
     result.rings.push_back({profile[i], profile[i + 1]});

@@ -17,7 +17,8 @@ haptics::ServoRecord ServoFollower::step(const haptics::ServoRecord& recorded) {
   haptics::ServoCore& core = cores_[recorded.hand];
   const haptics::DenormalsFlushed flushed;
   gap_ = recorded.tick - core.next_tick();
-  // Ticks are unrecorded if the ring was full. In these ticks the proxy stayed, and the force faded further.
+  // Ticks are missing if the ring buffer of the recording was full. In these ticks the servo kept the proxy
+  // and faded the force.
   if (gap_ > 0) core.skip(recorded.raised | haptics::fault_full_ring, gap_);
   advance_to(recorded.version);
   haptics::HandPlacements hand_placements;

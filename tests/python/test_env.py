@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trephine as tr
-from trephine.env import BurrHole, Pocket, SurgeryEnv, VectorEnv
+from trephine.env import BurrHole, Pocket, ScrewTrack, SurgeryEnv, Trough, VectorEnv
 
 
 def drill(env, seed, steps, speed=4.0, radius=1.5):
@@ -170,3 +170,46 @@ def test_a_vector_gives_the_bits_of_its_environments():
     vector.close()
     with pytest.raises(tr.Error):
         vector.environments[0].reset()
+
+
+def test_trough_counts_the_bone_around_its_line():
+    task = Trough()
+    # A cylinder with hemispherical ends of radius 2.5, in the middle of bone.
+    inside = Trough(begin=(-6, 0, 10), end=(6, 0, 10))
+    assert inside.bone_mm3 == pytest.approx(np.pi * 2.5**2 * 12 + 4 / 3 * np.pi * 2.5**3, rel=0.02)
+    assert task.bone_mm3 < inside.bone_mm3  # a part is outside the ball of bone
+    assert Trough(begin=(0, 0, 28), end=(0, 0, 28), radius=4).bone_mm3 == Pocket().bone_mm3
+    env = SurgeryEnv(task, ticks_per_step=50, max_steps=200)
+    env.reset(seed=2)
+    facts, lowest, x, direction = {}, 26.5, -7.0, 1.0
+    while lowest > 25:  # to and fro along the line, a little deeper each time
+        for target in np.arange(-7.0, 7.1, 1.0)[:: int(direction)]:
+            way = np.array([target, 0.0, lowest]) - env._position
+            _, _, _, is_over, facts = env.step([*np.clip(20 * way, -20, 20), 1])
+        direction, lowest = -direction, lowest - 0.75
+    assert facts["removed_share"] > 0.3 and facts["removed_share"] * task.bone_mm3 > 2 * facts["outside_mm3"]
+
+
+def follow(env, aside, steps=260):
+    """Pushes the probe along its trajectory, shifted by `aside`. Returns the last result and the sum of rewards."""
+    env.reset(seed=3)
+    env._position = env.task.entry - 10 * env.task.ahead + aside
+    total, result = 0.0, None
+    for _ in range(steps):
+        result = env.step([*(15 * env.task.ahead), 0])
+        total += result[1]
+        if result[2]:
+            break
+    return result, total
+
+
+def test_screw_track_is_done_in_the_pedicle_and_fails_outside():
+    env = SurgeryEnv(ScrewTrack(), ticks_per_step=20, max_steps=400)
+    result, total = follow(env, np.zeros(3))
+    assert result[2] and result[4]["is_out"] == 0 and total == pytest.approx(1, abs=1e-6)
+    result, total = follow(env, np.array([-6.0, 0, 0]))  # toward the canal
+    assert result[2] and result[4]["is_out"] == 1 and total < -1
+    shaft = ScrewTrack(entry=(0, 0, 40), target=(0, 0, 0)).orientation()
+    assert np.allclose(shaft, [1, 0, 0, 0])
+    with pytest.raises(ValueError, match="length"):
+        ScrewTrack(length=80)

@@ -1,14 +1,18 @@
 """Procedures, judgements, contact methods, reports and renderings in Python."""
 
+import importlib.util
 import os
+import sys
+import types
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trephine as tr
+from trephine.meshes import to_trimesh, to_vtk
 from trephine.methods import compare, run_method
 from trephine.procedure import Command, Procedure, perform
-from trephine.program import call, find_program, report
+from trephine.program import audit, call, find_program, report, ticks
 
 HAS_PROGRAM = "TREPHINE_COMMAND" in os.environ
 
@@ -180,3 +184,35 @@ def test_a_report_of_a_session(tmp_path):
     assert find_program() == str(Path(os.environ["TREPHINE_COMMAND"]).resolve())
     with pytest.raises(FileNotFoundError, match="TREPHINE_PROGRAMS"):
         find_program("no-such-program")
+
+
+@pytest.mark.skipif(not HAS_PROGRAM, reason="the programs were not built")
+def test_sessions_are_audited_and_their_ticks_are_arrays(tmp_path):
+    operation = tr.Operation.open("spine", hand=tr.Hand("burr", diameter=4, removal_rate=100), record=tmp_path / "a.session")
+    path = np.tile((0.0, 60.0, 0.0), (400, 1))
+    path[:, 1] = np.linspace(75, 52, 400)
+    touches = operation.run(path, buttons=1)
+    operation.end()
+    assert audit(tmp_path / "a.session")["is_certified"] is True
+    columns = ticks(tmp_path / "a.session")
+    assert len(columns["t"]) == 400
+    assert np.array_equal(np.stack([columns[f"force_{axis}"] for axis in "xyz"], axis=1), touches.force)
+    assert set(columns["shape"]) <= {"", "bone"} and (columns["contact"] == touches.contact).all()
+
+
+def test_surfaces_become_meshes_of_other_libraries(monkeypatch):
+    surface = sphere().surface()
+    if importlib.util.find_spec("vtkmodules"):
+        mesh = to_vtk(surface)
+        assert mesh.GetNumberOfPoints() == len(surface.vertices)
+        assert mesh.GetNumberOfCells() == len(surface.triangles)
+        assert mesh.GetPoint(7) == tuple(surface.vertices[7])
+        ids = mesh.GetCell(11).GetPointIds()
+        assert [ids.GetId(i) for i in range(3)] == surface.triangles[11].tolist()
+    # A stand-in for trimesh, which is not a package of Debian.
+    stand_in = types.ModuleType("trimesh")
+    stand_in.Trimesh = lambda **arguments: arguments
+    monkeypatch.setitem(sys.modules, "trimesh", stand_in)
+    mesh = to_trimesh(surface)
+    assert np.array_equal(mesh["vertices"], surface.vertices) and np.array_equal(mesh["faces"], surface.triangles)
+    assert mesh["process"] is False

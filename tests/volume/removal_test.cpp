@@ -1,5 +1,5 @@
-// RemovalEditor against a brute-force twin: distances, kept bits, masks and ledger; channels of versions. One
-// file, since all tests use the same editor.
+// RemovalEditor against a brute-force twin: distances, kept bits, masks and ledger; channels of versions.
+// One file: all tests use the same editor.
 #include "volume/cuts/removal.h"
 
 #include <algorithm>

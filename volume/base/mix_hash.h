@@ -6,8 +6,8 @@
 
 namespace trephine {
 
-/// For each word: XOR, multiplication, and XOR of the high half into the low half. The result is equal on every
-/// machine.
+/// For each word: XOR, multiplication, and XOR of the high half into the low half. The result is equal on
+/// every machine.
 class MixHash {
  public:
   void add(std::uint64_t word) noexcept {

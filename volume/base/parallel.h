@@ -17,9 +17,9 @@ inline int thread_count(int requested) {
   return requested > 0 ? requested : cores;
 }
 
-/// Calls body(i) once for each i in [0, count), and returns when all calls have returned. Each thread takes the
-/// next i after each call. body must write only data that belong to i. If body throws, calls that have not
-/// started are skipped, and the first exception is rethrown.
+/// Calls body(i) once for each i in [0, count), and returns when all calls have returned. Each thread takes
+/// the next i after each call. body must write only data that belong to i. If body throws, calls that have
+/// not started are skipped, and the first exception is rethrown.
 template <class Body>
 void parallel_for(int count, int threads, const Body& body) {
   threads = std::min(thread_count(threads), count);

@@ -13,8 +13,8 @@ constexpr int k_longest_axis = 1 << 22;  // samples
 constexpr std::int64_t k_max_regions = std::int64_t{1}
                                        << 16;  // regions of 512^3 samples in a version's table
 
-/// Returns the smallest odd numbers of samples per voxel along each axis with steps of at most `step` mm; if one
-/// of these numbers is above 1, all are at least 3.
+/// Returns the smallest odd numbers of samples per voxel along each axis with steps of at most `step` mm; if
+/// one of these numbers is above 1, all are at least 3.
 glm::ivec3 division(const glm::dvec3& spacing, double step) {
   glm::ivec3 per_voxel;
   for (int a = 0; a < 3; ++a) {

@@ -10,10 +10,11 @@
 
 namespace trephine::volume {
 
-/// Each axis of a voxel is divided by an odd integer. Therefore every voxel's centre is a sample, and the cells
-/// of the lattice nest in those of the voxels, both the cells between samples (trilinear interpolation) and
-/// those around samples (quadratic splines). The samples extend one brick beyond the voxel grid on each side,
-/// because cuts may extend beyond the grid. Lattice frame: continuous sample index, samples at integers.
+/// Each axis of a voxel is divided by an odd integer. Therefore every voxel's centre is a sample, and the
+/// cells of the lattice nest in those of the voxels, both the cells between samples (trilinear interpolation)
+/// and those around samples (quadratic splines). The samples extend one brick beyond the voxel grid on each
+/// side, because cuts may extend beyond the grid. Lattice frame: continuous sample index, samples at
+/// integers.
 class CutLattice {
  public:
   static constexpr int k_margin = 8;           ///< samples beyond the voxels on each side
@@ -23,8 +24,8 @@ class CutLattice {
 
   /// Makes a lattice with one sample per voxel.
   explicit CutLattice(const Volume& volume) : CutLattice(volume, glm::ivec3(1)) {}
-  /// Makes a lattice as fine along each axis as a burr of this diameter (mm) requires. Error if the diameter is
-  /// below smallest_burr_mm().
+  /// Makes a lattice as fine along each axis as a burr of this diameter (mm) requires. Error if the diameter
+  /// is below smallest_burr_mm().
   static Result<CutLattice> for_burr(const Volume& volume, double diameter_mm);
   /// Returns the smallest diameter (mm) that for_burr() accepts for this volume.
   static double smallest_burr_mm(const Volume& volume) noexcept;

@@ -37,8 +37,8 @@ RayHit walk_exactly(const Occupancy& bits, const Ray& ray, const Version* versio
   return {};
 }
 
-/// Fast variant in plain floating point. Detects the rare cases in which rounding could change the result, and
-/// then returns no result.
+/// Fast variant in plain floating point. Detects the rare cases in which rounding could change the result,
+/// and then returns no result.
 class PlainWalk {
  public:
   PlainWalk(const Occupancy& bits, const Ray& ray, const Version* version) noexcept

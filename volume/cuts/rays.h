@@ -22,9 +22,9 @@ struct RayHit {
 };
 
 /// Returns the first solid voxel on the ray. Crosses empty blocks in one step, with the result of a visit of
-/// every voxel in turn (volume/scan/traversal.h). Returns no hit if a coordinate is not finite or its magnitude
-/// is not below k_traversal_limit: clip infinite rays to the grid's box. `version`: its removed voxels are not
-/// solid; null: nothing was removed.
+/// every voxel in turn (volume/scan/traversal.h). Returns no hit if a coordinate is not finite or its
+/// magnitude is not below k_traversal_limit: clip infinite rays to the grid's box. `version`: its removed
+/// voxels are not solid; null: nothing was removed.
 RayHit first_hit(const Occupancy& bits, const Ray& ray, const Version* version = nullptr) noexcept;
 
 /// Computes the first hits of many rays. `hits` must be as long as `rays`. threads 0 = all cores.

@@ -105,8 +105,8 @@ std::shared_ptr<const Version> RemovalEditor::publish() {
 }
 
 namespace {
-/// Returns the object of a slot, which version `serial` may write. Replaces an object of an older version by a
-/// new object, into which copy(old, fresh) copies the contents. Puts a new object into an empty slot.
+/// Returns the object of a slot, which version `serial` may write. Replaces an object of an older version by
+/// a new object, into which copy(old, fresh) copies the contents. Puts a new object into an empty slot.
 template <class T, class Copy>
 T& editable(Ref<T>& slot, std::uint64_t serial, Copy&& copy) {
   if (!slot || slot->serial != serial) {
@@ -308,8 +308,8 @@ RemovalReport RemovalEditor::remove(const SweptShape& shape, std::span<const glm
   RemovalReport report;
   const CutLattice& lattice = next_->lattice_;
 
-  // Box of the samples within reach of the ends. A ball of radius 1 mm extends |row of the inverse| steps along
-  // an axis.
+  // Box of the samples within reach of the ends. A ball of radius 1 mm extends |row of the inverse| steps
+  // along an axis.
   glm::dvec3 a(1e300), b(-1e300);
   for (const glm::dvec3& end : ends_world) {
     const glm::dvec3 p = lattice.frame().volume_from_world(end);
@@ -393,8 +393,8 @@ class BrickShifts {
 }  // namespace
 
 /// Updates a brick's mask: marks all points of the cells that are completely inside the shape, and tests the
-/// points of the cells on its surface. Skips the cells behind the start of a continued sweep, which the previous
-/// sweep has marked.
+/// points of the cells on its surface. Skips the cells behind the start of a continued sweep, which the
+/// previous sweep has marked.
 void RemovalEditor::mark_cells(const SweptShape& shape, const BrickSweep& sweep, const glm::vec3& corner,
                                const glm::ivec3& low, const Brick* old, Brick*& brick,
                                RemovalReport& report) {
@@ -439,8 +439,8 @@ void RemovalEditor::mark_cells_of(const SweptShape& shape, const BrickSweep& swe
       const int bit = std::countr_zero(remaining);
       const auto in_brick = 64 * z + static_cast<std::size_t>(bit);
       const glm::ivec3 cell(bit % k_brick, bit / k_brick, static_cast<int>(z));
-      // A shape is always sampled at its own resolution, even in a finer mask, so that the order of cuts makes
-      // no difference.
+      // A shape is always sampled at its own resolution, even in a finer mask, so that the order of cuts
+      // makes no difference.
       std::array<std::uint64_t, Words> points;
       if (sweep.inside[z] >> bit & 1) {
         points.fill(k_all);

@@ -27,8 +27,8 @@ struct Sweep {
   glm::dvec3 start_world{0.0};
   glm::dvec3 end_world{0.0};
   double radius_mm = 1;
-  /// True if the editor already swept this ball up to `start_world`; cells behind that point are not processed
-  /// again.
+  /// True if the editor already swept this ball up to `start_world`; cells behind that point are not
+  /// processed again.
   bool continues = false;
 };
 
@@ -84,9 +84,9 @@ class RemovalEditor {
   /// Edits the working state; readers do not see it before publish().
   RemovalReport remove(const Sweep& sweep);
   /// Sweeps a body of revolution that may turn: removes the union of poses between which no point
-  /// of the body moves more than a quarter of the lattice's finest step. The ridges between poses are lower than
-  /// 1/500 of that step where the surface is not more curved than the burr for which the lattice was made. A
-  /// ball is passed to remove(const Sweep&).
+  /// of the body moves more than a quarter of the lattice's finest step. The ridges between poses are lower
+  /// than 1/500 of that step where the surface is not more curved than the burr for which the lattice was
+  /// made. A ball is passed to remove(const Sweep&).
   RemovalReport remove(const ToolSweep& sweep);
 
   /// Account of the removed matter: removed by a tool, or freed as part of a detached body.
@@ -97,18 +97,19 @@ class RemovalEditor {
 
   /// Removes whole parts of the working state. `parts`: all parts of that state; `is_removed`: one byte per
   /// part; `voxels`: box around the removed parts. Removes each point that is nearer to a sample of a removed
-  /// part than to any sample of a kept part, and at most a band away from the former. The surface of kept parts
-  /// does not change if a sample of air separates them from removed parts and no kept matter is within a step of
-  /// the removed parts. The matter counts as freed, not as removed.
+  /// part than to any sample of a kept part, and at most a band away from the former. The surface of kept
+  /// parts does not change if a sample of air separates them from removed parts and no kept matter is within
+  /// a step of the removed parts. The matter counts as freed, not as removed.
   RemovalReport remove_parts(const SolidParts& parts, const std::vector<std::uint8_t>& is_removed,
                              const VoxelBox& voxels);
-  /// Returns the working state as a version. The masks of that version may change until end_stroke(); freeze()
-  /// returns a version that never changes.
+  /// Returns the working state as a version. The masks of that version may change until end_stroke();
+  /// freeze() returns a version that never changes.
   std::shared_ptr<const Version> publish();
   /// Ends the stroke: masks of published versions are never written again.
   void end_stroke() noexcept;
   /// Returns the working state as a version that any thread may keep and read completely, also during a
-  /// stroke. Later sweeps of the stroke change copies of the masks, and their results are as without freeze().
+  /// stroke. Later sweeps of the stroke change copies of the masks, and their results are as without
+  /// freeze().
   std::shared_ptr<const Version> freeze() {
     end_stroke();
     return publish();

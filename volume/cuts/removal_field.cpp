@@ -16,8 +16,8 @@ float at(const RemovalField::Distances& mm, const glm::ivec3& s) noexcept {
   return mm[static_cast<std::size_t>((s.x + 1) + k_edge * ((s.y + 1) + k_edge * (s.z + 1)))];
 }
 
-/// Sets the bits of the points of the cell around sample `s` at which the distance (trilinear between samples) is
-/// at most 0; returns false if no bit was set. `shift`: point_shift() of the sample.
+/// Sets the bits of the points of the cell around sample `s` at which the distance (trilinear between
+/// samples) is at most 0; returns false if no bit was set. `shift`: point_shift() of the sample.
 template <std::size_t Words>
 bool points_within(const RemovalField::Distances& mm, const glm::ivec3& s, const glm::vec3& shift,
                    std::array<std::uint64_t, Words>& points) noexcept {
@@ -103,8 +103,8 @@ void RemovalEditor::remove_in_brick(RemovalField& field, const glm::ivec3& low, 
   if (reach == RemovalField::Reach::all) editable_slot(low) = next_->hollow_;
 }
 
-/// Marks and counts the points of a brick's cells at which the distance (trilinear between samples) is at most
-/// 0.
+/// Marks and counts the points of a brick's cells at which the distance (trilinear between samples) is at
+/// most 0.
 template <std::size_t Words>
 void RemovalEditor::mark_points(const RemovalField::Distances& mm, const glm::ivec3& low, RemovalMask& mask,
                                 Ledger ledger, RemovalReport& report) {

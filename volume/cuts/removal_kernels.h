@@ -7,8 +7,8 @@
 namespace trephine::volume {
 
 /// Sweep of a ball in single precision, mm relative to its start. Plain data without functions: the variant
-/// with eight lanes is compiled for newer CPUs, and the linker could choose its copy of a shared inline function
-/// for all callers.
+/// with eight lanes is compiled for newer CPUs, and the linker could choose its copy of a shared inline
+/// function for all callers.
 struct SweepShape {
   float radius, band, length;
   float along[3];             ///< unit direction; 0 if the sweep has no length

@@ -1,5 +1,5 @@
-// AVX2 variant of RemovalKernels, compiled with -mavx2. It must not call inline functions that other files also
-// call, because the linker could choose the AVX2 copy for all callers.
+// AVX2 variant of RemovalKernels, compiled with -mavx2. It must not call inline functions that other files
+// also call, because the linker could choose the AVX2 copy for all callers.
 #include <immintrin.h>
 
 #include "volume/cuts/removal_kernels.h"

@@ -14,7 +14,8 @@ class BrickMerge {
         within_(Lanes::all(-shape.cell_reach - shape.allowance)),
         old_(old),
         out_(out) {}
-  /// Merges one vector of distances. `d`: distances minus the allowance. `bit`: first of their samples in slice z.
+  /// Merges one vector of distances. `d`: distances minus the allowance. `bit`: first of their samples in
+  /// slice z.
   void add(V d, int z, int bit) {
     const int at = 64 * z + bit;
     d = Lanes::max(d, deep_);
@@ -96,7 +97,8 @@ void sweep_brick(const SweepShape& shape, const float corner[3], bool is_ball, c
 }
 
 // Squared distances use the expansions |c + o|^2 = |c|^2 + 2 c.o + |o|^2 and |w - t u|^2 = |w|^2 + t (t - 2
-// w.u). The points of a cell form a grid, so that terms that depend only on x, on y or on z are computed once.
+// w.u). The points of a cell form a grid, so that terms that depend only on x, on y or on z are computed
+// once.
 template <int N>
 struct CellGrid {
   static constexpr int k_row = N < Lanes::k_count ? N : Lanes::k_count;  // points of a row in one vector
@@ -175,8 +177,8 @@ class BodyLanes {
   V distance(V along, V off_square) const {
     return body_.is_drum ? drum(along, Lanes::root(off_square)) : cone(along, off_square);
   }
-  /// Returns the lanes inside the body: those for which distance() <= 0. Omits terms that only distances outside
-  /// require.
+  /// Returns the lanes inside the body: those for which distance() <= 0. Omits terms that only distances
+  /// outside require.
   unsigned contains(V along, V off_square) const {
     const V zero = Lanes::all(0);
     if (!body_.is_drum) {

@@ -24,8 +24,8 @@ struct SweptShape : SweepShape {
   /// Poses of a body at the fractions first / count to last / count of its sweep.
   SweptShape(const ToolSweep& s, int first, int last, int count, const Version& version);
 
-  /// Computes the sweep in one brick. `corner`, `middle`: first sample of the brick and centre of its samples, mm
-  /// from the start. `old`: previous distances, or null.
+  /// Computes the sweep in one brick. `corner`, `middle`: first sample of the brick and centre of its
+  /// samples, mm from the start. `old`: previous distances, or null.
   void sweep_brick(const RemovalKernels& kernels, const glm::vec3& corner, const glm::vec3& middle,
                    const float* old, BrickSweep& out) const;
   /// Computes the mask of the cell around `at` (mm from the start) in the brick last passed to sweep_brick().
@@ -41,8 +41,9 @@ struct SweptShape : SweepShape {
            (std::abs(dot(direction, ax)) + std::abs(dot(direction, ay)) + std::abs(dot(direction, az)));
   }
   float brick_extent_along() const { return brick_extent({along[0], along[1], along[2]}); }
-  /// Returns true if the sweep does not change the brick with centre w (mm from the start): the brick is beyond
-  /// the band, or completely behind the start of a continued sweep. May return false for other such bricks.
+  /// Returns true if the sweep does not change the brick with centre w (mm from the start): the brick is
+  /// beyond the band, or completely behind the start of a continued sweep. May return false for other such
+  /// bricks.
   bool misses_brick(const glm::vec3& w) const {
     if (stamp_count_ > 0) {
       for (int i = 0; i < stamp_count_; ++i)

@@ -15,9 +15,9 @@ namespace trephine::volume {
 
 namespace {
 
-/// Signed distances to the removed parts: half the difference between the distances to the nearest sample of a
-/// removed part and to the nearest sample of a kept part. Positive if all samples of removed parts are farther
-/// than the band. Lipschitz continuous with constant 1, as every distance field.
+/// Signed distances to the removed parts: half the difference between the distances to the nearest sample of
+/// a removed part and to the nearest sample of a kept part. Positive if all samples of removed parts are
+/// farther than the band. Lipschitz continuous with constant 1, as every distance field.
 class SeparationDistances final : public RemovalField {
  public:
   SeparationDistances(const SolidParts& parts, const std::vector<std::uint8_t>& is_removed,
@@ -28,8 +28,8 @@ class SeparationDistances final : public RemovalField {
     const glm::dmat3 inverse = glm::inverse(frame.axes());
     for (int a = 0; a < 3; ++a)
       halo_[a] = static_cast<int>(std::ceil(reach * glm::length(glm::row(inverse, a))));
-    // A row of the window must fit in a word of 64 bits. This shortens the search along x only on a lattice that
-    // is much finer along x than along another axis.
+    // A row of the window must fit in a word of 64 bits. This shortens the search along x only on a lattice
+    // that is much finer along x than along another axis.
     halo_.x = std::min(halo_.x, (64 - k_edge) / 2);
     for (int z = -halo_.z; z <= halo_.z; ++z)
       for (int y = -halo_.y; y <= halo_.y; ++y) {

@@ -205,8 +205,8 @@ class Search {
     for (int z = a.z; z <= b.z; ++z)
       for (int y = a.y; y <= b.y; ++y) words[static_cast<std::size_t>(z)] |= x << (8 * y);
   }
-  /// Bits of the voxels of a row, the first for voxel x - 1. `centre`: the voxel is solid. `all`, `any`: all (any)
-  /// of the voxel and its 26 neighbours are solid.
+  /// Bits of the voxels of a row, the first for voxel x - 1. `centre`: the voxel is solid. `all`, `any`: all
+  /// (any) of the voxel and its 26 neighbours are solid.
   struct Row {
     std::uint64_t centre = 0, all = 0, any = 0;
   };
@@ -232,11 +232,12 @@ class Search {
     return out;
   }
 
-  /// Finds the solid parts in the changed bricks and in the bricks next to them. Returns false if the brick limit
-  /// is exceeded.
+  /// Finds the solid parts in the changed bricks and in the bricks next to them. Returns false if the brick
+  /// limit is exceeded.
   bool flood_near_cut() {
-    // Seeds are the solid samples next to removed samples. If a new brick overlaps mixed voxels, the samples of
-    // these voxels are evaluated for the first time; then the samples in and next to this brick are also seeds.
+    // Seeds are the solid samples next to removed samples. If a new brick overlaps mixed voxels, the samples
+    // of these voxels are evaluated for the first time; then the samples in and next to this brick are also
+    // seeds.
     bool is_over_limit = false;
     const glm::ivec3& per = lattice_.per_voxel();
     const int longest = std::min(k_brick, std::max({per.x, per.y, per.z}));

@@ -1,4 +1,5 @@
-// Local test whether a cut divided a connected solid into parts. Reads only bricks near the cut where possible.
+// Local test whether a cut divided a connected solid into parts. Reads only bricks near the cut where
+// possible.
 #pragma once
 
 #include <cstdint>
@@ -26,11 +27,11 @@ struct SeparationLimits {
   std::int64_t min_samples = 1;   ///< smaller parts may stay undetected
 };
 
-/// Compares `after` with `before`, which must have no detached part. Floods the solid samples next to the cut.
-/// If they form several parts, floods these parts outward in turns. The result is `connected` if all parts meet,
-/// and `detached` if a part can no longer grow and removed matter connects it to another part. Stops with
-/// `pending` at the brick limit. Samples are connected as in SolidParts. Allocates. Any thread; neither version
-/// may be written during the call.
+/// Compares `after` with `before`, which must have no detached part. Floods the solid samples next to the
+/// cut. If they form several parts, floods these parts outward in turns. The result is `connected` if all
+/// parts meet, and `detached` if a part can no longer grow and removed matter connects it to another part.
+/// Stops with `pending` at the brick limit. Samples are connected as in SolidParts. Allocates. Any thread;
+/// neither version may be written during the call.
 Separation detect_detachment(const Field& field, const Occupancy& bits, const Version& before,
                              const Version& after, const SeparationLimits& limits = {});
 

@@ -208,8 +208,8 @@ std::vector<BallRow> ball_rows(const Frame& frame, double radius_mm) {
 constexpr int k_lines = 13;
 glm::ivec3 line_step(int n) { return {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1}; }
 
-/// Returns true if one of 13 lines through the voxel meets solid on both sides within reach. Returns false for
-/// voxels on an outer surface, even where the voxels of the surface form a staircase.
+/// Returns true if one of 13 lines through the voxel meets solid on both sides within reach. Returns false
+/// for voxels on an outer surface, even where the voxels of the surface form a staircase.
 bool is_between_solids(const BitGrid& solid, const Frame& frame, const glm::ivec3& voxel, double reach_mm) {
   const glm::ivec3& size = solid.size();
   const auto meets_solid = [&](const glm::ivec3& step) {
@@ -317,7 +317,8 @@ Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_
     return body;
   };
   const int body = body_of(largest);
-  // If the tissue has less than twice the voxels of the bone, the scan shows a specimen, not a patient's body.
+  // If the tissue has less than twice the voxels of the bone, the scan shows a specimen, not a patient's
+  // body.
   if (size == PartSize::large && bodies.parts()[static_cast<std::size_t>(body)].samples < 2 * all.largest)
     return volume;
   std::vector<bool> is_kept(parts.parts().size(), true);
@@ -377,8 +378,8 @@ Result<Volume> fill_thin_walls(const Volume& volume, const Shape& shape, double 
           solid.row(y, z)[x / 64] |= 1ull << (x % 64);
   const glm::dvec3& spacing = volume.frame.spacing();
   const double half_voxel = 0.5 * std::min({spacing.x, spacing.y, spacing.z});
-  // Closing: dilates the solid by a ball, then dilates the remaining outside by a ball. Nothing beyond the border
-  // of the grid counts as outside.
+  // Closing: dilates the solid by a ball, then dilates the remaining outside by a ball. Nothing beyond the
+  // border of the grid counts as outside.
   BitGrid closed = dilated(solid, ball_rows(volume.frame, reach_mm));
   closed.invert();
   closed = dilated(closed, ball_rows(volume.frame, std::max(0.0, reach_mm - half_voxel)));

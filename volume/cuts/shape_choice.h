@@ -16,17 +16,17 @@ int otsu_threshold(const Volume& volume);
 struct ShapeParts {
   std::int64_t largest = 0, second = 0, others = 0;  ///< voxels; others: all parts except the largest
   int count = 0;                                     ///< number of parts
-  /// True if the second largest part, for example a table or a head holder, is large enough to hide the largest
-  /// part: at least 0.5 % of its voxels.
+  /// True if the second largest part, for example a table or a head holder, is large enough to hide the
+  /// largest part: at least 0.5 % of its voxels.
   bool is_other_large() const noexcept {
     return static_cast<double>(second) >= 0.005 * static_cast<double>(largest) && second > 0;
   }
 };
 ShapeParts parts_of(const std::shared_ptr<const Volume>& volume, const Shape& shape);
 
-/// Returns a copy without the parts of the shape other than the largest. The scan's voxels do not change. If the
-/// shape is a window, removed parts become air in Volume::shape_voxels; if it is a label, they become background.
-/// `summary`: all parts before the removal. Error if the shape has no voxel.
+/// Returns a copy without the parts of the shape other than the largest. The scan's voxels do not change. If
+/// the shape is a window, removed parts become air in Volume::shape_voxels; if it is a label, they become
+/// background. `summary`: all parts before the removal. Error if the shape has no voxel.
 Result<Volume> keep_largest_part(const std::shared_ptr<const Volume>& volume, const Shape& shape,
                                  ShapeParts& summary);
 
@@ -34,11 +34,11 @@ enum class PartSize { large, any };
 
 /// Returns a copy without the parts of a CT's shape outside the patient's body, such as a table or a head
 /// holder. No tissue (-300 HU and above) connects these parts to the largest part. Returns `volume` itself in
-/// these cases: the volume has no HU; the shape is a label or begins below -300 HU; no part outside the body is
-/// large (0.5 % of the largest part, or 50 mm long); there is no tissue around the largest part, as in a
-/// specimen. PartSize::any requires neither a large part nor tissue around the largest part. Changes voxels as
-/// keep_largest_part(). `removed`: the removed parts; its `largest` is the size of the largest kept part, or all
-/// members are 0 if nothing was removed.
+/// these cases: the volume has no HU; the shape is a label or begins below -300 HU; no part outside the body
+/// is large (0.5 % of the largest part, or 50 mm long); there is no tissue around the largest part, as in a
+/// specimen. PartSize::any requires neither a large part nor tissue around the largest part. Changes voxels
+/// as keep_largest_part(). `removed`: the removed parts; its `largest` is the size of the largest kept part,
+/// or all members are 0 if nothing was removed.
 Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_ptr<const Volume>& volume,
                                                               const Shape& shape, ShapeParts& removed,
                                                               PartSize size = PartSize::large);
@@ -51,7 +51,8 @@ Result<Volume> keep_seeded_parts(const std::shared_ptr<const Volume>& volume, co
 
 /// Closes walls that are thinner than the scan resolves and therefore below the threshold. Returns a copy in
 /// which a shape voxel of at least `low` is raised to `high` if all these conditions hold:
-/// - It is in a gap of the shape that a ball of `reach_mm` cannot enter. The test is a morphological closing in
+/// - It is in a gap of the shape that a ball of `reach_mm` cannot enter. The test is a morphological closing
+/// in
 ///   which the outside is dilated by half a voxel less than the solid: a hole in a sheet of one voxel has no
 ///   depth, and an exact closing could leave it open.
 /// - There is solid on two opposite sides within `reach_mm`, so that outer surfaces do not move.

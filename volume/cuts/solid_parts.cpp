@@ -84,8 +84,8 @@ void SolidParts::find_parts(const Field& field, const Occupancy& bits) {
   number_parts(part_of_run, whole_of_run);
 }
 
-/// Marks surface voxels as fine: those that differ from a neighbour, in the boxes of detached parts and up to two
-/// voxels around these boxes. Returns false if no voxel was marked.
+/// Marks surface voxels as fine: those that differ from a neighbour, in the boxes of detached parts and up to
+/// two voxels around these boxes. Returns false if no voxel was marked.
 bool SolidParts::refine_surfaces(const Occupancy& bits) {
   const auto is_solid = [&](const glm::ivec3& v) {
     return glm::all(glm::greaterThanEqual(v, glm::ivec3(0))) && glm::all(glm::lessThan(v, size_)) &&
@@ -226,8 +226,8 @@ void SolidParts::for_neighbours(Join&& join) const {
 }
 
 /// Numbers the parts and finds which are detached. `part_of_run`: root of each run if only runs that are not
-/// removed are joined. `whole_of_run`: root of each run if removed runs are joined too; it is equal for all parts
-/// that were one part before the cuts.
+/// removed are joined. `whole_of_run`: root of each run if removed runs are joined too; it is equal for all
+/// parts that were one part before the cuts.
 void SolidParts::number_parts(std::vector<int>& part_of_run, std::vector<int>& whole_of_run) {
   const glm::ivec3& k = lattice_.per_voxel();
   // Collects the parts, then sorts them by their first samples.

@@ -12,10 +12,11 @@
 namespace trephine::volume {
 
 /// Solid samples of the cut lattice are connected to their 26 neighbours. In voxels that overlap a brick of
-/// cuts, each sample is evaluated: it is solid if the trilinear field is solid and the sample is not removed. In
-/// other voxels all samples equal the centre, so that on a lattice finer than the voxels a surface is displaced
-/// by up to half a voxel. Therefore each sample is also evaluated in the surface voxels of detached parts, up to
-/// two voxels around the boxes of these parts. Cost: one or two passes over the bits and over the cut bricks.
+/// cuts, each sample is evaluated: it is solid if the trilinear field is solid and the sample is not removed.
+/// In other voxels all samples equal the centre, so that on a lattice finer than the voxels a surface is
+/// displaced by up to half a voxel. Therefore each sample is also evaluated in the surface voxels of detached
+/// parts, up to two voxels around the boxes of these parts. Cost: one or two passes over the bits and over
+/// the cut bricks.
 class SolidParts {
  public:
   struct Part {
@@ -33,8 +34,8 @@ class SolidParts {
   const std::vector<Part>& parts() const noexcept { return parts_; }
 
   static constexpr int k_air = -1;
-  /// Writes the index in parts() for each of `count` lattice samples along x, the first at (x, y, z); k_air for
-  /// samples outside parts. Any thread.
+  /// Writes the index in parts() for each of `count` lattice samples along x, the first at (x, y, z); k_air
+  /// for samples outside parts. Any thread.
   void row(int x, int y, int z, int count, int* parts) const noexcept;
   /// Returns the index in parts() of the part that contains a lattice sample, or k_air.
   int part_of(const glm::ivec3& sample) const noexcept {

@@ -53,8 +53,8 @@ double ToolBody::distance(double along, double off) const noexcept {
     const double axial = along - share * length;
     return std::sqrt(off * off + axial * axial) - (radius + share * (end_radius - radius));
   }
-  // Computes the distances to the cap and to the side after an inward offset of both by the edge radius. Between
-  // the normals of cap and side, the rounded edge is nearest.
+  // Computes the distances to the cap and to the side after an inward offset of both by the edge radius.
+  // Between the normals of cap and side, the rounded edge is nearest.
   const double half = 0.5 * length, k = bulge(), u = off - radius, s = std::abs(along - half);
   const double square = s * s + u * u;
   const double side = (k * square + 2 * u) / (std::sqrt(k * k * square + 2 * u * k + 1) + 1) + edge;
@@ -95,8 +95,8 @@ ToolPose between(const ToolPose& a, const ToolPose& b, double share) noexcept {
   const glm::dvec3 at = a.at_world + share * (b.at_world - a.at_world);
   const double cosine = glm::dot(a.axis_world, b.axis_world);
   if (cosine < 0) {
-    // The axis turns by more than a quarter turn: interpolates through the bisecting axis. For half a turn the
-    // bisecting axis is not unique; then uses an axis perpendicular to the first.
+    // The axis turns by more than a quarter turn: interpolates through the bisecting axis. For half a turn
+    // the bisecting axis is not unique; then uses an axis perpendicular to the first.
     const glm::dvec3 sum = a.axis_world + b.axis_world;
     glm::dvec3 mid;
     if (glm::dot(sum, sum) > 1e-12) {

@@ -38,16 +38,16 @@ struct ToolBody {
   double low() const noexcept { return form == Form::cone ? -radius : 0; }
   double high() const noexcept { return form == Form::cone ? length + end_radius : length; }
   double middle() const noexcept { return 0.5 * (low() + high()); }
-  /// Smallest radius, mm: a lattice that resolves a ball of this radius resolves the body, apart from the edges of
-  /// a drum.
+  /// Smallest radius, mm: a lattice that resolves a ball of this radius resolves the body, apart from the
+  /// edges of a drum.
   double min_radius() const noexcept { return radius < end_radius ? radius : end_radius; }
   /// Radius of the bounding ball around `middle()` on the axis, mm.
   double reach() const noexcept;
   /// Exact signed distance in mm from a point to the surface; negative inside.
   double distance(double along, double off) const noexcept;
-  /// Centre of a drum's rounded edge: `along` is the distance from the middle of the drum along the axis, `off` the
-  /// distance from the axis, mm. `lean`: sine of the angle between the side's normal at the edge and the
-  /// perpendicular to the axis.
+  /// Centre of a drum's rounded edge: `along` is the distance from the middle of the drum along the axis,
+  /// `off` the distance from the axis, mm. `lean`: sine of the angle between the side's normal at the edge
+  /// and the perpendicular to the axis.
   struct Corner {
     double along, off, lean;
   };

@@ -36,8 +36,8 @@ RemovalMask* RemovalMask::refined() const {
 
 void refine_points(std::uint64_t coarse, std::uint64_t fine[8]) noexcept {
   for (unsigned k = 0; k < 4; ++k) {
-    // Doubles a slice of 4 x 4 bits along each axis: repeats each bit along x, each row along y, and the slice
-    // along z.
+    // Doubles a slice of 4 x 4 bits along each axis: repeats each bit along x, each row along y, and the
+    // slice along z.
     std::uint64_t slice = 0;
     for (unsigned j = 0; j < 4; ++j) {
       const std::uint64_t row = coarse >> (16 * k + 4 * j) & 0xfu;

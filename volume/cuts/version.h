@@ -53,17 +53,16 @@ inline constexpr int k_region_samples = k_page_samples * k_page;
 
 inline constexpr int k_point_shift_count = 1024;
 /// Returns the shift of the points of a cell (RemovalMask) along one axis, -0.5 to 0.5 of their spacing.
-/// Cells have different shifts: rows of points that continue through many cells would give a wrong volume for a
-/// hole parallel to the rows.
-/// `index`: one component of point_shift_index().
+/// Cells have different shifts: rows of points that continue through many cells would give a wrong volume for
+/// a hole parallel to the rows. `index`: one component of point_shift_index().
 constexpr float point_shift(std::int32_t index) noexcept {
   return (static_cast<float>(index) - 511.5f) / 1024.0f;
 }
 /// Returns the shift index of the cell around a sample, 0 to k_point_shift_count - 1 along each axis. It is
 /// linear in the sample, modulo k_point_shift_count.
 constexpr glm::uvec3 point_shift_index(const glm::ivec3& sample) noexcept {
-  // Among 300 random choices of the factors, this choice has the smallest worst error of the counted volume of
-  // capsules along 15 directions.
+  // Among 300 random choices of the factors, this choice has the smallest worst error of the counted volume
+  // of capsules along 15 directions.
   const glm::uvec3 s(sample);
   return {(237u * s.x + 499u * s.y + 327u * s.z) % k_point_shift_count,
           (247u * s.x + 59u * s.y + 631u * s.z) % k_point_shift_count,
@@ -213,8 +212,8 @@ class Version {
           });
         }
   }
-  /// Distance (mm) of a sample to the removed matter, clamped to +-band; +band where nothing was cut or beyond
-  /// the lattice.
+  /// Distance (mm) of a sample to the removed matter, clamped to +-band; +band where nothing was cut or
+  /// beyond the lattice.
   double sample_distance(const glm::ivec3& s) const noexcept {
     if (!lattice_.contains(s)) return band_mm_;
     const Brick* brick = brick_at(s);
@@ -244,8 +243,8 @@ class Version {
   }
   /// Returns the removed share of a voxel's cube, 0 to 1, counted in the masks.
   double removed_share(const glm::ivec3& v) const noexcept;
-  /// Clears the bits of voxels whose centre is removed. `words`: the words first_word .. first_word + count - 1 of
-  /// row (y, z) of the voxels, one bit per voxel, 64 voxels per word.
+  /// Clears the bits of voxels whose centre is removed. `words`: the words first_word .. first_word + count -
+  /// 1 of row (y, z) of the voxels, one bit per voxel, 64 voxels per word.
   void mask_row(int y, int z, int first_word, int count, std::uint64_t* words) const noexcept;
 
   /// Returns true if mask_row() with these arguments may clear a bit.

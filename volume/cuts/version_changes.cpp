@@ -13,8 +13,8 @@ namespace trephine::volume {
 namespace {
 
 constexpr std::size_t k_children = k_page * k_page * k_page;  // bricks per page, pages per region
-/// Tag of an encoded brick: its kind, plus `difference` if the data are the XOR with the previous brick. The kind
-/// of a brick with a mask is the number of points along a cell's edge.
+/// Tag of an encoded brick: its kind, plus `difference` if the data are the XOR with the previous brick. The
+/// kind of a brick with a mask is the number of points along a cell's edge.
 enum BrickKind : std::uint8_t {
   no_brick = 0,
   hollow = 1,
@@ -78,8 +78,8 @@ std::size_t copy_words(const Brick& brick, BrickWords& words) {
   return contents.count;
 }
 
-/// Encodes a brick in runs of equal words. Runs are long, because most distances are clamped to the band, and most
-/// words do not change. `before`, `brick`: null if the version has no such brick.
+/// Encodes a brick in runs of equal words. Runs are long, because most distances are clamped to the band, and
+/// most words do not change. `before`, `brick`: null if the version has no such brick.
 void put_brick(std::string& out, const Brick* before, const Brick* brick) {
   if (brick == nullptr) return put(out, no_brick);
   const std::uint8_t kind = kind_of(*brick);

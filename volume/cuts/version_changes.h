@@ -11,9 +11,9 @@ namespace trephine::volume {
 
 class VersionChanges {
  public:
-  /// Encodes the changes from `before` to `after`. Both must be frozen, and have the same volume and lattice. Skips
-  /// tables that both share. Stores a changed brick as the difference from the previous brick if both are of one
-  /// kind. Distances and masks are exact to the bit; derived data are omitted.
+  /// Encodes the changes from `before` to `after`. Both must be frozen, and have the same volume and lattice.
+  /// Skips tables that both share. Stores a changed brick as the difference from the previous brick if both
+  /// are of one kind. Distances and masks are exact to the bit; derived data are omitted.
   static std::string encode(const Version& before, const Version& after);
   /// Applies the changes to `before` and returns a version equal to `after`, its serial included. Error if
   /// the bytes are invalid.

@@ -71,8 +71,8 @@ class PointBins {
   std::vector<std::uint32_t> first_, order_;
 };
 
-/// Builder of the sheets of one tile, for one call of build(). Borrows its arguments. Builders of different tiles
-/// may run in parallel.
+/// Builder of the sheets of one tile, for one call of build(). Borrows its arguments. Builders of different
+/// tiles may run in parallel.
 class CreaseBuilder {
  public:
   static constexpr std::size_t k_cones = 42;
@@ -91,8 +91,8 @@ class CreaseBuilder {
       : offset_(offset), points_(points) {}
 
   /// Stores the sheets of one tile of whole bricks; returns the number of its creased cubes. u_at(v):
-  /// value (mm) of the offset field at lattice point v; is_near(v): true if v may be within k_band steps of the
-  /// offset surface; is_matter(v): true if v is in the solid.
+  /// value (mm) of the offset field at lattice point v; is_near(v): true if v may be within k_band steps of
+  /// the offset surface; is_matter(v): true if v is in the solid.
   template <class U, class IsNear, class IsMatter>
   std::size_t build(const VoxelBox& tile, const U& u_at, const IsNear& is_near, const IsMatter& is_matter,
                     CreaseSheets& sheets) {
@@ -168,9 +168,9 @@ class CreaseBuilder {
                 static_cast<std::size_t>(size_.y) * static_cast<std::size_t>(c.z));
   }
 
-  /// Returns the cubes near the offset surface in which the slope of the spline of u is below 0.9. A distance has
-  /// slope 1; splines are less steep between flanks whose normals are more than 50 degrees apart. Order: that of
-  /// the tile, x fastest.
+  /// Returns the cubes near the offset surface in which the slope of the spline of u is below 0.9. A distance
+  /// has slope 1; splines are less steep between flanks whose normals are more than 50 degrees apart. Order:
+  /// that of the tile, x fastest.
   template <class U, class IsNear>
   std::vector<glm::ivec3> creased_cubes(const VoxelBox& tile, const U& u_at, const IsNear& is_near) const {
     constexpr double k_slope = 0.9;  // mm per mm
@@ -200,9 +200,9 @@ class CreaseBuilder {
         }
     return cubes;
   }
-  /// Returns true if a ball that touches point i from outside has its centre within `far` of `from`, and meets
-  /// other surface points, as at the bottom of a groove. The second test does not depend on `from`; its result is
-  /// stored in contacts_.
+  /// Returns true if a ball that touches point i from outside has its centre within `far` of `from`, and
+  /// meets other surface points, as at the bottom of a groove. The second test does not depend on `from`; its
+  /// result is stored in contacts_.
   bool is_out_of_reach(std::uint32_t i, const glm::vec3& from, const PointBins& bins) {
     constexpr double k_depth = 0.1;  // steps
     const glm::vec3 centre = points_[i].at_world + static_cast<float>(offset_.radius) * normals_[i];
@@ -222,10 +222,11 @@ class CreaseBuilder {
     return contacts_[i] == Contact::impossible;
   }
 
-  /// Returns the distances of lattice point v to the sampled points of each cone. Omits points that a ball cannot
-  /// touch. Such points are on the rounded bottom of a groove, and their normals are between those of the flanks.
-  /// If the nearest point of a cone is omitted, the distance is that to the tangent plane of the nearest point
-  /// that a ball can touch. Inside the solid u is `far` in all sheets, so that the field's value applies.
+  /// Returns the distances of lattice point v to the sampled points of each cone. Omits points that a ball
+  /// cannot touch. Such points are on the rounded bottom of a groove, and their normals are between those of
+  /// the flanks. If the nearest point of a cone is omitted, the distance is that to the tangent plane of the
+  /// nearest point that a ball can touch. Inside the solid u is `far` in all sheets, so that the field's
+  /// value applies.
   Sample sample(const glm::ivec3& v, bool is_matter, const std::vector<CreaseSheets::Mask>& cones,
                 const PointBins& bins) {
     Sample result;
@@ -264,8 +265,8 @@ class CreaseBuilder {
   float clamped(double distance) const {
     return static_cast<float>(std::clamp(offset_.radius - distance, -offset_.far, offset_.far));
   }
-  /// Returns the sheets that may be solid somewhere in a cube. Omits a sheet whose solid is inside that of another
-  /// sheet, with tolerance k_slack.
+  /// Returns the sheets that may be solid somewhere in a cube. Omits a sheet whose solid is inside that of
+  /// another sheet, with tolerance k_slack.
   CreaseSheets::Mask sheets_of(const std::array<Sample*, 27>& around) const {
     const auto slack = static_cast<float>(k_slack * offset_.step);
     const auto contains = [&](std::size_t outer, std::size_t inner) {
@@ -288,10 +289,11 @@ class CreaseBuilder {
     }
     return kept;
   }
-  /// Returns true if the cube has only one sheet, and the sheet is nowhere more than 0.1 steps below the field.
+  /// Returns true if the cube has only one sheet, and the sheet is nowhere more than 0.1 steps below the
+  /// field.
   template <class U>
   bool equals_field(CreaseSheets::Mask kept, const std::array<Sample*, 27>& around, const glm::ivec3& v,
-                const U& u_at) const {
+                    const U& u_at) const {
     if (std::popcount(kept) != 1) return false;
     const auto sheet = static_cast<std::size_t>(std::countr_zero(kept));
     for (int n = 0; n < 27; ++n)
@@ -328,8 +330,8 @@ class CreaseBuilder {
     result->first.shrink_to_fit(), result->samples.shrink_to_fit();
     return result;
   }
-  /// Returns u of a sheet at lattice point v. Near the offset surface, u is computed from the exact distance of v to
-  /// the surface near the sheet's nearest sampled point.
+  /// Returns u of a sheet at lattice point v. Near the offset surface, u is computed from the exact distance
+  /// of v to the surface near the sheet's nearest sampled point.
   float refined(const glm::ivec3& v, Sample& s, int sheet) const {
     constexpr double k_refined = 2.2;  // steps from the offset surface within which distances are exact
     const auto cone = static_cast<std::size_t>(sheet);

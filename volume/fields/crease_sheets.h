@@ -13,11 +13,11 @@
 
 namespace trephine::volume {
 
-/// In a groove narrower than a tool, the gradient of the distance to the nearest flank changes abruptly. A spline
-/// of the samples rounds this crease, so that the tool would hover. A *sheet* has the distances only to surface
-/// points whose normals are within one cone; the cones cover all directions. In a *creased* cube the solid is the
-/// union of the solids of its sheets; in all other cubes the field itself bounds the solid. Immutable after a
-/// build.
+/// In a groove narrower than a tool, the gradient of the distance to the nearest flank changes abruptly. A
+/// spline of the samples rounds this crease, so that the tool would hover. A *sheet* has the distances only
+/// to surface points whose normals are within one cone; the cones cover all directions. In a *creased* cube
+/// the solid is the union of the solids of its sheets; in all other cubes the field itself bounds the solid.
+/// Immutable after a build.
 class CreaseSheets {
  public:
   /// The sheets of a cube or of a lattice point, one bit each.

@@ -1,4 +1,5 @@
-// OffsetField::Builder: the passes that compute the samples of an offset field, tile by tile.
+// OffsetField::Builder: the passes that compute the samples of an offset field, tile by tile. One file: the
+// passes share the samples of a tile.
 #pragma once
 
 #include <algorithm>
@@ -27,8 +28,8 @@ class OffsetField::Builder {
  public:
   static constexpr double k_band = 2.5;  ///< steps on each side of the offset surface that are sampled
 
-  /// `previous`: field of the solid before a removal, or null for a complete build. `changed`: voxels in which the
-  /// previous solid and the new solid differ.
+  /// `previous`: field of the solid before a removal, or null for a complete build. `changed`: voxels in
+  /// which the previous solid and the new solid differ.
   Builder(OffsetField& out, const Field& field, const Occupancy& bits, const Version* version,
           const OffsetField* previous, const VoxelBox& changed, const SoftField* soft)
       : out_(out),
@@ -78,8 +79,8 @@ class OffsetField::Builder {
   static constexpr double k_refined = 2.2;  ///< steps from the offset surface with exact distances
   static constexpr int k_tile = 96;         ///< lattice points along the edge of a tile
 
-  /// Returns true if the distance at v may have changed: the changed box is at most as far as the previous surface,
-  /// and no remaining matter was found within that distance.
+  /// Returns true if the distance at v may have changed: the changed box is at most as far as the previous
+  /// surface, and no remaining matter was found within that distance.
   bool is_stale(const glm::ivec3& v) const {
     const double u = previous_->at(v.x, v.y, v.z);
     if (u <= -out_.far_) return false;  // u is already at its lower bound
@@ -93,8 +94,9 @@ class OffsetField::Builder {
     // Inside matter the distance is a depth, which is needed only for small tools.
     if (surface_.is_solid(p)) return out_.radius_ >= out_.far_;
     if (!(distance > 0) || !surface_.has_cut()) return false;
-    // Tests points in the directions toward the previous solid, toward the end of the cut and toward the surface
-    // of the scan. The points are 1/200 of a step farther than `distance`; the tool may hover by this length.
+    // Tests points in the directions toward the previous solid, toward the end of the cut and toward the
+    // surface of the scan. The points are 1/200 of a step farther than `distance`; the tool may hover by this
+    // length.
     glm::dvec3 uphill(0), central(0);
     const double centre = previous_->at(v.x, v.y, v.z);
     for (int a = 0; a < 3; ++a) {
@@ -119,7 +121,8 @@ class OffsetField::Builder {
     }
     return false;
   }
-  /// Appends a flag for each of the lattice points low .. high, row by row; returns the box of the stale points.
+  /// Appends a flag for each of the lattice points low .. high, row by row; returns the box of the stale
+  /// points.
   VoxelBox find_stale(const glm::ivec3& low, const glm::ivec3& high, std::vector<bool>& stale) const {
     VoxelBox box{high + 1, low - 1};
     for (int z = low.z; z <= high.z; ++z)
@@ -144,7 +147,8 @@ class OffsetField::Builder {
   /// Kinds of the voxels of a box, by their bits and those of their neighbours.
   class VoxelKinds {
    public:
-    /// mixed: the voxel and its 26 neighbours are not all equal, or a cut on a finer lattice may cross the voxel.
+    /// mixed: the voxel and its 26 neighbours are not all equal, or a cut on a finer lattice may cross the
+    /// voxel.
     enum Kind : std::uint8_t { free, mixed, solid };
     VoxelKinds(const Builder& builder, const glm::ivec3& low, const glm::ivec3& high)
         : low_(low), high_(high), size_(glm::max(high - low + 1, glm::ivec3(0))) {
@@ -184,7 +188,8 @@ class OffsetField::Builder {
     }
     const glm::ivec3& low() const { return low_; }
     const glm::ivec3& high() const { return high_; }
-    /// Returns the kind of a voxel. Returns `free` outside the box, which contains all queried voxels of the grid.
+    /// Returns the kind of a voxel. Returns `free` outside the box, which contains all queried voxels of the
+    /// grid.
     Kind at(const glm::ivec3& v) const {
       const bool is_inside = v.x >= low_.x && v.y >= low_.y && v.z >= low_.z && v.x <= high_.x &&
                              v.y <= high_.y && v.z <= high_.z;
@@ -202,7 +207,8 @@ class OffsetField::Builder {
     glm::ivec3 low_, high_, size_;
     std::vector<Kind> kinds_;
   };
-  /// Returns the bits of `any` whose voxels may be crossed by cuts on a finer lattice. `any`: word w of row (y, z).
+  /// Returns the bits of `any` whose voxels may be crossed by cuts on a finer lattice. `any`: word w of row
+  /// (y, z).
   std::uint64_t cut_word(int w, int y, int z, std::uint64_t any) const {
     if (version_ == nullptr || version_->is_uncut()) return 0;
     const CutLattice& lattice = version_->lattice();
@@ -255,7 +261,8 @@ class OffsetField::Builder {
         }
     return points;
   }
-  /// Samples both sides of a wall that is one voxel thick. In the middle of such a wall the gradient vanishes.
+  /// Samples both sides of a wall that is one voxel thick. In the middle of such a wall the gradient
+  /// vanishes.
   void sample_thin_wall(const glm::ivec3& v, bool is_found, std::vector<SurfacePoint>& points) const {
     for (int axis = 0; axis < 3; ++axis) {
       glm::ivec3 previous = v, next = v;
@@ -276,8 +283,8 @@ class OffsetField::Builder {
       const VoxelKinds::Kind kind = kinds_.at(voxel_of(p));
       return kind == VoxelKinds::mixed ? builder_.surface_.is_solid(p) : kind == VoxelKinds::solid;
     }
-    /// Returns true if a box of lattice points that no surface crosses is solid. If a surface was missed, returns
-    /// true for a partly solid box.
+    /// Returns true if a box of lattice points that no surface crosses is solid. If a surface was missed,
+    /// returns true for a partly solid box.
     bool is_solid_box(const glm::ivec3& from, const glm::ivec3& to) const {
       const glm::dvec3 low = builder_.voxel(glm::dvec3(from)), high = builder_.voxel(glm::dvec3(to));
       const glm::ivec3 first = voxel_of(low), last = voxel_of(high);

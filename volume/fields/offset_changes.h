@@ -11,8 +11,8 @@ namespace trephine::volume {
 
 class OffsetChanges {
  public:
-  /// Encodes the changes from `before` to `after`, which must have the same shape and radius. Skips pages that
-  /// both share.
+  /// Encodes the changes from `before` to `after`, which must have the same shape and radius. Skips pages
+  /// that both share.
   static std::string encode(const OffsetField& before, const OffsetField& after);
   /// Number of different bricks, a measure of the cost of the update.
   static std::size_t count(const OffsetField& before, const OffsetField& after);

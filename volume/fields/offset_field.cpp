@@ -29,8 +29,8 @@ constexpr double k_min_creased_radius = 1.9;  // steps; below, sheets would read
 double OffsetField::step_for(double radius, const Volume& volume) noexcept {
   const dvec3& spacing = volume.frame.spacing();
   const double voxel = std::min({spacing.x, spacing.y, spacing.z});
-  // The error of a quadratic spline of samples with spacing h is h^2 / 8 times the sum of the second derivatives.
-  // For the distance r to a point, the sum is 2 / r.
+  // The error of a quadratic spline of samples with spacing h is h^2 / 8 times the sum of the second
+  // derivatives. For the distance r to a point, the sum is 2 / r.
   const double max_step = 0.9 * std::sqrt(4 * radius * (0.1 + 0.02 * radius));
   // Limits the duration of a build to seconds, and the size of the tables of scans that are metres wide.
   constexpr double k_max_points = 1 << 28;
@@ -65,8 +65,8 @@ Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field
   result->radius_ = radius;
   result->step_ = step;
   result->far_ = Builder::k_band * step;
-  // The lattice has the axes of the volume, with steps of equal length, and a margin for the tool beyond every
-  // border.
+  // The lattice has the axes of the volume, with steps of equal length, and a margin for the tool beyond
+  // every border.
   glm::dmat3 axes;
   dvec3 origin(0);
   for (int a = 0; a < 3; ++a) axes[a] = base.axes()[a] * (step / spacing[a]);
@@ -185,7 +185,8 @@ VoxelBox OffsetField::free_box(const ivec3& v) const noexcept {
   const ivec3 b = v >> 3;
   const SampleSlot& slot = this->slot(b);
   if (slot.brick || slot.is_solid) return {ivec3(0), ivec3(-1)};
-  // Excludes the outermost lattice points of the brick, because their cubes read samples of neighbouring bricks.
+  // Excludes the outermost lattice points of the brick, because their cubes read samples of neighbouring
+  // bricks.
   const ivec3 low = b * k_edge + 1, high = b * k_edge + (k_edge - 2);
   const bool is_inner = glm::all(glm::greaterThanEqual(v, low)) && glm::all(glm::lessThanEqual(v, high));
   return is_inner ? VoxelBox{low, high} : VoxelBox{v, v};

@@ -17,10 +17,10 @@
 namespace trephine::volume {
 
 /// u = radius - distance to the smooth solid of a shape, less its cuts (mm): positive where the tool's centre
-/// must not be. Sampled on its own lattice (step_for()), in bricks near u = 0; elsewhere u is +-far_mm(). If the
-/// nearest point is unique, the distance is exact to about a thousandth of a step. At concave creases the nearest
-/// point is not unique; there, sheets (CreaseSheets) have the distances to each flank. Immutable; updates share
-/// unchanged bricks.
+/// must not be. Sampled on its own lattice (step_for()), in bricks near u = 0; elsewhere u is +-far_mm(). If
+/// the nearest point is unique, the distance is exact to about a thousandth of a step. At concave creases the
+/// nearest point is not unique; there, sheets (CreaseSheets) have the distances to each flank. Immutable;
+/// updates share unchanged bricks.
 class OffsetField {
  public:
   /// Cost of a build.
@@ -31,11 +31,11 @@ class OffsetField {
     double seconds = 0;
   };
 
-  /// Returns the step of the lattice (mm) for a ball in a volume: the smallest spacing of the voxels, or less if
-  /// the error of splines would exceed 0.1 mm plus 2 % of the radius around a sharp tip of the solid, where the
-  /// offset surface has its largest curvature. The step is up to 32 % smaller if a small tool then has sheets. It
-  /// is at least a twelfth of the radius. It is also limited in volumes above 270 mm along each side (radius 0.5
-  /// mm) or 400 mm (radius 1 mm); there, errors are larger if the voxels are coarse.
+  /// Returns the step of the lattice (mm) for a ball in a volume: the smallest spacing of the voxels, or less
+  /// if the error of splines would exceed 0.1 mm plus 2 % of the radius around a sharp tip of the solid,
+  /// where the offset surface has its largest curvature. The step is up to 32 % smaller if a small tool then
+  /// has sheets. It is at least a twelfth of the radius. It is also limited in volumes above 270 mm along
+  /// each side (radius 0.5 mm) or 400 mm (radius 1 mm); there, errors are larger if the voxels are coarse.
   static double step_for(double radius_mm, const Volume& volume) noexcept;
   /// Builds the field of the whole volume. `version` null: no cuts; `soft`: the shape's smooth field or null.
   /// Error unless the radius is above 0, at most 20 mm, and no larger than the volume. threads 0 = all cores.
@@ -68,8 +68,8 @@ class OffsetField {
   }
   /// Returns true if the field may have creased cubes.
   bool has_sheets() const noexcept { return sheets_ != nullptr; }
-  /// u (mm) of a sheet of a creased cube at one of the cube's lattice points. Limited to u of the field: updates
-  /// after a removal reduce only the field, and the limit applies the removal to every sheet.
+  /// u (mm) of a sheet of a creased cube at one of the cube's lattice points. Limited to u of the field:
+  /// updates after a removal reduce only the field, and the limit applies the removal to every sheet.
   double sheet_at(int sheet, const glm::ivec3& cube, const glm::ivec3& v) const noexcept;
   /// Loads the 27 samples of a sheet of the creased cube around lattice point v.
   void load_sheet(int sheet, const glm::ivec3& v, QuadraticPatch& patch) const noexcept;

@@ -1,6 +1,7 @@
 // QuadraticPatch: smooth reconstruction of a field by tensor-product quadratic B-splines over 3 x 3 x 3
 // voxels, one polynomial per voxel cube, with continuous value and gradient (Unser 1999, eq. 6). Weights are
-// not negative and sum to 1, so that a value is between those of its samples, and is air if all samples are air.
+// not negative and sum to 1, so that a value is between those of its samples, and is air if all samples are
+// air.
 #pragma once
 
 #include <algorithm>
@@ -39,8 +40,8 @@ inline void rescale(Jet& j, const glm::dvec3& k) noexcept {
   j.hessian_mixed *= glm::dvec3(k.y * k.z, k.x * k.z, k.x * k.y);
 }
 
-/// True if this CPU supports the wide functions (AVX2), which give the same bits as the narrow functions. `rows`:
-/// QuadraticPatch::samples(); `out`: see quadratic_patch_wide.cpp.
+/// True if this CPU supports the wide functions (AVX2), which give the same bits as the narrow functions.
+/// `rows`: QuadraticPatch::samples(); `out`: see quadratic_patch_wide.cpp.
 extern const bool k_has_wide_patches;
 void value_and_gradient_of_patch_wide(const double* rows, const double p[3], double out[4]) noexcept;
 void jet_of_patch_wide(const double* rows, const double p[3], double out[10]) noexcept;

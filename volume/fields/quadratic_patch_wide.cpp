@@ -1,6 +1,6 @@
-// QuadraticPatch in four lanes, compiled with -mavx2. This file must not call inline functions that other files
-// also call, because the linker could choose the AVX2 copy for all callers. The functions do the same operations
-// in the same order as quadratic_patch.h, and so give the same bits.
+// QuadraticPatch in four lanes, compiled with -mavx2. This file must not call inline functions that other
+// files also call, because the linker could choose the AVX2 copy for all callers. The functions do the same
+// operations in the same order as quadratic_patch.h, and so give the same bits.
 #include <immintrin.h>
 
 namespace trephine::volume {

@@ -1,5 +1,5 @@
-// SmoothSurface: surface of the smooth solid of a shape less its cuts. Computes projections to this surface and
-// distances from it.
+// SmoothSurface: surface of the smooth solid of a shape less its cuts. Computes projections to this surface
+// and distances from it.
 #pragma once
 
 #include <algorithm>
@@ -57,8 +57,8 @@ class SmoothSurface {
     return version_ == nullptr || jet(true, p_volume).value >= 0;
   }
 
-  /// Follows the gradient from `from` (volume frame) to a surface point; false if no surface point is found within
-  /// 1.5 cells. `cells`: number of cells per voxel along each axis.
+  /// Follows the gradient from `from` (volume frame) to a surface point; false if no surface point is found
+  /// within 1.5 cells. `cells`: number of cells per voxel along each axis.
   bool project(const glm::dvec3& from, const glm::dvec3& cells, SurfacePoint& out) const {
     bool is_found = false;
     double nearest = 1e300;
@@ -107,8 +107,8 @@ class SmoothSurface {
     return true;
   }
 
-  /// Finds the surface point between a solid point and a free point (volume frame) by bisection, and appends it.
-  /// For structures that are too thin for project().
+  /// Finds the surface point between a solid point and a free point (volume frame) by bisection, and appends
+  /// it. For structures that are too thin for project().
   void bisect(glm::dvec3 solid, glm::dvec3 free, std::vector<SurfacePoint>& points) const {
     if (!is_solid(solid) || is_solid(free)) return;
     for (int i = 0; i < 24; ++i) {
@@ -120,8 +120,9 @@ class SmoothSurface {
     points.push_back({glm::vec3(frame_.world_from_volume(solid)), is_cut});
   }
 
-  /// Distance (mm) from x to the surface near `from`, at most the distance to `from` itself. `is_found`: true if
-  /// the search that started at `from` found a nearest point on the scan's surface, on that of a cut or on the rim.
+  /// Distance (mm) from x to the surface near `from`, at most the distance to `from` itself. `is_found`: true
+  /// if the search that started at `from` found a nearest point on the scan's surface, on that of a cut or on
+  /// the rim.
   double distance(const glm::dvec3& x_world, const SurfacePoint& from, bool& is_found) const {
     const glm::dvec3 start(from.at_world), offset = x_world - start;
     const double longest = std::sqrt(glm::dot(offset, offset));
@@ -143,9 +144,9 @@ class SmoothSurface {
   }
 
  private:
-  /// Distance (mm) from x to the surface of one field near y, by Newton's method with curvature. y (world): start
-  /// of the search; receives the last iterate. Returns nullopt if the search did not converge, or if its result
-  /// does not bound the solid.
+  /// Distance (mm) from x to the surface of one field near y, by Newton's method with curvature. y (world):
+  /// start of the search; receives the last iterate. Returns nullopt if the search did not converge, or if
+  /// its result does not bound the solid.
   std::optional<double> distance_within(const glm::dvec3& x_world, bool is_cut, glm::dvec3& y) const {
     for (int i = 0; i < k_max_newton; ++i) {
       const Jet j = jet(is_cut, frame_.volume_from_world(y));
@@ -183,8 +184,8 @@ class SmoothSurface {
   }
 
   /// Distance (mm) from x to the rim near y (world). The rim is the curve on which both fields are 0. `rim`
-  /// receives the nearest point of this curve. Returns `bound` and leaves `rim` unchanged if the rim is not nearer
-  /// than `bound`.
+  /// receives the nearest point of this curve. Returns `bound` and leaves `rim` unchanged if the rim is not
+  /// nearer than `bound`.
   double distance_to_rim(const glm::dvec3& x_world, glm::dvec3 y, double bound, glm::dvec3& rim) const {
     const double tolerance = 1e-3 * finest_;
     double last_along = 0, last_step = 0;
@@ -196,8 +197,8 @@ class SmoothSurface {
       // Each step is the shortest step to the zero of both fields, plus a step along the curve toward x.
       const double aa = glm::dot(a, a), bb = glm::dot(b, b), ab = glm::dot(a, b), det = aa * bb - ab * ab;
       if (!(det > 1e-6 * aa * bb)) return bound;
-      // Records every iterate on the rim, because convergence to the nearest point is slow where the rim bends
-      // around x.
+      // Records every iterate on the rim, because convergence to the nearest point is slow where the rim
+      // bends around x.
       const glm::dvec3 to_x = x_world - y;
       if (scan.value * scan.value < tolerance * tolerance * aa &&
           cut.value * cut.value < tolerance * tolerance * bb)

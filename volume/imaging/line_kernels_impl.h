@@ -6,7 +6,8 @@ struct Crossing {
 };
 
 /// Computes the crossing in double precision. `start`, `slope`, `mirror`: of RayPacket. exact_in() computes
-/// one per at most 8 slabs and advances it in fixed point, so that the accumulated error is bounded.
+/// one crossing per axis and call, and advances it in fixed point from slab to slab. A call has at most 8
+/// slabs, so that the accumulated error is bounded.
 inline Crossing crossing_at(const double* start, const double* slope, const std::int32_t* mirror, double k) {
   Crossing crossing;
   Lanes::split(start, slope, k, crossing.voxel, crossing.fraction);
@@ -76,7 +77,7 @@ struct Border {
   }
 };
 
-template <class Sides>
+template <class VoxelAccess>
 void exact_in(const SlabVolume& volume, const RayPacket& rays, int k, int count, double* sums) {
   const Crossing a = crossing_at(rays.a, rays.slope_a, rays.mirror_a, k);
   const Crossing b = crossing_at(rays.b, rays.slope_b, rays.mirror_b, k);
@@ -85,13 +86,13 @@ void exact_in(const SlabVolume& volume, const RayPacket& rays, int k, int count,
   const Lanes::F per_a = Lanes::load(rays.per_a), per_b = Lanes::load(rays.per_b);
   const Lanes::F one = Lanes::all(1.0f);
   const std::int16_t* slab = volume.voxels + k * volume.stride_d;
-  const Sides sides(volume, rays);
-  typename Sides::Voxel voxel = Sides::voxel(volume, a.voxel, b.voxel);
+  const VoxelAccess access(volume, rays);
+  typename VoxelAccess::Voxel voxel = VoxelAccess::voxel(volume, a.voxel, b.voxel);
   Lanes::F sum = Lanes::all(0.0f);
   for (int i = 0; i < count; ++i, slab += volume.stride_d) {
     const Lanes::I next_a = Lanes::add(fraction_a, step_a), next_b = Lanes::add(fraction_b, step_b);
     const Lanes::I over_a = Lanes::has_wrapped(next_a, step_a), over_b = Lanes::has_wrapped(next_b, step_b);
-    const Lanes::F first = Sides::weight(volume, slab, voxel);
+    const Lanes::F first = VoxelAccess::weight(volume, slab, voxel);
     if (!Lanes::any(Lanes::bit_or(over_a, over_b))) {
       sum = Lanes::add(sum, first);
     } else {
@@ -102,23 +103,23 @@ void exact_in(const SlabVolume& volume, const RayPacket& rays, int k, int count,
           one, Lanes::choose(over_b, Lanes::mul(Lanes::real(Lanes::to_next(fraction_b)), per_b), one));
       const Lanes::F early = Lanes::min(t_a, t_b), late = Lanes::max(t_a, t_b);
       const Lanes::I is_a_first = Lanes::less(t_a, t_b);
-      const typename Sides::Voxel middle =
-          sides.neighbour(voxel, Lanes::bit_and(over_a, is_a_first), Lanes::bit_and_not(over_b, is_a_first));
+      const typename VoxelAccess::Voxel middle =
+          access.neighbour(voxel, Lanes::bit_and(over_a, is_a_first), Lanes::bit_and_not(over_b, is_a_first));
       sum = Lanes::add(sum, Lanes::mul(first, early));
-      sum = Lanes::add(sum, Lanes::mul(Sides::weight(volume, slab, middle), Lanes::sub(late, early)));
-      voxel = sides.neighbour(voxel, over_a, over_b);
+      sum = Lanes::add(sum, Lanes::mul(VoxelAccess::weight(volume, slab, middle), Lanes::sub(late, early)));
+      voxel = access.neighbour(voxel, over_a, over_b);
       if (Lanes::any(Lanes::bit_and(over_a, over_b)))
-        sum = Lanes::add(sum, Lanes::mul(Sides::weight(volume, slab, voxel), Lanes::sub(one, late)));
+        sum = Lanes::add(sum, Lanes::mul(VoxelAccess::weight(volume, slab, voxel), Lanes::sub(one, late)));
     }
     fraction_a = next_a, fraction_b = next_b;
   }
   Lanes::add_to(sums, sum);
 }
 
-template <class Sides>
+template <class VoxelAccess>
 void joseph_in(const SlabVolume& volume, const RayPacket& rays, int k, int count, double* sums) {
   const std::int16_t* slab = volume.voxels + k * volume.stride_d;
-  const Sides sides(volume, rays);
+  const VoxelAccess access(volume, rays);
   const Lanes::I yes = Lanes::all(-1), no = Lanes::all(0);
   // Shifted by half a voxel, to interpolate between voxel centres.
   double start_a[8], start_b[8];
@@ -129,12 +130,12 @@ void joseph_in(const SlabVolume& volume, const RayPacket& rays, int k, int count
     const Crossing a = crossing_at(start_a, rays.slope_a, rays.mirror_a, k + i + 0.5);
     const Crossing b = crossing_at(start_b, rays.slope_b, rays.mirror_b, k + i + 0.5);
     const Lanes::F share_a = Lanes::to_float(a.fraction), share_b = Lanes::to_float(b.fraction);
-    const typename Sides::Voxel voxel = Sides::voxel(volume, a.voxel, b.voxel);
+    const typename VoxelAccess::Voxel voxel = VoxelAccess::voxel(volume, a.voxel, b.voxel);
     const auto along_a = [&](Lanes::I over_b) {
       return Lanes::add(
-          Lanes::mul(Sides::weight(volume, slab, sides.neighbour(voxel, no, over_b)),
+          Lanes::mul(VoxelAccess::weight(volume, slab, access.neighbour(voxel, no, over_b)),
                      Lanes::sub(one, share_a)),
-          Lanes::mul(Sides::weight(volume, slab, sides.neighbour(voxel, yes, over_b)), share_a));
+          Lanes::mul(VoxelAccess::weight(volume, slab, access.neighbour(voxel, yes, over_b)), share_a));
     };
     sum = Lanes::add(sum, Lanes::add(Lanes::mul(along_a(no), Lanes::sub(one, share_b)),
                                      Lanes::mul(along_a(yes), share_b)));

@@ -15,7 +15,7 @@ struct Slab {
   double thickness = 0;  ///< mm, half on each side of the plane; 0: only the plane
   Kind kind = Kind::mean;
 };
-inline constexpr std::string_view k_slabs[] = {"mean", "maximum"};  ///< names of Slab::Kind
+inline constexpr std::string_view k_slab_kinds[] = {"mean", "maximum"};  ///< names of Slab::Kind
 
 /// Implementation: `wide` computes eight pixels at once (AVX2), `any` one by one. Their results are
 /// bit-identical.
@@ -39,7 +39,8 @@ void reslice_cuts(const Version& version, const ImagePlane& plane, std::int16_t 
 /// inline code with the rest.
 struct ResliceRow {
   const std::int16_t* voxels;
-  const float* sheet;  ///< if not null, values of one plane x = constant, instead of voxels
+  const float*
+      sheet;  ///< if not null, a 2-D array of values in a plane x = constant, used instead of `voxels`
   std::int32_t stride_y, stride_z;
   std::int32_t at[3], step[3];  ///< first pixel and step per pixel, in 2^-20 of a voxel
 };

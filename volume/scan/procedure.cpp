@@ -61,7 +61,8 @@ Status check_transitions(const SurgicalProcedure& procedure, const ProcedureStep
   return std::nullopt;
 }
 
-/// Returns for each step whether it can be reached from `begin`, in or against the direction of transitions.
+/// Returns for each step whether it can be reached from a step in `begin` (`is_forward`), or whether a step
+/// in `begin` can be reached from it.
 std::vector<bool> reachable(const SurgicalProcedure& procedure, std::vector<bool> begin, bool is_forward) {
   for (bool has_changed = true; has_changed;) {
     has_changed = false;
@@ -98,10 +99,10 @@ Status check(const SurgicalProcedure& procedure) {
                      "rename the step");
     for (const std::string* text : {&step.title, &step.hint, &step.note})
       if (has_control_characters(*text))
-        return invalid("a text has control characters", step.name, "", "printable characters and line ends",
-                       "remove them from title, hint and note");
+        return invalid("a text has control characters", step.name, "",
+                       "printable characters, tabs and line ends", "remove them from title, hint and note");
     if (!names.insert(step.name).second)
-      return invalid("two steps have the same name", step.name, step.name, "a name for each step",
+      return invalid("two steps have the same name", step.name, step.name, "a different name for each step",
                      "rename one of them");
   }
   std::vector<bool> ends(procedure.steps.size());

@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::size_t k_longest_name = 200;
 constexpr double k_farthest = 1e6;  // mm
+constexpr const char* k_expected_position = "a position with coordinates within 1000000 mm";
 
 bool is_name(const std::string& name) {
   return !name.empty() && name.size() <= k_longest_name &&
@@ -42,7 +43,7 @@ Status check_names(const std::vector<T>& objects, const char* kind) {
       return Error{.what = "two objects of the plan have the same name",
                    .where = kind,
                    .found = object.name,
-                   .expected = "a name for each object",
+                   .expected = "a different name for each object",
                    .remedy = "rename one of them"};
   }
   return std::nullopt;
@@ -69,7 +70,8 @@ bool encloses_area(const std::vector<glm::dvec3>& points) {
 
 Status check_score(const std::vector<ScoreLimit>& score) {
   if (score.size() > k_max_planned)
-    return invalid("score", std::to_string(score.size()), "at most " + std::to_string(k_max_planned));
+    return invalid("score", std::to_string(score.size()) + " limits",
+                   "at most " + std::to_string(k_max_planned) + " limits");
   for (const ScoreLimit& limit : score)
     if (!is_name(limit.finding) || !(std::abs(limit.full_at) <= k_farthest) ||
         !(std::abs(limit.zero_at) <= k_farthest) || limit.full_at == limit.zero_at ||
@@ -97,25 +99,30 @@ Status check(const SurgicalPlan& plan) {
   if (Status error = check_names(plan.targets, "targets")) return error;
   for (const PlannedTrajectory& t : plan.trajectories) {
     if (!is_position(t.entry_world) || !is_position(t.target_world) || t.entry_world == t.target_world)
-      return invalid("trajectories", t.name, "an entry and another point as target");
+      return invalid("trajectories", t.name,
+                     "an entry and another point as target, with coordinates of at most 1000000 mm");
     if (!(t.diameter >= 0 && t.diameter <= 100))
       return invalid("trajectories", t.name, "a diameter of 0 to 100 mm");
     if (!t.side.empty() && t.side != "left" && t.side != "right")
       return invalid("trajectories", t.name, "side left or right, or no side");
     if ((!t.group.empty() && !is_name(t.group)) || (!t.vertebra.empty() && !is_name(t.vertebra)))
-      return invalid("trajectories", t.name, "group and vertebra in one line");
+      return invalid("trajectories", t.name,
+                     "a group and a vertebra of at most 200 characters, each in one line");
   }
   for (const PlannedLandmark& l : plan.landmarks)
-    if (!is_position(l.position_world)) return invalid("landmarks", l.name, "a position");
+    if (!is_position(l.position_world))
+      return invalid("landmarks", l.name, "a position with coordinates of at most 1000000 mm");
   for (const PlannedOutline& o : plan.outlines) {
     if (o.points_world.size() < 3 || o.points_world.size() > k_max_planned ||
         !std::all_of(o.points_world.begin(), o.points_world.end(), is_position))
-      return invalid("outlines", o.name, "3 to " + std::to_string(k_max_planned) + " points");
+      return invalid(
+          "outlines", o.name,
+          "3 to " + std::to_string(k_max_planned) + " points, with coordinates of at most 1000000 mm");
     if (!encloses_area(o.points_world)) return invalid("outlines", o.name, "points that are not on one line");
   }
   for (const PlannedPlane& p : plan.planes)
     if (!is_position(p.point_world) || !(std::abs(glm::length(p.normal_world) - 1) < 1e-9))
-      return invalid("planes", p.name, "a point and a unit normal");
+      return invalid("planes", p.name, "a point with coordinates of at most 1000000 mm, and a unit normal");
   for (const PlannedTarget& t : plan.targets)
     if (!is_name(t.label)) return invalid("targets", t.name, "the name of a label");
   for (const std::vector<ScoreLimit>* score : {&plan.score, &plan.procedure.score})

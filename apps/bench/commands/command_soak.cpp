@@ -179,8 +179,8 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
     std::error_code ignored;
     std::filesystem::remove(record.file, ignored);
   }
-  // Memory is flat if its mean in the last quarter of the run is less than 16 MB plus 5 % above that in the
-  // second quarter; the allocator keeps some memory.
+  // Memory is flat if its mean in the last quarter of the run exceeds the mean in the second quarter by less
+  // than 16 MB + 5 % of the latter. This tolerance covers memory that the allocator keeps.
   const auto mean = [&resident_mb](double from, double to) {
     double sum = 0;
     int count = 0;

@@ -126,7 +126,7 @@ Result<Outcome> run_slice(const SliceArguments& a) {
   panels.back().title =
       a.is_side_by_side ? "after"
       : a.thickness > 0
-          ? format_text("%s of %.1f mm", std::string(volume::k_slabs[a.slab]).c_str(), a.thickness)
+          ? format_text("%s of %.1f mm", std::string(volume::k_slab_kinds[a.slab]).c_str(), a.thickness)
           : std::string(a.plane.normal.empty() ? a.plane.plane : "oblique");
   panels.back().foot = format_text("at %.1f, %.1f, %.1f; window %.0f / %.0f", position.x, position.y,
                                    position.z, window.value().width, window.value().level);
@@ -147,7 +147,7 @@ Run build_slice(Options& options) {
   options.add("--window", a->window, "Grey window of CT (bone)").one_of(names);
   options.add("--level", a->level, "Grey window by its middle and width").type("L,W");
   options.add("--slab", a->thickness, "Thickness of a slab (default: a plane)").type("MM");
-  options.add("--slab-kind", a->slab, volume::k_slabs, "Value of a pixel of the slab");
+  options.add("--slab-kind", a->slab, volume::k_slab_kinds, "Value of a pixel of the slab");
   options.add("--outlines", a->has_labels, "Outlines of the scan's labels");
   options.add("--side-by-side", a->is_side_by_side, "Before and after, side by side");
   options.add("--blend", a->is_blended, "Show removed matter in amber");

@@ -144,7 +144,7 @@ class Host {
   std::string path_;
   workbench::OperationChoice choice_;
   workbench::RecordChoice record_;
-  int scene_number_ = 1;  ///< number of opened scenes
+  int scene_number_ = 1;  ///< N in the name FILE-N of the newest recording; 1: FILE itself
 };
 
 }  // namespace
@@ -180,8 +180,8 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   if (Status error = choose_models(arguments.models, choice)) return *error;
   if (arguments.models.is_any()) choice.hands[0].method = haptics::general_method(*choice.hands[0].tool).name;
   // The user may choose another burr in the window. Cuts are therefore sampled for a burr of 2 mm, unless
-  // --smallest-burr requests another size or the first burr is smaller. With --round they are sampled for the
-  // first burr.
+  // --smallest-burr requests another size or the first burr is smaller. With --round, but without
+  // --smallest-burr, they are sampled for the first burr.
   constexpr double k_fine_burr = 2;
   choice.smallest_burr = arguments.smallest_burr;
   if (!arguments.smallest_burr && !arguments.burr.is_round)

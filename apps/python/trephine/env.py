@@ -54,7 +54,10 @@ def _box(low: Any, high: Any) -> Any:
 
 
 class Task(Protocol):
-    """Defines the operation, the start of the tool, and the reward. Each environment has a shallow copy of its task."""
+    """Defines the operation, the start of the tool, and the reward. Each environment has a shallow copy of its task.
+
+    A task may have a method `orientation`, which returns the rotation of the hand (w, x, y, z) during an episode.
+    """
 
     def open(self) -> Operation:
         """Opens the operation, with one hand and 1000 ticks per second."""
@@ -82,27 +85,26 @@ def _numbers(value: Any, count: int, name: str) -> Array:
     return array
 
 
-class Pocket:
-    """A pocket is drilled: the bone in a ball must be removed, and no bone outside the ball.
+class _Removal:
+    """Bone within a capsule is removed, and none outside: base of Pocket and Trough.
 
-    Bone consists of the voxels of at least `iso`. A voxel at the border of the ball counts by the share of its
-    volume in the ball. The value is the volume of bone removed in the ball, minus the volume of bone removed outside
-    it, both divided by the volume of all bone in the ball. The task is done when 90 % of this bone is removed.
+    Bone: voxels of at least `iso`; at the border of the capsule in proportion to their share inside. The value is the
+    removed share of the bone in the capsule, minus the volume removed outside, relative to the same bone. Done at 90 %.
     """
 
-    def __init__(self, scan: Optional[Scan] = None, centre: Any = (0.0, 0.0, 28.0), radius: float = 4.0,
-                 iso: float = 300.0, burr_diameter: float = 3.0) -> None:
+    def __init__(self, scan: Optional[Scan], ends: Any, radius: float, iso: float, burr_diameter: float) -> None:
         self.scan = scan if scan is not None else Scan.phantom("sphere", spacing=(1, 1, 1), radius=30)
-        self.centre, self.radius, self.iso = _numbers(centre, 3, "The centre"), float(radius), float(iso)
+        self.ends = [_numbers(end, 3, "An end") for end in ends]
+        self.radius, self.iso = float(radius), float(iso)
         self.burr_diameter = float(burr_diameter)
         self._air = _air_of(self.scan)
         if not 0 < self.radius < 1000 or not self.iso > self._air:
             raise ValueError("The radius must be between 0 and 1000 mm, and iso above the intensity of air.")
         axes = self.scan.world(np.eye(3)) - self.scan.world(np.zeros((3, 3)))
         self._voxel = abs(float(np.linalg.det(axes)))
-        # The weight of a voxel is the share of its volume inside the ball.
-        corners = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
-        voxels = self.scan.voxel(self.centre + self.radius * corners)
+        # Weights of the voxels around the capsule: the share of their volume inside.
+        corners = self.radius * np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+        voxels = self.scan.voxel(np.concatenate([end + corners for end in self.ends]))
         last = np.array(self.scan.shape[::-1]) - 1
         self._low = np.clip(np.floor(voxels.min(axis=0)), 0, last).astype(int)
         high = np.clip(np.ceil(voxels.max(axis=0)), 0, last).astype(int)
@@ -111,14 +113,22 @@ class Pocket:
         weights = np.zeros(len(points))
         fine = (np.arange(4) + 0.5) / 4 - 0.5
         for dx, dy, dz in np.array(np.meshgrid(fine, fine, fine)).reshape(3, -1).T:
-            distance = np.linalg.norm(self.scan.world(points + [dx, dy, dz]) - self.centre, axis=1)
-            weights += (distance <= self.radius) / 64
+            weights += (self._distance(self.scan.world(points + [dx, dy, dz])) <= self.radius) / 64
         self._weights = weights.reshape(x.shape)
         self._high = high
         is_bone = self._part(self.scan.array) >= self.iso
         self.bone_mm3 = self._voxel * float(self._weights[is_bone].sum())
         if self.bone_mm3 <= 0:
-            raise ValueError("The ball contains no bone. Move the centre, or lower iso.")
+            raise ValueError("The region contains no bone. Move it, or lower iso.")
+
+    def _distance(self, points: Array) -> Array:
+        """Returns the distances of points to the axis of the capsule, mm."""
+        begin, end = self.ends
+        axis = end - begin
+        square = float(axis @ axis)
+        along = np.clip((points - begin) @ axis / square, 0, 1) if square > 0 else np.zeros(len(points))
+        distances: Array = np.linalg.norm(points - begin - along[:, None] * axis, axis=1)
+        return distances
 
     def _part(self, voxels: Any) -> Any:
         (x0, y0, z0), (x1, y1, z1) = self._low, self._high
@@ -132,11 +142,11 @@ class Pocket:
         return operation
 
     def start(self, random: np.random.Generator) -> Array:
-        start: Array = self.centre + np.array([*random.uniform(-2, 2, 2), self.radius + 6.0])
+        start: Array = self.ends[0] + np.array([*random.uniform(-2, 2, 2), self.radius + 6.0])
         return start
 
     def goal(self) -> Array:
-        return self.centre
+        return self.ends[0]
 
     def judge(self, operation: Operation, touches: Optional[Touches]) -> tuple[float, bool, dict[str, float]]:
         changed = operation.take_changed()
@@ -159,6 +169,74 @@ class Pocket:
         share, outside = self._inside / self.bone_mm3, max(self._all - self._inside, 0.0)
         value = share - outside / self.bone_mm3
         return value, share >= 0.9, {"removed_share": share, "outside_mm3": outside}
+
+
+class Pocket(_Removal):
+    """A pocket is drilled: bone within a ball is removed, and none outside. The value is as that of Trough."""
+
+    def __init__(self, scan: Optional[Scan] = None, centre: Any = (0.0, 0.0, 28.0), radius: float = 4.0,
+                 iso: float = 300.0, burr_diameter: float = 3.0) -> None:
+        super().__init__(scan, (centre, centre), radius, iso, burr_diameter)
+
+
+class Trough(_Removal):
+    """A trough is drilled, as next to a lamina: bone within `radius` of a line is removed, and none outside.
+
+    The value is the removed share of the bone in this region, minus the volume removed outside, relative to the same
+    bone. Done at 90 %.
+    """
+
+    def __init__(self, scan: Optional[Scan] = None, begin: Any = (-6.0, 0.0, 28.0), end: Any = (6.0, 0.0, 28.0),
+                 radius: float = 2.5, iso: float = 300.0, burr_diameter: float = 3.0) -> None:
+        super().__init__(scan, (begin, end), radius, iso, burr_diameter)
+
+
+class ScrewTrack:
+    """A track for a screw is probed through the left pedicle of L4 of the built-in spine, without leaving the bone.
+
+    The hand holds the probe along the planned trajectory, and moves it. The value is the share of the length that the
+    tip has reached, minus 2 if the probe left the bone. Done at the whole length, or when the probe leaves the bone.
+    """
+
+    def __init__(self, entry: Any = (16.3, 37.0, 6.5), target: Any = (8.2, -9.0, 6.5), length: float = 40.0) -> None:
+        self.entry = _numbers(entry, 3, "The entry")
+        way = _numbers(target, 3, "The target") - self.entry
+        size = float(np.linalg.norm(way))
+        self.length = float(length)
+        if not 0 < self.length <= 60 or not size > 0:
+            raise ValueError("The length must be between 0 and 60 mm, and the target differ from the entry.")
+        self.ahead: Array = way / size
+        self._first_event = 0
+
+    def orientation(self) -> Array:
+        """Returns the rotation from the z axis to the shaft, which points out of the bone."""
+        quaternion = np.array([1.0 - self.ahead[2], *np.cross((0.0, 0.0, 1.0), -self.ahead)])
+        if np.linalg.norm(quaternion) < 1e-9:
+            return np.array([0.0, 1.0, 0.0, 0.0])
+        unit: Array = quaternion / np.linalg.norm(quaternion)
+        return unit
+
+    def open(self) -> Operation:
+        return Operation.open("spine", hand=Hand("probe"), plan=True)
+
+    def start(self, random: np.random.Generator) -> Array:
+        start: Array = self.entry - 10.0 * self.ahead + [*random.uniform(-0.5, 0.5, 2), 0.0]
+        return start
+
+    def goal(self) -> Array:
+        goal: Array = self.entry + self.length * self.ahead
+        return goal
+
+    def judge(self, operation: Operation, touches: Optional[Touches]) -> tuple[float, bool, dict[str, float]]:
+        if touches is None:
+            self._first_event = operation.event_count
+        names = {event.name for event in operation.events_since(self._first_event)}
+        depth = 0.0
+        if touches is not None and "probe-entered" in names:
+            depth = float((touches.proxy[-1] - self.entry) @ self.ahead)
+        is_out = "probe-out" in names
+        share = min(max(depth / self.length, 0.0), 1.0)
+        return share - 2.0 * is_out, share >= 1.0 or is_out, {"depth_mm": depth, "is_out": float(is_out)}
 
 
 class BurrHole:
@@ -244,7 +322,9 @@ class SurgeryEnv(_Base):  # type: ignore[misc]
             self._random = np.random.default_rng(seed)
         self._position = _numbers(self.task.start(self._random), 3, "The start")
         self.operation.restore(self._first)
-        touches = self.operation.run(self._position[None], buttons=0)
+        orientation = getattr(self.task, "orientation", None)
+        self._turn: Optional[Array] = None if orientation is None else _numbers(orientation(), 4, "The orientation")
+        touches = self._run(self._position[None], 0)
         self._steps = 0
         self._value, _, facts = self.task.judge(self.operation, None)
         return self._observation(touches), dict(facts)
@@ -257,12 +337,16 @@ class SurgeryEnv(_Base):  # type: ignore[misc]
             raise ValueError("An action is four finite numbers: a velocity in mm/s and the button.")
         step = np.clip(velocity[:3], -self.max_speed, self.max_speed) * 1e-3
         positions = self._position + step * np.arange(1, self.ticks_per_step + 1)[:, None]
-        touches = self.operation.run(positions, buttons=int(velocity[3] > 0.5))
+        touches = self._run(positions, int(velocity[3] > 0.5))
         self._position = positions[-1]
         self._steps += 1
         value, is_done, facts = self.task.judge(self.operation, touches)
         reward, self._value = value - self._value, value
         return self._observation(touches), reward, is_done, self._steps >= self.max_steps, dict(facts)
+
+    def _run(self, positions: Array, button: int) -> Touches:
+        turns = None if self._turn is None else np.tile(self._turn, (len(positions), 1))
+        return self.operation.run(positions, turns, button)
 
     def _observation(self, touches: Touches) -> NDArray[np.float32]:
         assert self._position is not None

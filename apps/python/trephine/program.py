@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 import shutil
 import subprocess
+import tempfile
 from pathlib import Path
 from typing import Any, Optional, Union
+
+import numpy as np
 
 from ._core import Error
 
@@ -56,3 +60,21 @@ def report(session: Path_, page: Path_, *, scan: Optional[Path_] = None, expert:
     if expert is not None:
         words += ["--expert", expert]
     call(*words)
+
+
+def audit(session: Path_, *, scan: Optional[Path_] = None) -> dict[str, Any]:
+    """Returns the results of the independent judge of each tick of a session, `trephine audit`."""
+    return call("audit", session, *(["--scan", scan] if scan is not None else []))
+
+
+def ticks(session: Path_, *, scan: Optional[Path_] = None) -> dict[str, Any]:
+    """Replays a session, and returns its ticks as arrays of the columns of `trephine replay --table`: `t`, `hip_x`,
+    `proxy_x`, `force_x`, `contact`, `shape` and others (docs/file-formats.md)."""
+    with tempfile.TemporaryDirectory() as folder:
+        table = os.path.join(folder, "ticks.csv")
+        call("replay", session, "--table", table, *(["--scan", scan] if scan is not None else []))
+        with open(table, newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+    names = rows[0].keys() if rows else ()
+    texts = ("shape", "side")
+    return {name: np.array([row[name] if name in texts else float(row[name]) for row in rows]) for name in names}

@@ -200,7 +200,7 @@ TEST(VoxelSampling, ForcesAreThoseOfTheTangentPlanes) {
       force += 0.7 * depth * inward;
       torque += glm::cross(p - tool.position_world, 0.7 * depth * inward);
     }
-    const double scale = options.averaged_from > 0 && count >= 10 ? 10.0 / count : 1;
+    const double scale = options.averaging_threshold > 0 && count >= 10 ? 10.0 / count : 1;
     ASSERT_EQ(fast.points, count);
     EXPECT_LT(glm::length(fast.on_tool.force_world - scale * force), 1e-9);
     EXPECT_LT(glm::length(fast.on_tool.torque_world - scale * torque), 1e-8);

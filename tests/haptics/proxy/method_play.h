@@ -22,8 +22,8 @@ inline data_tools::PhantomOptions grid(int size, double psf, double shear = 0,
   return o;
 }
 
-/// Returns the name of a suite for a method, such as "explicit_cubes".
-inline std::string suite_name(const testing::TestParamInfo<const char*>& info) {
+/// Returns the suffix of test names for a method, such as "explicit_cubes".
+inline std::string name_suffix(const testing::TestParamInfo<const char*>& info) {
   std::string name = info.param;
   std::replace(name.begin(), name.end(), '-', '_');
   return name;

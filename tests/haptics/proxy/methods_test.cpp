@@ -21,14 +21,14 @@ class Methods : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(All, Methods,
                          testing::Values("implicit", "path", "explicit", "explicit-cubes", "subvoxel", "mesh",
                                          "depth", "scene", "scene-sequential"),
-                         suite_name);
+                         name_suffix);
 
 /// Methods that support cuts. The surfaces of "mesh" and "depth" are built once, from the untouched volume.
 class VoxelMethods : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(All, VoxelMethods,
                          testing::Values("implicit", "path", "explicit", "explicit-cubes", "subvoxel",
                                          "scene", "scene-sequential"),
-                         suite_name);
+                         name_suffix);
 
 TEST_P(Methods, FreeMotionFollowsTheHipExactly) {
   Play play(GetParam(), scenes::phantom_scene("sphere", grid(64, 1)));

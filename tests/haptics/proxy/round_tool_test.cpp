@@ -29,7 +29,7 @@ constexpr const char* k_round_methods[] = {"subvoxel", "scene",    "scene-sequen
                                            "path",     "explicit", "explicit-cubes"};
 
 class RoundMethods : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(All, RoundMethods, testing::ValuesIn(k_round_methods), suite_name);
+INSTANTIATE_TEST_SUITE_P(All, RoundMethods, testing::ValuesIn(k_round_methods), name_suffix);
 
 /// The offset fields of a radius are built once, for all methods.
 TEST(RoundTool, RestsARadiusAboveASphereAtAnyRadius) {

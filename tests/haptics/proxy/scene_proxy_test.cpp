@@ -1,7 +1,6 @@
 // SceneProxy: one proxy stays outside all volumes and polygonal models, at any angle, as a point and as a
 // ball, with models at rest and in motion.
-// This long file is not divided, since the tests share their scenes.
-
+// One file: the tests share their scenes.
 #include "haptics/proxy/scene_proxy.h"
 
 #include <cmath>
