@@ -1,5 +1,8 @@
 """Learning environments: resets that leave nothing behind, and equal bits for equal actions."""
 
+import gc
+import resource
+
 import numpy as np
 import pytest
 import trephine as tr
@@ -213,3 +216,20 @@ def test_screw_track_is_done_in_the_pedicle_and_fails_outside():
     assert np.allclose(shaft, [1, 0, 0, 0])
     with pytest.raises(ValueError, match="length"):
         ScrewTrack(length=80)
+
+
+def test_a_thousand_resets_keep_the_memory():
+    def resident_mb():
+        with open("/proc/self/statm", encoding="ascii") as file:
+            return int(file.read().split()[1]) * resource.getpagesize() / 2**20
+
+    env = SurgeryEnv(Pocket(tr.Scan.phantom("sphere", spacing=(2, 2, 2), radius=30)), ticks_per_step=50)
+    memory = []
+    for i in range(1000):
+        env.reset(seed=i)
+        env.step([0, 0, -20, 1])
+        env.step([0, 0, -20, 1])
+        if i in (99, 999):
+            gc.collect()
+            memory.append(resident_mb())
+    assert memory[1] - memory[0] < 5, memory

@@ -104,8 +104,8 @@ def test_judgements_are_scored_like_those_of_the_modules():
     assert d["verdict"] == "reported"
     assert judged["points"] == own["points"] + 1 and judged["possible"] == own["possible"] + 6
     assert judged["not_judged"] == own["not_judged"] + 1
-    for wrong, part in [([tr.Judgement("a", 1.0), tr.Judgement("a", 2.0)], "one name"),
-                        ([tr.Judgement("undos", 1.0)], "one name"), ([tr.Judgement("", 1.0)], "not valid"),
+    for wrong, part in [([tr.Judgement("a", 1.0), tr.Judgement("a", 2.0)], "same name"),
+                        ([tr.Judgement("undos", 1.0)], "same name"), ([tr.Judgement("", 1.0)], "not valid"),
                         ([tr.Judgement("a", np.nan)], "not valid"), ([3], "wrong type")]:
         with pytest.raises(tr.Error, match=part):
             operation.score(wrong)
