@@ -11,7 +11,7 @@ inline constexpr const char* k_version = "0.1.0";
 
 /// Revision of the interface of modules. It increases with every change of sim/api, within a version, that
 /// leaves the sizes below unchanged.
-inline constexpr std::uint64_t k_module_revision = 1;
+inline constexpr std::uint64_t k_module_revision = 2;
 /// Layout of the interface of modules: its revision, and the sizes of the objects that both sides share.
 inline constexpr std::uint64_t k_module_layout = [] {
   std::uint64_t layout = k_module_revision;
