@@ -15,6 +15,7 @@
 #include "data-tools/files/words.h"
 #include "data-tools/formats/reader_support.h"
 #include "data-tools/formats/write_volume.h"
+#include "volume/base/text.h"
 
 namespace trephine::data_tools {
 
@@ -86,11 +87,11 @@ std::string extent_text(const Volume& v) {
   }
   const auto text = [](const glm::dvec3& p) {
     std::string point_text = "(";
-    return point_text.append(short_number(p.x))
+    return point_text.append(rounded_text(p.x))
         .append(", ")
-        .append(short_number(p.y))
+        .append(rounded_text(p.y))
         .append(", ")
-        .append(short_number(p.z))
+        .append(rounded_text(p.z))
         .append(")");
   };
   return "from " + text(low) + " to " + text(high) + " mm";
@@ -368,7 +369,7 @@ Result<ReadLabels> read_labels(const std::string& path, const Volume& scan, cons
                  .remedy = "check that it is the segmentation of this scan"};
   if (!mapper.is_same_grid) {
     result.notices.push_back("the labels have another grid: resampled to the scan (nearest neighbour); " +
-                             short_number(1e-3 * inside) + " cm3 of " + short_number(1e-3 * total) +
+                             rounded_text(1e-3 * inside) + " cm3 of " + rounded_text(1e-3 * total) +
                              " are in the scan");
     if (inside < 0.8 * total)
       result.notices.emplace_back(

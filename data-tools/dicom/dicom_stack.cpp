@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "data-tools/files/words.h"
+#include "volume/base/text.h"
 
 namespace trephine::data_tools {
 
@@ -63,9 +64,9 @@ Result<SliceStack> stack_slices(const std::vector<SlicePosition>& slices, bool m
     if (std::abs(glm::length(s.row_axis) - 1) > 1e-3 || std::abs(glm::length(s.column_axis) - 1) > 1e-3 ||
         std::abs(skew) > 1e-3)
       return Error{.what = "the directions of a slice are not orthogonal unit vectors",
-                   .found = s.name + ": lengths " + short_number(glm::length(s.row_axis)) + " and " +
-                            short_number(glm::length(s.column_axis)) + ", cosine between them " +
-                            short_number(skew),
+                   .found = s.name + ": lengths " + rounded_text(glm::length(s.row_axis)) + " and " +
+                            rounded_text(glm::length(s.column_axis)) + ", cosine between them " +
+                            rounded_text(skew),
                    .expected = "lengths of 1, cosine 0",
                    .remedy = "re-export the series from its source"};
     if (glm::length(s.row_axis - first.row_axis) > k_direction_tolerance ||

@@ -12,6 +12,7 @@
 #include "data-tools/formats/reader_support.h"
 #include "data-tools/formats/voxel_values.h"
 #include "volume/base/parallel.h"
+#include "volume/base/text.h"
 
 namespace trephine::data_tools {
 
@@ -106,7 +107,7 @@ class Loader {
     if (options_->scale) {
       step_ = *options_->scale;
       opened.volume.is_hounsfield = opened.volume.is_hounsfield && step_ == 1;
-      opened.notices.push_back("one voxel unit is " + short_number(step_) +
+      opened.notices.push_back("one voxel unit is " + rounded_text(step_) +
                                " of the file's units (option scale)");
     } else if (is_whole) {
       step_ = 0;
@@ -116,7 +117,7 @@ class Loader {
     } else if (is_uniform) {
       keeps_stored_ = true;
       opened.notices.push_back("voxels are the stored numbers: the file's units are " +
-                               short_number(first.slope) + " x voxel + " + short_number(first.intercept));
+                               rounded_text(first.slope) + " x voxel + " + rounded_text(first.intercept));
     } else {
       return choose_step(opened);
     }
@@ -170,9 +171,9 @@ class Loader {
     if (!value_step.is_finer_than_noise) return too_coarse(where_, statistics);
     step_ = value_step.step;
     const double noise = statistics.noise();
-    opened.notices.push_back("values were scaled: the file's units are " + short_number(step_) +
-                             " x voxel, at most " + short_number(0.5 * step_) + " off, noise is " +
-                             short_number(noise));
+    opened.notices.push_back("values were scaled: the file's units are " + rounded_text(step_) +
+                             " x voxel, at most " + rounded_text(0.5 * step_) + " off, noise is " +
+                             rounded_text(noise));
     return std::nullopt;
   }
 
@@ -241,10 +242,10 @@ class Loader {
       const double value = slice.slope * stored[i] + slice.intercept;
       return Error{.what = "a value does not fit into 16 bits",
                    .where = where_,
-                   .found = short_number(value) + " in " + slice.plane.name,
+                   .found = rounded_text(value) + " in " + slice.plane.name,
                    .expected = "-32768 to 32767",
                    .remedy = "read it with a coarser step (option scale " +
-                             short_number(std::ceil(std::abs(value) / 32767)) + ")"};
+                             rounded_text(std::ceil(std::abs(value) / 32767)) + ")"};
     }
     return std::nullopt;
   }
@@ -364,7 +365,7 @@ class Loader {
   void add_notices(OpenedVolume& opened) const {
     const DicomSlice& first = stack_->slices[0];
     if (geometry_.tilt_degrees >= 0.01)
-      opened.notices.push_back("the gantry was tilted by " + short_number(geometry_.tilt_degrees) +
+      opened.notices.push_back("the gantry was tilted by " + rounded_text(geometry_.tilt_degrees) +
                                " degrees: slices keep their positions (a sheared volume)");
     if (!geometry_.at.empty())
       opened.notices.push_back(counted(interpolated_count_, "slice") + " of " +
@@ -372,7 +373,7 @@ class Loader {
     if (opened.volume.size.z == 1)
       opened.notices.push_back(first.plane.thickness > 0
                                    ? "one slice only: its thickness of " +
-                                         short_number(geometry_.frame.spacing().z) +
+                                         rounded_text(geometry_.frame.spacing().z) +
                                          " mm is used as the slice distance"
                                    : "one slice only, which does not state its thickness: 1 mm was assumed");
     std::set<std::size_t> files_with_excess;

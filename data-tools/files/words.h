@@ -11,13 +11,6 @@
 
 namespace trephine::data_tools {
 
-/// Formats a number with at most six significant digits.
-inline std::string short_number(double v) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.6g", v);
-  return text;
-}
-
 /// Returns the value of a header line "key: value" or "key = value", with the key in upper or lower case and
 /// any blanks or tabs between; nullopt for another line.
 inline std::optional<std::string> header_value(const std::string& line, std::string_view key) {

@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "data-tools/files/words.h"
+#include "volume/base/text.h"
 
 namespace trephine::data_tools {
 
@@ -55,7 +56,7 @@ ValueStep step_for(const ValueStatistics& statistics) {
   // The step is rounded up to two digits, so that the notice can state it exactly.
   double step = statistics.max_magnitude() > 0 ? statistics.max_magnitude() / k_max_voxel : 1;
   const double digit = std::pow(10, std::floor(std::log10(step)) - 1);
-  if (digit > 0) step = std::strtod(short_number(std::ceil(step / digit) * digit).c_str(), nullptr);
+  if (digit > 0) step = std::strtod(rounded_text(std::ceil(step / digit) * digit).c_str(), nullptr);
   return {step, step <= noise};
 }
 
@@ -63,10 +64,10 @@ Error too_coarse(const std::string& where, const ValueStatistics& statistics) {
   return Error{
       .what = "rounding to 16 bits would exceed the noise of the values",
       .where = where,
-      .found = "values up to " + short_number(statistics.max_magnitude()) + ", noise of " +
-               short_number(statistics.noise()),
-      .expected = "a step of at most " + short_number(statistics.noise()),
-      .remedy = "accept a coarser step (option scale " + short_number(step_for(statistics).step) + ")"};
+      .found = "values up to " + rounded_text(statistics.max_magnitude()) + ", noise of " +
+               rounded_text(statistics.noise()),
+      .expected = "a step of at most " + rounded_text(statistics.noise()),
+      .remedy = "accept a coarser step (option scale " + rounded_text(step_for(statistics).step) + ")"};
 }
 
 Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optional<double> scale,
@@ -106,32 +107,32 @@ Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optio
   if (!(value_step.step > 0))
     return Error{.what = "the step is out of range",
                  .where = "scale",
-                 .found = short_number(value_step.step),
+                 .found = rounded_text(value_step.step),
                  .expected = "above 0",
                  .remedy = "state a positive number (option scale)"};
   if (has_fractions && !value_step.is_finer_than_noise) return too_coarse(where, statistics);
   if (statistics.max_magnitude() / value_step.step > 32767 || (!scale && !has_fractions))
     return Error{.what = "a value does not fit into 16 bits",
                  .where = where,
-                 .found = short_number(statistics.max_magnitude()),
-                 .expected = scale ? "at most " + short_number(32767 * value_step.step) : "-32768 to 32767",
+                 .found = rounded_text(statistics.max_magnitude()),
+                 .expected = scale ? "at most " + rounded_text(32767 * value_step.step) : "-32768 to 32767",
                  .remedy = "read it with a coarser step (option scale " +
-                           short_number(std::ceil(statistics.max_magnitude() / 32767 * 100) / 100) + ")"};
+                           rounded_text(std::ceil(statistics.max_magnitude() / 32767 * 100) / 100) + ")"};
   for_each_part(count, values, [&](std::size_t first, std::span<const double> part) {
     for (std::size_t i = 0; i < part.size(); ++i)
       voxels[first + i] = static_cast<std::int16_t>(std::floor(part[i] / value_step.step + 0.5));
     return true;
   });
   if (scale)
-    notices.push_back("one voxel unit is " + short_number(value_step.step) +
+    notices.push_back("one voxel unit is " + rounded_text(value_step.step) +
                       " of the file's units (option scale)");
   else if (value_step.step == 1)
     notices.push_back("values were rounded to whole numbers: at most 0.5 off, noise is " +
-                      short_number(statistics.noise()));
+                      rounded_text(statistics.noise()));
   else
-    notices.push_back("values were scaled: the file's units are " + short_number(value_step.step) +
-                      " x voxel, at most " + short_number(0.5 * value_step.step) + " off, noise is " +
-                      short_number(statistics.noise()));
+    notices.push_back("values were scaled: the file's units are " + rounded_text(value_step.step) +
+                      " x voxel, at most " + rounded_text(0.5 * value_step.step) + " off, noise is " +
+                      rounded_text(statistics.noise()));
   return std::nullopt;
 }
 

@@ -147,7 +147,7 @@ void add_notices(PolygonModel& model) {
   constexpr double k_small = 3, k_large = 1500;  // mm, limits for objects in an operating field
   const double longest = std::max({facts.size.x, facts.size.y, facts.size.z});
   if (longest < k_small || longest > k_large)
-    add("the model is " + short_number(longest) + " mm long: check its unit (option mesh-scale)");
+    add("the model is " + rounded_text(longest) + " mm long: check its unit (option mesh-scale)");
 }
 
 /// Scales a model and converts it to LPS. Error if it contains no polygon, or a coordinate is not finite or
