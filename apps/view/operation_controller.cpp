@@ -236,6 +236,7 @@ void OperationController::frame() {
   if (state_.refused) release_handle();
   collect_notices();
   send_history_steps();
+  watch_progress();
   if (steps_) steps_->follow(live_, state_, seconds());
   restore_force();
   follow_instrument_change();
@@ -478,7 +479,6 @@ void OperationController::follow_cursor() {
   mouse_.set(request, turn_along(shaft()), is_pressed && hit >= 0, jump, press);
   request_ = request, is_lifted_ = false;
   watch_sight(ray, is_pressed);
-  watch_progress(is_pressed);
 }
 
 }  // namespace trephine::view

@@ -197,7 +197,7 @@ class OperationController {
   double press_depth(const Ray& ray, double hit) const;
   void follow_cursor();
   void watch_sight(const Ray& ray, bool is_pressed);
-  void watch_progress(bool is_pressed);
+  void watch_progress();
   bool wait_outside_clip(const Ray& ray, double hit);
   double clearance_at(const glm::dvec3& tip, double expected) const;
   bool passes_forbidden(const glm::dvec3& from, const glm::dvec3& to) const;

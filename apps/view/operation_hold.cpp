@@ -344,11 +344,11 @@ void OperationController::watch_sight(const Ray& ray, bool is_pressed) {
 }
 
 /// Shows a message if a pressed burr removes hardly any bone: below a certain force it rubs and does not cut.
-void OperationController::watch_progress(bool is_pressed) {
+void OperationController::watch_progress() {
   constexpr double k_seconds = 2, k_least = 0.5;  // s; mm³ in this time
   const haptics::ServoRecord& newest = state_.newest;
-  const bool is_working = is_pressed && newest.pose.is_pressed() && newest.has_contact &&
-                          state_.tool.name() == drilling::Burr::schema().name;
+  const bool is_working =
+      newest.pose.is_pressed() && newest.has_contact && state_.tool.name() == drilling::Burr::schema().name;
   if (!is_working || state_.removed_mm3 >= progress_mm3_ + k_least) {
     progress_at_ = newest.t, progress_mm3_ = state_.removed_mm3;
     return;

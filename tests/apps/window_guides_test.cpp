@@ -235,61 +235,6 @@ TEST_F(ToolWindow, ABurrRemovesBoneWhereTheLineOfSightGrazesIt) {
   EXPECT_GT(count, 5);
 }
 
-/// A press at an edge pulls the burr below the edge. There it stops, with a message, until the cursor moves.
-TEST_F(ToolWindow, ABurrThatSlidesBehindBoneStops) {
-  open("spine", drilling::burr({.diameter = 4}));
-  QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
-  let_run(300);
-  hand().set_depth(3);
-  const auto count = [&] {
-    const auto& log = hand().notices().log();
-    return std::count_if(log.begin(), log.end(), [](const auto& entry) {
-      return entry.text.starts_with("The tool slid behind bone, out of sight");
-    });
-  };
-  for (const dvec3 edge : {dvec3(-1.75, 45, -12.5), dvec3(-3.5, 45, -10)}) {
-    SCOPED_TRACE(edge.x);
-    const auto before = count();
-    point_at(edge);
-    QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(edge));
-    EXPECT_TRUE(reaches([&] { return count() == before + 1; }));
-    let_run(300);
-    const double stopped = hand().state().removed_mm3, time = hand().state().newest.t;
-    EXPECT_TRUE(reaches([&] { return hand().state().newest.t > time + 2; }));
-    EXPECT_LT(hand().state().removed_mm3, stopped + 0.5) << "it went on out of sight";
-    QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(edge));
-    let_run(100);
-  }
-}
-
-/// A burr that is pressed too lightly rubs and hardly cuts. The window reports the force, and how to
-/// increase it, once until the burr cuts again or is released.
-TEST_F(ToolWindow, ABurrThatRubsIsReported) {
-  open("head", drilling::burr({.diameter = 6}));
-  QTest::keyClick(window_.get(), Qt::Key_R, Qt::ShiftModifier);
-  let_run(300);
-  const dvec3 at(-66, 10, 24);
-  const auto count = [&] {
-    const auto& log = hand().notices().log();
-    return std::count_if(log.begin(), log.end(), [](const auto& entry) {
-      return entry.text.starts_with("The burr rubs and hardly cuts at ");
-    });
-  };
-  for (const auto& [depth, rubs] : {std::pair(12.0, false), std::pair(0.5, true)}) {
-    SCOPED_TRACE(depth);
-    hand().set_depth(depth);
-    point_at(at);
-    const double start = hand().state().newest.t;
-    QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(at));
-    EXPECT_TRUE(reaches([&] { return rubs ? count() == 1 : hand().state().newest.t > start + 2.5; }));
-    const double shown = hand().state().newest.t;
-    EXPECT_TRUE(reaches([&] { return hand().state().newest.t > shown + (rubs ? 2.5 : 0); }));
-    QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(at));
-    EXPECT_EQ(count(), rubs ? 1 : 0);
-    let_run(100);
-  }
-}
-
 /// A press on a cut face is refused: the tool cannot pass the hidden bone in front of the face, and the
 /// matter behind the face is not visible. Otherwise a press can tear a nerve root far behind the face.
 TEST_F(ToolWindow, APressOnACutFaceIsRefused) {

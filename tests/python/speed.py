@@ -4,11 +4,13 @@ reset of learning environments.
 PYTHONPATH=build/release/python /usr/bin/python3 tests/python/speed.py
 """
 
+import subprocess
 import time
 
 import numpy as np
 import trephine as tr
 from trephine.env import BurrHole, Pocket, SurgeryEnv
+from trephine.program import find_program
 
 TICKS = 100_000
 angles = np.linspace(0, 6.28, TICKS)
@@ -27,6 +29,17 @@ for _ in range(5):
     single.append(time.perf_counter() - start)
 assert touches.contact.all()
 print(f"one call for all ticks: {min(whole) / TICKS * 1e6:.2f} us per tick")
+# Compares with a loop of C++ over the same ticks, alternately.
+ratios = []
+for _ in range(5):
+    loop = float(subprocess.run([find_program("speed_loop")], check=True, stdout=subprocess.PIPE, text=True).stdout)
+    runs = []
+    for _ in range(5):
+        start = time.perf_counter()
+        operation.run(positions)
+        runs.append(time.perf_counter() - start)
+    ratios.append(1e6 * min(runs) / TICKS / loop)
+print(f"a loop of C++:          {loop:.2f} us per tick; Python takes {np.median(ratios):.3f} times as long (median of 5)")
 print(f"one call per tick:      {min(single) / TICKS * 1e6:.2f} us per tick")
 
 for task in (Pocket(), BurrHole()):

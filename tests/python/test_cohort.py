@@ -166,3 +166,23 @@ def test_a_case_with_the_command_itself(place):
     assert row["error"] == "" and 0 < float(row["points"]) <= float(row["possible"])
     assert float(row["L4 left: breach"]) < 2
     assert Path("results/sessions/00001.session").exists()
+
+
+@pytest.mark.skipif("TREPHINE_COMMAND" not in os.environ, reason="the command was not built")
+def test_a_script_on_an_own_scan_is_scored(place):
+    command = os.environ["TREPHINE_COMMAND"]
+    subprocess.run([command, "phantom", "sphere", "--spacing", "2", "-o", "ball.mha"], check=True, stdout=subprocess.DEVNULL)
+    (place / "own.toml").write_text("""schema = 1
+title = "A short drill"
+scan = "ball.mha"
+iso = 300
+[[hands]]
+instrument = "burr"
+parameters = "diameter=6"
+points = [[0, 0, 0, 60, 0], [0.5, 0, 0, 40, 1], [1, 0, 0, 30, 1]]
+""")
+    assert cohort("plan", "own.toml", "--skills", "expert", "--seeds", "1", "-o", "plan.csv").returncode == 0
+    assert cohort("run", "plan.csv", "results", "--trephine", command).returncode == 0
+    table_of("results")
+    (row,) = csv.DictReader(open("results.csv"))
+    assert row["error"] == "" and float(row["removed_mm3"]) > 1

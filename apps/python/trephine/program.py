@@ -15,7 +15,7 @@ import numpy as np
 
 from ._core import Error
 
-Path_ = Union[str, "os.PathLike[str]"]
+PathLike = Union[str, "os.PathLike[str]"]
 
 
 def find_program(name: str = "trephine") -> str:
@@ -33,7 +33,7 @@ def find_program(name: str = "trephine") -> str:
     raise FileNotFoundError(f"The program {name} was not found. Set TREPHINE_PROGRAMS to its folder.")
 
 
-def call(*words: Path_, program: str = "trephine") -> dict[str, Any]:
+def call(*words: PathLike, program: str = "trephine") -> dict[str, Any]:
     """Runs a command, and returns its JSON. Raises Error with the message of the command."""
     result = subprocess.run([find_program(program), *map(os.fspath, words), "--json"], stdout=subprocess.PIPE,
                             stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True, check=False)
@@ -51,10 +51,10 @@ def call(*words: Path_, program: str = "trephine") -> dict[str, Any]:
     return output
 
 
-def report(session: Path_, page: Path_, *, scan: Optional[Path_] = None, expert: Optional[Path_] = None) -> None:
+def report(session: PathLike, page: PathLike, *, scan: Optional[PathLike] = None, expert: Optional[PathLike] = None) -> None:
     """Writes the report of a recorded session as one HTML page. `scan`: for a session that does not contain its scan.
     `expert`: a session to compare with."""
-    words: list[Path_] = ["report", session, "-o", page]
+    words: list[PathLike] = ["report", session, "-o", page]
     if scan is not None:
         words += ["--scan", scan]
     if expert is not None:
@@ -62,12 +62,12 @@ def report(session: Path_, page: Path_, *, scan: Optional[Path_] = None, expert:
     call(*words)
 
 
-def audit(session: Path_, *, scan: Optional[Path_] = None) -> dict[str, Any]:
+def audit(session: PathLike, *, scan: Optional[PathLike] = None) -> dict[str, Any]:
     """Returns the results of the independent judge of each tick of a session, `trephine audit`."""
     return call("audit", session, *(["--scan", scan] if scan is not None else []))
 
 
-def ticks(session: Path_, *, scan: Optional[Path_] = None) -> dict[str, Any]:
+def ticks(session: PathLike, *, scan: Optional[PathLike] = None) -> dict[str, Any]:
     """Replays a session, and returns its ticks as arrays of the columns of `trephine replay --table`: `t`, `hip_x`,
     `proxy_x`, `force_x`, `contact`, `shape` and others (docs/file-formats.md)."""
     with tempfile.TemporaryDirectory() as folder:
