@@ -13,7 +13,8 @@ ReplayController::ReplayController(const haptics::TouchScene& scene, sim::Replay
                                    double seconds, workbench::SessionSummary summary, vtkRenderWindow* window)
     : replay_(&replay),
       rate_hz_(rate_hz),
-      seconds_(seconds),
+      duration_(seconds),
+      length_(seconds),
       summary_(std::move(summary)),
       viewport_(scene, window, true) {
   if (const auto& plan = replay.engine().now().plan; plan && !plan->procedure.is_empty())
@@ -27,11 +28,13 @@ void ReplayController::start() {
 
 void ReplayController::set_speed(double speed) { speed_ = std::clamp(speed, 0.1, 100.0); }
 
-double ReplayController::seconds() const { return static_cast<double>(replay_->next_tick()) / rate_hz_; }
+double ReplayController::seconds() const {
+  return now_ > duration_ ? now_ : static_cast<double>(replay_->next_tick()) / rate_hz_;
+}
 
 Status ReplayController::seek(double seconds) {
-  now_ = std::clamp(seconds, 0.0, seconds_);
-  return replay_->seek(static_cast<std::uint64_t>(std::llround(now_ * rate_hz_)));
+  now_ = std::clamp(seconds, 0.0, length_);
+  return replay_->seek(static_cast<std::uint64_t>(std::llround(std::min(now_, duration_) * rate_hz_)));
 }
 
 Status ReplayController::step(int ticks) {
@@ -70,7 +73,7 @@ Status ReplayController::frame(double elapsed) {
   has_picture_ = has_picture_ || viewport_.is_whole();
   if (is_playing_ && has_picture_) {
     error = seek(now_ + speed_ * elapsed);
-    if (now_ >= seconds_) is_playing_ = false;
+    if (now_ >= length_) is_playing_ = false;
   }
   if (steps_) steps_->show(replay_->engine().now().undoable.procedure);
   const std::shared_ptr<const volume::Version> version = replay_->engine().current();

@@ -1,6 +1,7 @@
 // ReplayController: plays a recorded session in a picture, with a speed, a pause and jumps to any time.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 
@@ -26,8 +27,14 @@ class ReplayController {
   void set_speed(double speed);
   double speed() const noexcept { return speed_; }
   Status seek(double seconds);
+  /// Time of playback, s; after the end of the session at most length().
   double seconds() const;
-  double length() const noexcept { return seconds_; }
+  /// Time at which playback ends: the duration of the session, or a longer one that was set, s.
+  double length() const noexcept { return length_; }
+  /// Continues the time after the end of the session, for a longer session that is played with this one.
+  void set_length(double seconds) { length_ = std::max(seconds, duration_); }
+  /// Duration of the session, s.
+  double duration() const noexcept { return duration_; }
 
   /// Draws one frame, `elapsed` s after the last one.
   Status frame(double elapsed);
@@ -59,7 +66,7 @@ class ReplayController {
 
  private:
   sim::Replay* replay_;
-  double rate_hz_, seconds_;
+  double rate_hz_, duration_, length_;
   workbench::SessionSummary summary_;
   Viewport viewport_;
   std::optional<StepGuide> steps_;

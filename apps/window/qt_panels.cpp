@@ -7,6 +7,7 @@
 #include <QHelpEvent>
 #include <QMouseEvent>
 #include <QPainter>
+#include <QPushButton>
 #include <QScrollArea>
 #include <QStyle>
 #include <QStyleOptionSlider>
@@ -23,6 +24,14 @@ namespace {
 constexpr double k_handle = 6;  // half the width of a slider's handle, pixels
 
 }  // namespace
+
+QPushButton* make_button(const char* name, const QString& text, const QString& tip) {
+  auto* button = new QPushButton(text);
+  button->setObjectName(name);
+  button->setToolTip(tip);
+  button->setFocusPolicy(Qt::NoFocus);
+  return button;
+}
 
 ForceBar::ForceBar(QWidget* parent) : QWidget(parent) {
   setObjectName("force_bar");

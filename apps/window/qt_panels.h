@@ -8,6 +8,7 @@
 #include <functional>
 #include <vector>
 
+class QPushButton;
 class QScrollArea;
 
 namespace trephine::view {
@@ -62,6 +63,9 @@ class MarkedSlider : public QSlider {
   int value_at(double x) const;
   std::vector<Mark> marks_;
 };
+
+/// Creates a button that does not take the focus of the keyboard.
+QPushButton* make_button(const char* name, const QString& text, const QString& tip);
 
 /// A button with an arrow. A click calls on_fold, which shows or hides widgets.
 class FoldButton : public QToolButton {

@@ -21,14 +21,6 @@ namespace {
 
 constexpr double k_same_note = 0.5;  // s; a note nearer than this is edited
 
-QPushButton* make_button(const char* name, const QString& text, const QString& tip) {
-  auto* button = new QPushButton(text);
-  button->setObjectName(name);
-  button->setToolTip(tip);
-  button->setFocusPolicy(Qt::NoFocus);
-  return button;
-}
-
 }  // namespace
 
 ReplayPanel::ReplayPanel(const workbench::SessionSummary& summary, double seconds, std::string session,
@@ -39,8 +31,7 @@ ReplayPanel::ReplayPanel(const workbench::SessionSummary& summary, double second
   play_ = make_button("play", tr("Pause"), tr("Space"));
   slider_ = new MarkedSlider;
   slider_->setObjectName("session_time");
-  slider_->setRange(0, static_cast<int>(1000 * seconds));
-  slider_->setPageStep(static_cast<int>(100 * seconds));
+  set_length(seconds);
   slider_->setFocusPolicy(Qt::NoFocus);
   clock_ = new QLabel;
   clock_->setObjectName("session_clock");
@@ -85,6 +76,11 @@ ReplayPanel::ReplayPanel(const workbench::SessionSummary& summary, double second
   connect(continue_, &QPushButton::clicked, this, [this] { take_over_(); });
 }
 
+void ReplayPanel::set_length(double seconds) {
+  slider_->setRange(0, static_cast<int>(1000 * seconds));
+  slider_->setPageStep(static_cast<int>(100 * seconds));
+}
+
 void ReplayPanel::toggle_play() {
   if (replay_ == nullptr) return;
   if (!replay_->is_playing() && replay_->seconds() >= replay_->length())
@@ -113,7 +109,7 @@ void ReplayPanel::show_marks() {
 void ReplayPanel::ask_note() {
   if (replay_ == nullptr || session_.empty()) return;
   replay_->play(false);
-  const double seconds = replay_->seconds();
+  const double seconds = std::min(replay_->seconds(), replay_->duration());
   const auto nearest =
       std::min_element(notes_.begin(), notes_.end(), [&](const SessionNote& a, const SessionNote& b) {
         return std::abs(a.seconds - seconds) < std::abs(b.seconds - seconds);

@@ -29,6 +29,8 @@ class ReplayPanel : public QDockWidget {
   void control(ReplayController& replay) { replay_ = &replay; }
   /// Shows the state of the replay; call in every frame.
   void show_state();
+  /// Sets the time at which the slider ends, s.
+  void set_length(double seconds);
   /// Plays or pauses the replay. At its end, plays it again from the start.
   void toggle_play();
   /// Pauses, and asks for the text of a note at the shown time. If a note is less than half a second away,

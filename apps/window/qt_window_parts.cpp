@@ -41,14 +41,6 @@ QSlider* make_slider(const char* name, int low, int high, int value) {
   return slider;
 }
 
-QPushButton* make_button(const char* name, const QString& text, const QString& tip) {
-  auto* button = new QPushButton(text);
-  button->setObjectName(name);
-  button->setToolTip(tip);
-  button->setFocusPolicy(Qt::NoFocus);
-  return button;
-}
-
 }  // namespace
 
 void MainWindow::build_panel() {

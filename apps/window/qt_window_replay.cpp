@@ -37,7 +37,7 @@ void MainWindow::begin_replay(vtkRenderWindow* window) {
   std::function<void()> take_over;
   if (options_.may_take_over && is_one_hand)
     take_over = [this] {
-      report_.taken_over_at = replay_->seconds();
+      report_.taken_over_at = std::min(replay_->seconds(), replay_->duration());
       close();
     };
   replay_panel_->allow_take_over(std::move(take_over),
@@ -83,6 +83,8 @@ void MainWindow::show_replay_state() {
 
 void MainWindow::follow(MainWindow& leader) {
   leader_ = &leader;
+  leader.replay_->set_length(replay_->duration());
+  leader.replay_panel_->set_length(leader.replay_->length());
   replay_panel_->hide();
 }
 

@@ -509,6 +509,32 @@ TEST(Ventriculostomy, LeavesACatheterInPlace) {
   EXPECT_EQ(measure(run.engine(), "catheters left in place"), 0);
 }
 
+/// A catheter that is drawn out while the job runs is not left in place; one that only trembles is, once.
+TEST(Ventriculostomy, ACatheterThatMovedMeanwhileIsNotLeft) {
+  const Slab bench;
+  for (const double z : {-36.0, -35.5, 40.0}) {
+    SCOPED_TRACE(z);
+    sim::Lockstep run(sim::Engine(bench.hands(), 1e-3, catalogue(), {}, bench.plan), {}, 1000);
+    drill_hole(run);
+    move(run, 1000, 4, -36, 40, k_ignore);
+    const sim::Outcome begun = run.apply({LeaveCatheter{20}, 1});
+    const sim::AdoptJob adopt = run.engine().run_job(begun.job);
+    move(run, 1000, -36, z, 100, k_ignore);
+    run.apply(adopt);
+    EXPECT_EQ(run.engine().now().undoable.bodies.size(), z < 0 ? 1u : 0u);
+  }
+  // If two jobs are pending, one of them leaves the catheter.
+  sim::Lockstep run(sim::Engine(bench.hands(), 1e-3, catalogue(), {}, bench.plan), {}, 1000);
+  drill_hole(run);
+  move(run, 1000, 4, -36, 40, k_ignore);
+  const sim::Outcome first = run.apply({LeaveCatheter{20}, 1}), second = run.apply({LeaveCatheter{20}, 1});
+  const sim::AdoptJob adopt_first = run.engine().run_job(first.job),
+                      adopt_second = run.engine().run_job(second.job);
+  run.apply(adopt_first);
+  run.apply(adopt_second);
+  EXPECT_EQ(run.engine().now().undoable.bodies.size(), 1u);
+}
+
 TEST(Ventriculostomy, ReportsTheDistanceToEachForbiddenStructure) {
   const Slab bench;
   sim::Lockstep run = bench.run();

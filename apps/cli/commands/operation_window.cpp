@@ -51,12 +51,7 @@ class Host {
     scan.uses_plan = true;
     auto opened = workbench::open_source(scan, listener);
     if (!opened) return opened.error();
-    workbench::OperationChoice choice = choice_;
-    choice.shape = {};
-    choice.shape.omits_holder = true;
-    choice.volumes.clear(), choice.models.clear();  // positioned in the world of the first scan
-    // The user can change this automatic threshold in the window.
-    if (!opened.value().plan) choice.shape.is_auto = true;
+    workbench::OperationChoice choice = choice_for(opened.value());
     Result<view::OpenedScene> result = make(opened.value(), path, choice, listener);
     if (!result) return result;
     source_ = std::move(opened).value(), path_ = path;
@@ -96,8 +91,7 @@ class Host {
     opened.scan = scan.value().path;
     // A later change of the shape or a further scan begins with this scan.
     source_ = source, path_ = scan.value().path;
-    choice_.shape = {}, choice_.shape.is_auto = true;
-    choice_.volumes.clear(), choice_.models.clear();
+    choice_ = choice_for(source);
     return opened;
   }
 
@@ -120,6 +114,17 @@ class Host {
   }
 
  private:
+  /// Returns the choice for another scan, without the shape, further scans and models of the last one.
+  workbench::OperationChoice choice_for(const workbench::Source& source) const {
+    workbench::OperationChoice choice = choice_;
+    choice.shape = {};
+    choice.shape.omits_holder = true;
+    choice.volumes.clear(), choice.models.clear();  // positioned in the world of the first scan
+    // The user can change this automatic threshold in the window.
+    if (!source.plan) choice.shape.is_auto = true;
+    return choice;
+  }
+
   Result<view::OpenedScene> make(const workbench::Source& source, const std::string& path,
                                  const workbench::OperationChoice& choice,
                                  const workbench::Listener& listener) {
