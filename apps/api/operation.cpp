@@ -12,6 +12,7 @@
 #include "apps/workbench/findings.h"
 #include "apps/workbench/moment.h"
 #include "apps/workbench/session_score.h"
+#include "data-tools/cases/phantom_cases.h"
 #include "modules/catalogue.h"
 #include "modules/ct_viewer/slice_image.h"
 #include "sim/drivers/lockstep.h"
@@ -174,6 +175,15 @@ Result<Operation> Operation::open(std::shared_ptr<const Volume> scan, const Oper
   if (!scan) return missing_volume();
   return Data::open(options, [&](const workbench::Listener&) -> Result<workbench::Source> {
     workbench::Source source;
+    if (options.uses_plan) {
+      source.plan = data_tools::phantom_plan(options.phantom);
+      if (!source.plan)
+        return Error{.what = "the scan has no plan",
+                     .where = "plan",
+                     .found = options.phantom.empty() ? "a scan in memory" : options.phantom,
+                     .expected = "the built-in head or spine, with its default seed and parameters",
+                     .remedy = "open the scan without a plan, or make a case of it"};
+    }
     source.modality = scan->is_hounsfield ? "CT" : "";
     source.volume = std::move(scan);
     source.name = source.format = "memory";

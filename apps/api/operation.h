@@ -55,6 +55,9 @@ struct OperationOptions {
   std::string label = {};                    ///< name of a label
   /// For a built-in phantom: also uses its structures, screws and planned trajectories.
   bool uses_plan = false;
+  /// For a volume in memory with uses_plan: the name of the built-in phantom that it is, with its default
+  /// seed and parameters.
+  std::string phantom = {};
   double rate_hz = 1000;  ///< ticks per second, 10 to 100000
   /// mm, diameter of the smallest burr that will cut; empty: the smallest that the hands' instruments need.
   std::optional<double> smallest_burr = std::nullopt;

@@ -320,11 +320,22 @@ void measure_scaling(bool is_quick, FeelReport& report) {
 
 }  // namespace
 
+std::vector<std::string> feel_methods() {
+  std::vector<std::string> names;
+  for (const Contender& one : contenders()) names.emplace_back(one.info.name);
+  return names;
+}
+
 FeelReport run_feel(const FeelOptions& options) {
   FeelReport report;
   const double total = static_cast<double>(feel_scene_ids(options.is_quick).size() + options.more.size()) + 3;
   double done = 0;
-  const std::vector<Contender> all = contenders();
+  std::vector<Contender> all = contenders();
+  if (!options.methods.empty())
+    std::erase_if(all, [&](const Contender& one) {
+      return std::find(options.methods.begin(), options.methods.end(), one.info.name) ==
+             options.methods.end();
+    });
   for (const Peer& peer : peers().methods) report.peers.emplace_back(peer.info.name, peer.version);
   const auto play = [&](const FeelScene& s) {
     done += 1;

@@ -105,7 +105,8 @@ struct FeelOptions {
   /// Called with a method's results for a scene, a proxy per step.
   std::function<void(const FeelScene&, const std::string& method, const std::vector<glm::dvec3>& proxies)>
       on_results;
-  std::string only;  ///< play scenes whose id contains this; empty: all
+  std::string only;                  ///< play scenes whose id contains this; empty: all
+  std::vector<std::string> methods;  ///< play these methods and peers; empty: all
   std::optional<FeelResults> results;
   /// Called with each scene before it is played, for example to export it. A failure ends the run.
   std::function<Status(const FeelScene&)> inspect;
@@ -134,6 +135,8 @@ struct FeelReport {
 /// false. Quick ones are smaller and fewer.
 void for_feel_scenes(bool is_quick, const std::string& only, const std::function<bool(FeelScene&&)>& use);
 std::vector<std::string> feel_scene_ids(bool is_quick);
+/// Returns the names of all methods and peers.
+std::vector<std::string> feel_methods();
 FeelReport run_feel(const FeelOptions& options);
 
 /// Returns the path of a HIP, for FeelOptions::more: it comes from above (along -z) and slides along a line

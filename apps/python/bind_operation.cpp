@@ -97,9 +97,10 @@ OperationOptions options_of(const py::kwargs& keywords) {
 }
 
 SharedOperation open(const py::object& source, const py::kwargs& keywords) {
-  const OperationOptions options = options_of(keywords);
+  OperationOptions options = options_of(keywords);
   if (py::isinstance<Scan>(source)) {
     const std::shared_ptr<const volume::Volume> scan = source.cast<const Scan&>().volume;
+    options.phantom = source.cast<const Scan&>().phantom;
     py::gil_scoped_release unlocked;
     return std::make_shared<PyOperation>(value_of(Operation::open(scan, options)));
   }
@@ -337,7 +338,7 @@ void bind_operation(py::module_& module) {
       .def_static(
           "open", &open, py::arg("source"),
           "Opens a path (DICOM folder, file or case), \"head\", \"spine\" or a Scan. Keywords: `hand` or "
-          "`hands`; the touched solid: `iso`, `window` or `label`; `plan`: True uses a phantom's plan; "
+          "`hands`; the touched solid: `iso`, `window` or `label`; `plan`: True uses the plan of a built-in phantom; "
           "`rate`: ticks per second (1000); `smallest_burr`: mm; `record`: path of a new session. "
           "Assumptions about the scan give warnings.")
       .def_static(

@@ -47,7 +47,7 @@ Scan scan_of(const py::object& any, const py::object& spacing, const py::object&
   volume::Volume scan = value_of(volume::make_volume(size, frame));
   std::memcpy(scan.voxels.data(), array.data(), scan.voxels.bytes());
   scan.is_hounsfield = is_hounsfield;
-  return {std::make_shared<const volume::Volume>(std::move(scan))};
+  return {.volume = std::make_shared<const volume::Volume>(std::move(scan))};
 }
 
 Scan phantom(const std::string& name, const py::object& spacing, double psf, std::uint64_t seed,
@@ -60,7 +60,8 @@ Scan phantom(const std::string& name, const py::object& spacing, double psf, std
     options.parameters[key.cast<std::string>()] =
         argument<double>(value, key.cast<std::string>(), "a number");
   py::gil_scoped_release release;
-  return {std::make_shared<const volume::Volume>(value_of(data_tools::make_phantom(name, options)))};
+  return {.volume = std::make_shared<const volume::Volume>(value_of(data_tools::make_phantom(name, options))),
+          .phantom = seed == 1 && options.parameters.empty() ? name : std::string()};
 }
 
 /// Converts an array of points between the volume frame and the world.

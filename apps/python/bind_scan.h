@@ -11,6 +11,7 @@ namespace trephine::python {
 /// A scan in Python.
 struct Scan {
   std::shared_ptr<const volume::Volume> volume;
+  std::string phantom = {};  ///< name of the phantom, if it has its default seed and parameters
 };
 
 /// Returns the voxels as a read-only array of shape (z, y, x) that keeps `owner` alive.

@@ -109,10 +109,14 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
 TEST_F(Command, AChallengersAnswersAreScoredAsOurs) {
   const std::string id = "burr-hole-psf-1.5-round-its-wall-held";
   const std::string scenes = "bench feel -o out --quick --only " + id;
-  json(scenes + " --export scenes");
+  const Json one = json(scenes + " --export scenes --methods subvoxel");
+  EXPECT_EQ(one["rows"].size(), 1u);
+  const ProcessResult unknown = run(scenes + " --methods subvoxels");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_NE(unknown.err.find("raystep"), std::string::npos) << unknown.err;
   for (const char* name : {"volume.mha", "hip.csv", "ideal.csv", "scene.json"})
     EXPECT_TRUE(fs::exists(folder_ / "scenes" / id / name)) << name;
-  const Json scored = json(scenes + " --results scenes/our-results.csv");
+  const Json scored = json(scenes + " --methods subvoxel --results scenes/our-results.csv");
   long compared = 0;
   for (const Json& theirs : scored["rows"]) {
     if (theirs["method"] != "our-results") continue;

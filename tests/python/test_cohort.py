@@ -156,6 +156,7 @@ def test_mistakes_are_reported_without_a_traceback(place):
 
 
 @pytest.mark.skipif("TREPHINE_COMMAND" not in os.environ, reason="the command was not built")
+@pytest.mark.skipif("TREPHINE_WHOLE" not in os.environ, reason="longer than 5 s")
 def test_a_case_with_the_command_itself(place):
     script = ROOT / "docs/examples/procedure-laminectomy-screws.toml"
     assert cohort("plan", script, "--skills", "expert", "--seeds", "1", "-o", "plan.csv").returncode == 0

@@ -154,6 +154,17 @@ def test_scores_judge_the_current_state(tmp_path):
     assert recorded.score() == untouched
 
 
+def test_a_phantom_in_memory_has_its_plan():
+    path = path_down(300, start=62, depth=0.02)
+    operations = [tr.Operation.open(source, plan=True, hand=tr.Hand("burr")) for source in ("spine", tr.Scan.phantom("spine"))]
+    touches = [operation.run(path) for operation in operations]
+    assert np.array_equal(touches[0].force, touches[1].force)
+    assert operations[0].score() == operations[1].score() and len(operations[0].score()["findings"]) > 5
+    for scan in (sphere(), tr.Scan.phantom("spine", seed=2)):
+        with pytest.raises(tr.Error, match="no plan"):
+            tr.Operation.open(scan, plan=True)
+
+
 def test_surface_slice_and_xray():
     operation = tr.Operation.open(sphere(), iso=300)
     surface = operation.surface()

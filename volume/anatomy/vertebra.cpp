@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
+#include <optional>
 #include <span>
 
 #include "volume/base/deterministic_math.h"
@@ -117,21 +118,34 @@ std::vector<dvec3> points_in_label(const Volume& scan, int label) {
   return points;
 }
 
-/// Returns true if the points extend farther along an axis than any vertebra. Ignores 1 % of the points at
-/// each end, such as stray voxels of a segmentation.
-bool is_too_large(const std::vector<dvec3>& points) {
+/// Returns a voxel of a label that extends farther along an axis of the scan than any vertebra, if it does.
+/// Ignores 1 % of the voxels at each end, such as stray voxels of a segmentation.
+std::optional<dvec3> voxel_of_large_label(const Volume& scan, int label) {
   constexpr double k_largest = 150;  // mm; a lumbar vertebra is at most 120 mm wide
-  std::vector<double> along(points.size());
+  if (scan.labels.is_empty()) return std::nullopt;
+  std::array<std::vector<std::size_t>, 3> counts;  // voxels of the label per index along an axis
+  for (int a = 0; a < 3; ++a)
+    counts[static_cast<std::size_t>(a)].resize(static_cast<std::size_t>(scan.size[a]));
+  std::size_t all = 0;
+  glm::ivec3 last(0);
+  for (int z = 0; z < scan.size.z; ++z)
+    for (int y = 0; y < scan.size.y; ++y)
+      for (int x = 0; x < scan.size.x; ++x) {
+        if (scan.labels[scan.index(x, y, z)] != label) continue;
+        ++all, last = {x, y, z};
+        for (int a = 0; a < 3; ++a) ++counts[static_cast<std::size_t>(a)][static_cast<std::size_t>(last[a])];
+      }
+  if (all == 0) return std::nullopt;
+  const dvec3 spacing = scan.frame.spacing();
   for (int a = 0; a < 3; ++a) {
-    std::transform(points.begin(), points.end(), along.begin(), [a](const dvec3& p) { return p[a]; });
-    const auto low = along.begin() + static_cast<std::ptrdiff_t>(points.size() / 100),
-               high = along.end() - 1 - static_cast<std::ptrdiff_t>(points.size() / 100);
-    std::nth_element(along.begin(), low, along.end());
-    const double least = *low;
-    std::nth_element(along.begin(), high, along.end());
-    if (*high - least > k_largest) return true;
+    const std::vector<std::size_t>& along = counts[static_cast<std::size_t>(a)];
+    std::size_t low = 0, high = along.size() - 1, below = along[low], above = along[high];
+    while (below <= all / 100) below += along[++low];
+    while (above <= all / 100) above += along[--high];
+    if (static_cast<double>(high - low) * spacing[a] > k_largest)
+      return scan.frame.world_from_volume(dvec3(last));
   }
-  return false;
+  return std::nullopt;
 }
 
 /// Finds a point in the hole of the label's ring: rays from there in at least k_enough of k_directions
@@ -456,6 +470,9 @@ Result<VertebraFrame, LocatedError> find_vertebra(const CanalWalls& walls, const
   const Volume& scan = walls.bone.volume();
   const int label = walls.label;
   VertebraFrame frame;
+  if (label >= 0 && !canal_world)
+    if (const std::optional<dvec3> voxel = voxel_of_large_label(scan, label))
+      return LocatedError{"the label is larger than a vertebra: set a position in its canal", *voxel};
   const std::vector<dvec3> points = label >= 0 ? points_in_label(scan, label) : std::vector<dvec3>();
   if (label >= 0 && points.empty()) {
     return LocatedError{"the label of the vertebra has no voxels: choose another label", {}};
@@ -464,9 +481,6 @@ Result<VertebraFrame, LocatedError> find_vertebra(const CanalWalls& walls, const
     frame.middle = *canal_world;
   } else if (label < 0) {
     return LocatedError{"no vertebra selected: set its label, or a position in its canal", {}};
-  } else if (is_too_large(points)) {
-    return LocatedError{"the label is larger than a vertebra: set a position in its canal",
-                        points[points.size() / 2]};
   } else if (!find_hole(scan, label, points, frame.middle)) {
     return LocatedError{"the vertebra's label encloses no canal: set a position in the canal",
                         points[points.size() / 2]};

@@ -10,6 +10,7 @@ using namespace cli;
 
 struct BenchArguments {
   std::string source, case_source, output, only, export_folder, results, hand;
+  std::vector<std::string> methods;
   int size = 512;
   std::int64_t steps = 1'000'000;
   double minutes = 10;  ///< of a recorded operation

@@ -475,6 +475,7 @@ Run build_feel(Options& options) {
   options.add("--quick", a->is_quick, "Smaller and fewer scenes: a minute, or two with every peer");
   options.add("--only", a->only, "Only built-in scenes whose name contains this, for example sphere")
       .type("TEXT");
+  options.add("--methods", a->methods, "Only these methods, for example subvoxel mesh").type("NAME");
   options.add("--hand", a->hand, "A recorded hand for one more scene: a session, or a path over SRC")
       .type("FILE");
   options.add("--export", a->export_folder, "Write each scene for other programs: volume, hand, exact result")

@@ -12,6 +12,7 @@
 #include "apps/bench/peers.h"
 #include "apps/bench/scorer.h"
 #include "data-tools/files/atomic_file.h"
+#include "data-tools/files/words.h"
 #include "data-tools/formats/open_volume.h"
 #include "haptics/methods/methods.h"
 #include "volume/cuts/operated_volume.h"
@@ -190,6 +191,14 @@ Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   bench::FeelOptions options;
   options.is_quick = arguments.is_quick;
   options.only = arguments.only;
+  options.methods = arguments.methods;
+  const std::vector<std::string> known = bench::feel_methods();
+  for (const std::string& name : arguments.methods)
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      return Error{.what = "unknown method",
+                   .where = "--methods",
+                   .found = name,
+                   .expected = data_tools::list_of(known, known.size())};
   bool has_built_in_scene = false;  // at least one was played
   options.inspect = [&](const bench::FeelScene& scene) -> Status {
     has_built_in_scene = has_built_in_scene || scene.group != "real";

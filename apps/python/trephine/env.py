@@ -13,6 +13,7 @@ import copy
 import importlib
 import importlib.util
 import os
+import weakref
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Optional, Protocol, Sequence, Union
 
@@ -191,6 +192,17 @@ class Trough(_Removal):
         super().__init__(scan, (begin, end), radius, iso, burr_diameter)
 
 
+_phantoms: "weakref.WeakValueDictionary[str, Scan]" = weakref.WeakValueDictionary()
+
+
+def _phantom(name: str) -> Scan:
+    """Returns a built-in phantom. Tasks share it while one of them uses it."""
+    scan = _phantoms.get(name)
+    if scan is None:
+        scan = _phantoms[name] = Scan.phantom(name)
+    return scan
+
+
 class ScrewTrack:
     """A track for a screw is probed through the left pedicle of L4 of the built-in spine, without leaving the bone.
 
@@ -199,6 +211,7 @@ class ScrewTrack:
     """
 
     def __init__(self, entry: Any = (16.3, 37.0, 6.5), target: Any = (8.2, -9.0, 6.5), length: float = 40.0) -> None:
+        self.scan = _phantom("spine")
         self.entry = _numbers(entry, 3, "The entry")
         way = _numbers(target, 3, "The target") - self.entry
         size = float(np.linalg.norm(way))
@@ -217,7 +230,7 @@ class ScrewTrack:
         return unit
 
     def open(self) -> Operation:
-        return Operation.open("spine", hand=Hand("probe"), plan=True)
+        return Operation.open(self.scan, hand=Hand("probe"), plan=True)
 
     def start(self, random: np.random.Generator) -> Array:
         start: Array = self.entry - 10.0 * self.ahead + [*random.uniform(-0.5, 0.5, 2), 0.0]
@@ -247,7 +260,7 @@ class BurrHole:
     """
 
     def __init__(self, entry: Any = (15.0, -20.0), burr_diameter: float = 4.0) -> None:
-        self.scan = Scan.phantom("head")
+        self.scan = _phantom("head")
         self.burr_diameter = float(burr_diameter)
         position = self.scan.voxel(np.array([[*_numbers(entry, 2, "The entry"), 0.0]]))[0]
         x, y = (int(v) for v in np.rint(position[:2]))
@@ -271,7 +284,7 @@ class BurrHole:
         self._first_event = 0
 
     def open(self) -> Operation:
-        return Operation.open("head", hand=Hand("burr", diameter=self.burr_diameter, removal_rate=150), plan=True)
+        return Operation.open(self.scan, hand=Hand("burr", diameter=self.burr_diameter, removal_rate=150), plan=True)
 
     def start(self, random: np.random.Generator) -> Array:
         start: Array = self.entry + np.array([*random.uniform(-1, 1, 2), self.burr_diameter + 2.0])
@@ -383,7 +396,12 @@ class VectorEnv:
     def reset(self, *, seed: Optional[int] = None) -> tuple[NDArray[np.float32], list[dict[str, Any]]]:
         """Resets all environments; environment i has the seed `seed` + i."""
         seeds = [None if seed is None else seed + i for i in range(self.num_envs)]
-        results = list(self._pool.map(lambda pair: pair[0].reset(seed=pair[1]), zip(self.environments, seeds)))
+
+        def reset_one(env: SurgeryEnv, own: Optional[int]) -> tuple[NDArray[np.float32], dict[str, Any]]:
+            first: tuple[NDArray[np.float32], dict[str, Any]] = env.reset(seed=own)
+            return first
+
+        results = list(self._pool.map(reset_one, self.environments, seeds))
         self._has_ended = [False] * self.num_envs
         return np.stack([one[0] for one in results]), [one[1] for one in results]
 

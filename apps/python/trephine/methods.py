@@ -18,7 +18,7 @@ import os
 import tempfile
 import time
 from pathlib import Path
-from typing import Any, Callable, NamedTuple, Union
+from typing import Any, Callable, NamedTuple, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -73,15 +73,17 @@ def run_method(operation: Operation, method: Method, positions: ArrayLike, *, ra
 
 
 def compare(method: Method, output: Union[str, "os.PathLike[str]"], *, scenes: str = "sphere-psf-1.5",
-            name: str = "") -> list[dict[str, Any]]:
-    """Judges a method, and all methods of trephine, on the scenes whose names contain `scenes`, with the judge of
+            name: str = "", methods: Sequence[str] = ()) -> list[dict[str, Any]]:
+    """Judges a method, and methods of trephine, on the scenes whose names contain `scenes`, with the judge of
     `trephine-bench feel`. Writes charts into the folder `output`, and returns a row per scene and method: errors
-    against the ideal proxy, falls, and times. `name`: name of the method; by default the name of the function."""
+    against the ideal proxy, falls, and times. `name`: name of the method; by default the name of the function.
+    `methods`: names of methods of trephine and of its peers, for example ("subvoxel", "mesh"); by default all."""
     name = name or getattr(method, "__name__", "method")
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
         options = ["feel", "--quick", "--only", scenes]
-        call(*options, "-o", str(work / "first"), "--export", str(work / "scenes"), program="trephine-bench")
+        call(*options, "-o", str(work / "first"), "--export", str(work / "scenes"), "--methods", "subvoxel",
+             program="trephine-bench")
         results = work / f"{name}.csv"
         with open(results, "w", newline="", encoding="ascii") as file:
             table = csv.writer(file, lineterminator="\n")
@@ -94,6 +96,7 @@ def compare(method: Method, output: Union[str, "os.PathLike[str]"], *, scenes: s
                 run = run_method(operation, method, path, radius=facts["radius_mm"])
                 for proxy, microseconds in zip(run.proxy, run.microseconds):
                     table.writerow([facts["id"], *(repr(float(x)) for x in proxy), f"{microseconds:.3f}"])
-        judged = call(*options, "-o", os.fspath(output), "--results", str(results), program="trephine-bench")
+        chosen = ["--methods", *methods] if methods else []
+        judged = call(*options, *chosen, "-o", os.fspath(output), "--results", str(results), program="trephine-bench")
     rows: list[dict[str, Any]] = judged["rows"]
     return rows

@@ -35,7 +35,7 @@ def find_program(name: str = "trephine") -> str:
 
 def call(*words: PathLike, program: str = "trephine") -> dict[str, Any]:
     """Runs a command, and returns its JSON. Raises Error with the message of the command."""
-    result = subprocess.run([find_program(program), *map(os.fspath, words), "--json"], stdout=subprocess.PIPE,
+    result = subprocess.run([find_program(program), *(os.fspath(word) for word in words), "--json"], stdout=subprocess.PIPE,
                             stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True, check=False)
     try:
         output: dict[str, Any] = json.loads(result.stdout)

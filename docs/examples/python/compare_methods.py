@@ -64,7 +64,8 @@ def slide(matter: Matter, radius: float) -> Step:
 if __name__ == "__main__":
     folder = sys.argv[1] if len(sys.argv) > 1 else "out-methods"
     for method in (steps, slide):
-        rows = compare(method, f"{folder}/{method.__name__}", scenes="sphere-psf-1.5-slide-100")
+        rows = compare(method, f"{folder}/{method.__name__}", scenes="sphere-psf-1.5-slide-100",
+                       methods=("subvoxel", "mesh", "plane", "gradient", "raystep"))
         for row in rows:
             if row["method"] in (method.__name__, "subvoxel"):
                 print(f"{row['method']:9} surface {row['total_rms_voxels']:.3f} voxels, force {row['force_rms_n']:.4f} N, "
