@@ -48,13 +48,13 @@ if [ "${1:-}" = --all ]; then
       cohort)
         echo "== cohort"
         install_packages slurm-wlm munge snakemake
-        build_preset release "trephine_program"
+        build_preset release trephine
         tests/python/cohort_on_slurm.sh build/release/bin/trephine
         continue
         ;;
       soak)
         echo "== soak"
-        build_preset release "trephine_bench_program"
+        build_preset release trephine_bench_program
         XDG_STATE_HOME=$TMPDIR build/release/bin/trephine-bench soak --seconds "${TREPHINE_SOAK_SECONDS:-60}"
         build/release/bin/trephine-bench stability --steps "${TREPHINE_ATTACK_STEPS:-3000000}"
         continue
