@@ -168,6 +168,7 @@ class MainWindow : public QMainWindow {
   void show_notices();
   void press_deeper(int steps);
   void undo();
+  void show_names(LabelLayer::Names names);
   void toggle_names();
   void tilt(double right, double up);
   void turn(double right, double up);

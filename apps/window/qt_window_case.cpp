@@ -24,6 +24,7 @@ void MainWindow::show_case_panel() {
       // The picture and the panes show the marks.
       options_.plan = std::make_shared<const volume::SurgicalPlan>(case_panel_->request().plan);
       viewport()->set_plan(workbench::plan_overlays(*options_.plan));
+      show_names(LabelLayer::Names::all);  // a mark in a slice may lie behind bone
     };
     case_panel_->on_save = [this] { ask_and_save_case(); };
     case_panel_->on_refusal = [this](const QString& reason) { show_refusal(reason); };

@@ -44,14 +44,19 @@ void MainWindow::undo() {
          "measurements are removed with their own commands."));
 }
 
+void MainWindow::show_names(LabelLayer::Names names) {
+  viewport()->view().overlays().labels().set_names(names);
+  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i)
+    grid_->pane(i)->set_names_visible(names != LabelLayer::Names::none);
+}
+
 void MainWindow::toggle_names() {
   using Names = LabelLayer::Names;
-  LabelLayer& labels = viewport()->view().overlays().labels();
-  const Names next = labels.names() == Names::in_front ? Names::all
-                     : labels.names() == Names::all    ? Names::none
-                                                       : Names::in_front;
-  labels.set_names(next);
-  for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->set_names_visible(next != Names::none);
+  const Names shown = viewport()->view().overlays().labels().names();
+  const Names next = shown == Names::in_front ? Names::all
+                     : shown == Names::all    ? Names::none
+                                              : Names::in_front;
+  show_names(next);
   show_message(next == Names::in_front ? tr("Names are shown for points in front of the bone.")
                : next == Names::all    ? tr("Names are shown for all points.")
                                        : tr("Names are hidden."));

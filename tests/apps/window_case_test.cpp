@@ -51,6 +51,8 @@ TEST_F(CaseWindow, IsMadeByClicksAndOpensAgain) {
   const std::size_t before = child<QListWidget>(*window_, "case_marks")->count();
   press_button("mark_landmark");
   const dvec3 landmark = click_at({70, 0, 20});
+  EXPECT_EQ(hand().viewport().view().overlays().labels().names(), LabelLayer::Names::all)
+      << "a mark behind bone is shown";
   press_button("mark_trajectory");
   const dvec3 entry = click_at({70, 10, 25}), target = click_at({70, -12, 30});
   press_button("mark_outline");
