@@ -379,6 +379,7 @@ std::uint64_t Operation::tick_count() const noexcept {
   return data_->session ? data_->session->reader->tick_count() : tick();
 }
 std::size_t Operation::hand_count() const noexcept { return data_->engine().hand_count(); }
+double Operation::rate_hz() const noexcept { return data_->scene.rate_hz; }
 const Volume& Operation::scan() const noexcept { return *data_->engine().scene().base; }
 std::string Operation::scene() const { return sim::to_text(data_->scene); }
 double Operation::removed_mm3() const { return data_->engine().removed_mm3(); }

@@ -261,6 +261,7 @@ class Operation {
   std::uint64_t tick() const noexcept;        ///< number of executed ticks
   std::uint64_t tick_count() const noexcept;  ///< recorded ticks; tick() if not is_recorded()
   std::size_t hand_count() const noexcept;
+  double rate_hz() const noexcept;      ///< ticks per second
   const Volume& scan() const noexcept;  ///< uncut
   std::string scene() const;            ///< in the format of open_scene()
   double removed_mm3() const;

@@ -83,7 +83,9 @@ void register_error(py::module_& module) {
   py::dict body;
   body["__doc__"] =
       "Raised if an input is invalid or not allowed. `what` is the problem, `where` the file or argument, "
-      "`found` and `expected` the values, `remedy` the correction.";
+      "`found` and `expected` the values, `remedy` the correction. `is_refusal`: the state does not allow a "
+      "valid command.";
+  body["is_refusal"] = false;
   error_class() =
       py::reinterpret_steal<py::object>(PyErr_NewException("trephine.Error", PyExc_ValueError, body.ptr()));
   module.attr("Error") = error_class();
@@ -98,6 +100,7 @@ void register_error(py::module_& module) {
       instance.attr("found") = error.found;
       instance.attr("expected") = error.expected;
       instance.attr("remedy") = error.remedy;
+      instance.attr("is_refusal") = error.kind == ErrorKind::refused;
       PyErr_SetObject(error_class().ptr(), instance.ptr());
     }
   });

@@ -3,12 +3,12 @@
 #include "apps/python/bind_operation.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <memory>
 #include <optional>
 
 #include "apps/python/bind_scan.h"
+#include "apps/python/open_operation.h"
 #include "apps/python/results.h"
 
 namespace trephine::python {
@@ -21,110 +21,6 @@ namespace {
 template <class Pixel>
 py::array_t<Pixel> image_of(const Image<Pixel>& image) {
   return py::array_t<Pixel>({image.rows, image.columns}, image.pixels.data());
-}
-
-/// An operation that one thread at a time may use: a second thread gets an exception.
-class PyOperation {
- public:
-  explicit PyOperation(Operation operation) : operation_(std::move(operation)) {}
-
-  /// Calls use(operation) without the interpreter's lock.
-  template <class Use>
-  auto with(Use&& use) {
-    if (is_busy_.exchange(true))
-      throw std::runtime_error("another thread uses this operation; open one operation per thread");
-    struct Release {
-      std::atomic<bool>& flag;
-      ~Release() { flag = false; }
-    } release{is_busy_};
-    py::gil_scoped_release unlocked;
-    return use(operation_);
-  }
-
- private:
-  Operation operation_;
-  std::atomic<bool> is_busy_ = false;
-};
-using SharedOperation = std::shared_ptr<PyOperation>;
-
-void warn(const std::string& text) {
-  py::module_::import("warnings").attr("warn")(text, py::module_::import("builtins").attr("UserWarning"), 1);
-}
-
-OperationOptions options_of(const py::kwargs& keywords) {
-  OperationOptions options;
-  options.notice = [](const std::string& text) {
-    py::gil_scoped_acquire locked;
-    warn(text);
-  };
-  if (keywords.contains("hand") && keywords.contains("hands"))
-    raise({.what = "hand and hands exclude each other",
-           .where = "Operation.open",
-           .remedy = "pass hand=Hand(...), or hands=[Hand(...), Hand(...)]"});
-  constexpr const char* k_hand = "a trephine.Hand";
-  for (const auto& [key, value] : keywords) {
-    const auto name = key.cast<std::string>();
-    if (name == "hands") {
-      options.hands.clear();
-      for (const auto& hand : argument<py::sequence>(value, name, "a list of trephine.Hand"))
-        options.hands.push_back(argument<Hand>(hand, name, k_hand));
-    } else if (name == "hand") {
-      options.hands = {argument<Hand>(value, name, k_hand)};
-    } else if (name == "iso") {
-      if (!value.is_none()) options.iso = argument<double>(value, name, "a number");
-    } else if (name == "window") {
-      options.window = text_of(value, name, "a text such as \"300:3000\"");
-    } else if (name == "label") {
-      options.label = text_of(value, name, "the name of a label");
-    } else if (name == "plan") {
-      options.uses_plan = argument<bool>(value, name, "True or False");
-    } else if (name == "rate") {
-      options.rate_hz = argument<double>(value, name, "ticks per second");
-    } else if (name == "smallest_burr") {
-      if (!value.is_none()) options.smallest_burr = argument<double>(value, name, "mm");
-    } else if (name == "record") {
-      if (!value.is_none())
-        options.recording = {text_of(value, name, "the path of a new file"), false, "python"};
-    } else {
-      raise({.what = "unknown option of an operation",
-             .where = "Operation.open",
-             .found = name,
-             .expected = "hand, hands, iso, window, label, plan, rate, smallest_burr, record",
-             .remedy = "use one of these keywords"});
-    }
-  }
-  return options;
-}
-
-SharedOperation open(const py::object& source, const py::kwargs& keywords) {
-  OperationOptions options = options_of(keywords);
-  if (py::isinstance<Scan>(source)) {
-    const std::shared_ptr<const volume::Volume> scan = source.cast<const Scan&>().volume;
-    options.phantom = source.cast<const Scan&>().phantom;
-    py::gil_scoped_release unlocked;
-    return std::make_shared<PyOperation>(value_of(Operation::open(scan, options)));
-  }
-  const std::string path = text_of(source, "source", "a path, \"head\", \"spine\" or a Scan");
-  py::gil_scoped_release unlocked;
-  return std::make_shared<PyOperation>(value_of(Operation::open(path, options)));
-}
-
-SharedOperation reopen(const py::object& session, const py::object& scan) {
-  const std::string path = text_of(session, "session", "the path of a session");
-  std::vector<std::shared_ptr<const volume::Volume>> volumes;
-  std::string source;
-  if (py::isinstance<Scan>(scan))
-    volumes.push_back(scan.cast<const Scan&>().volume);
-  else if (!scan.is_none())
-    source = text_of(scan, "scan", "a path or a Scan");
-  const auto opened = [&] {
-    py::gil_scoped_release unlocked;
-    return std::make_shared<PyOperation>(
-        value_of(volumes.empty() ? Operation::reopen(path, source) : Operation::reopen(path, volumes)));
-  }();
-  if (!opened->with([](Operation& operation) { return operation.is_whole(); }))
-    warn("the end of the session was lost; the part before the loss is available");
-  return opened;
 }
 
 Touches run(PyOperation& self, const py::object& positions, const py::object& orientations,
@@ -167,7 +63,12 @@ Touches run(PyOperation& self, const py::object& positions, const py::object& or
              .expected = std::to_string(operation.hand_count()),
              .remedy = "pass an array of shape (ticks, hands, 3)"});
     std::vector<Pose> poses(hands);
+    constexpr std::size_t k_signals = 4096;  // ticks between two tests for signals, such as Ctrl+C
     for (std::size_t i = 0; i < count; i += hands) {
+      if (i / hands % k_signals == k_signals - 1) {
+        py::gil_scoped_acquire locked;
+        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      }
       for (std::size_t h = 0; h < hands; ++h) {
         const std::size_t k = i + h;
         poses[h].position_world = {place[3 * k], place[3 * k + 1], place[3 * k + 2]};
@@ -273,6 +174,12 @@ py::dict query(PyOperation& self, const py::object& points) {
 }
 
 py::list explain_force(PyOperation& self, std::uint64_t tick, int hand) {
+  const std::size_t hands = self.with([](Operation& operation) { return operation.hand_count(); });
+  if (hand < 0 || static_cast<std::size_t>(hand) >= hands)
+    raise({.what = "unknown hand",
+           .where = "hand",
+           .found = std::to_string(hand),
+           .expected = "0 to " + std::to_string(hands - 1)});
   py::list parts;
   for (const ForcePart& part :
        self.with([&](Operation& operation) { return value_of(operation.explain_force(tick, hand)); })) {
@@ -400,7 +307,14 @@ void bind_operation(py::module_& module) {
       .def(
           "go_to",
           [](PyOperation& self, std::uint64_t tick) {
-            self.with([tick](Operation& o) { return check(o.go_to(tick)), 0; });
+            self.with([tick](Operation& o) {
+              if (o.is_recorded() && tick > o.tick_count())
+                raise({.what = "the tick is beyond the end of the session",
+                       .where = "tick",
+                       .found = std::to_string(tick),
+                       .expected = "at most " + std::to_string(o.tick_count())});
+              return check(o.go_to(tick)), 0;
+            });
           },
           py::arg("tick"), "Goes to the state of a reopened operation after this number of ticks.")
       .def(
@@ -427,6 +341,13 @@ void bind_operation(py::module_& module) {
       .def_property_readonly(
           "tick", [](PyOperation& self) { return self.with([](Operation& o) { return o.tick(); }); },
           "Number of executed ticks.")
+      .def_property_readonly(
+          "hand_count",
+          [](PyOperation& self) { return self.with([](Operation& o) { return o.hand_count(); }); },
+          "Number of hands.")
+      .def_property_readonly(
+          "rate", [](PyOperation& self) { return self.with([](Operation& o) { return o.rate_hz(); }); },
+          "Ticks per second.")
       .def_property_readonly(
           "tick_count",
           [](PyOperation& self) { return self.with([](Operation& o) { return o.tick_count(); }); },

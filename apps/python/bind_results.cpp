@@ -1,4 +1,5 @@
 #include "apps/python/results.h"
+#include "haptics/force/faults.h"
 
 namespace trephine::python {
 
@@ -30,6 +31,14 @@ void bind_results(py::module_& module) {
                raise({.what = "a judgement has only one limit",
                       .where = name,
                       .expected = "full_at and zero_at, or neither"});
+             if (full_at && *full_at == *zero_at)
+               raise({.what = "the limits of a judgement are equal",
+                      .where = name,
+                      .found = std::to_string(*full_at),
+                      .expected = "different values of full_at and zero_at",
+                      .remedy = "for a limit without a range, pass 1 or 0 as the value, with full_at=1 and "
+                                "zero_at=0"});
+             if (!value && reason.empty()) reason = "It was not measured.";
              return Judgement{
                  std::move(name),     value, std::move(unit), std::move(reason), full_at.value_or(0),
                  zero_at.value_or(0), weight};
@@ -45,9 +54,20 @@ void bind_results(py::module_& module) {
       .def_readonly("torque", &Touches::torque, "Torque for the device, N mm.")
       .def_readonly("contact", &Touches::contact, "True in contact.")
       .def_readonly("item", &Touches::item, "Index of the touched structure; -1 without contact.")
-      .def_readonly("faults", &Touches::faults,
-                    "Latched faults, a bit each. While a fault is latched, the force fades to 0. "
-                    "reset() clears faults.");
+      .def_readonly(
+          "faults", &Touches::faults,
+          "Bits of Fault: faults that are latched until reset(), and limits that were applied to the "
+          "force. A latched fault brings the force to 0.");
+
+  py::object flag = py::module_::import("enum").attr("IntFlag");
+  py::dict faults;
+  faults["NOT_FINITE"] = static_cast<int>(haptics::fault_not_finite);
+  faults["FORCE_LIMIT"] = static_cast<int>(haptics::fault_magnitude);
+  faults["SLEW_LIMIT"] = static_cast<int>(haptics::fault_slew);
+  faults["STALE_SCENE"] = static_cast<int>(haptics::fault_stale_scene);
+  faults["LOST_DEVICE"] = static_cast<int>(haptics::fault_lost_device);
+  faults["FULL_RING"] = static_cast<int>(haptics::fault_full_ring);
+  module.attr("Fault") = flag("Fault", faults, py::arg("module") = "trephine");
 
   py::class_<PyEvent>(module, "Event", "An event of the operation, such as a torn structure.")
       .def_readonly("tick", &PyEvent::tick)

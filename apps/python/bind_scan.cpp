@@ -3,6 +3,7 @@
 #include <cstring>
 #include <map>
 
+#include "data-tools/formats/open_volume.h"
 #include "data-tools/phantoms/phantoms.h"
 
 namespace trephine::python {
@@ -29,7 +30,7 @@ Scan scan_of(const py::object& any, const py::object& spacing, const py::object&
            .where = "voxels",
            .found = std::to_string(voxels.ndim()) + " dimensions of " + std::string(py::str(voxels.dtype())),
            .expected = "shape (z, y, x) of int16",
-           .remedy = "convert it with numpy.asarray(voxels, numpy.int16)"});
+           .remedy = "round the values, limit them to -32768 to 32767, and convert them to numpy.int16"});
   constexpr py::ssize_t k_longest = 32768;
   for (py::ssize_t a = 0; a < 3; ++a)
     if (voxels.shape(a) < 1 || voxels.shape(a) > k_longest)
@@ -102,6 +103,14 @@ void bind_scan(py::module_& module) {
           "Makes a phantom: \"head\", \"spine\", or an analytic one such as \"sphere\". `spacing`: mm along "
           "x, y, z. `psf`: sigma of the scanner's blur, voxels. `seed`: seed of the random numbers. Other "
           "keywords are parameters of the phantom.")
+      .def(
+          "save",
+          [](const Scan& scan, const py::object& path) {
+            const std::string file = text_of(path, "path", "the path of a file");
+            py::gil_scoped_release unlocked;
+            check(data_tools::write_volume(file, *scan.volume));
+          },
+          py::arg("path"), "Writes the scan, for example as .nrrd, .mha or .nii.gz.")
       .def_property_readonly(
           "array", [](py::object self) { return voxels_of(*self.cast<const Scan&>().volume, self); },
           "Intensities, a read-only view of shape (z, y, x) without a copy. It keeps the scan alive.")

@@ -238,6 +238,10 @@ void OperationController::frame() {
   send_history_steps();
   watch_progress();
   if (steps_) steps_->follow(live_, state_, seconds());
+  if (steps_ && prepared_step_ != steps_->index() && viewport_.is_complete()) {
+    prepared_step_ = steps_->index();
+    live_.prepare_instruments(steps_->instruments_ahead());
+  }
   restore_force();
   follow_instrument_change();
   if (state_.job != job_) job_ = state_.job, job_started_ = seconds();

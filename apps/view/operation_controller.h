@@ -248,6 +248,7 @@ class OperationController {
   LineGuide line_;
   std::vector<LineGuide::Line> planned_lines_;
   std::optional<StepGuide> steps_;
+  std::optional<std::size_t> prepared_step_;  ///< the step whose instruments are prepared
   std::chrono::steady_clock::time_point guided_at_;
   bool is_over_bone_ = false;       ///< the cursor is over bone
   bool has_drill_stopped_ = false;  ///< the clutch of a perforator released during this press

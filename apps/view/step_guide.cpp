@@ -112,6 +112,23 @@ Result<sim::Value, std::string> StepGuide::allowed_parameters(const sim::Instrum
   return workbench::describe_prohibition(step(), "instrument", *error);
 }
 
+std::vector<sim::TakeInstrument> StepGuide::instruments_ahead() const {
+  std::vector<sim::TakeInstrument> ahead;
+  const auto add = [&](const std::vector<std::string>& entries) {
+    for (const std::string& entry : entries) {
+      const auto [name, words] = sim::split_name(entry);
+      sim::TakeInstrument one{std::string(name), std::string(words)};
+      const bool is_known = std::any_of(ahead.begin(), ahead.end(), [&](const sim::TakeInstrument& other) {
+        return other.instrument == one.instrument && other.parameters == one.parameters;
+      });
+      if (!is_known) ahead.push_back(std::move(one));
+    }
+  };
+  for (std::size_t i = index_; i < procedure().steps.size(); ++i) add(procedure().steps[i].instruments);
+  add(procedure().instruments);
+  return ahead;
+}
+
 std::string StepGuide::reason_against(const sim::ValueType& command) const {
   const Status error = sim::check_command(procedure(), step(), command);
   return error ? workbench::describe_prohibition(step(), "command", *error) : std::string();

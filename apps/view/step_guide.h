@@ -54,6 +54,8 @@ class StepGuide {
   /// Returns the parameters with which the current step allows an instrument: the default parameters if
   /// possible. The error is a sentence with the reason why the step does not allow the instrument.
   Result<sim::Value, std::string> allowed_parameters(const sim::InstrumentType& instrument) const;
+  /// Returns the instruments that the current step, the steps after it and the procedure name, in this order.
+  std::vector<sim::TakeInstrument> instruments_ahead() const;
   /// Returns a sentence with the reason why the current step does not allow a command; empty if it is
   /// allowed.
   std::string reason_against(const sim::ValueType& command) const;

@@ -6,6 +6,7 @@
 #include <glm/common.hpp>
 #include <string>
 
+#include "haptics/scene/offset_cache.h"
 #include "volume/base/parallel.h"
 #include "volume/base/text.h"
 #include "volume/fields/offset_field.h"
@@ -218,8 +219,9 @@ Status set_offsets(TouchScene& scene, double radius, int threads) {
                    .remedy = "use a point, or touch the outside only"};
   for (TouchItem& shape : scene.items) {
     if (shape.is_mesh()) continue;
-    auto result = volume::OffsetField::build(shape.field, *shape.bits, nullptr, radius, threads, nullptr,
-                                             shape.soft.get());
+    auto result = scene.offset_cache ? scene.offset_cache->field(shape, radius, threads)
+                                     : volume::OffsetField::build(shape.field, *shape.bits, nullptr, radius,
+                                                                  threads, nullptr, shape.soft.get());
     if (!result) return result.error();
     shape.offset = std::move(result).value();
   }

@@ -1,6 +1,7 @@
 // TouchScene: shapes of volumes, each with its occupancy and material, and polygonal models.
 #pragma once
 
+#include <atomic>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
@@ -21,6 +22,8 @@ class SoftField;
 }  // namespace trephine::volume
 
 namespace trephine::haptics {
+
+class OffsetCache;
 
 /// Mechanical response of a surface. Defaults are usual in haptics (docs/performance.md lists them).
 struct Material {
@@ -146,7 +149,16 @@ struct TouchScene {
   std::vector<std::shared_ptr<const volume::Volume>> others = {};  ///< further volumes with shapes; never cut
   double smallest_burr = 0;  ///< mm, diameter of the smallest cutting tool; 0: cuts are as coarse as voxels
   std::optional<volume::CutLattice> lattice = std::nullopt;  ///< cut lattice for `smallest_burr`
+  /// Keeps offset fields of the shapes for further tools; copies of the scene share it. Null: none are kept.
+  std::shared_ptr<OffsetCache> offset_cache = nullptr;
 };
+
+/// Makes an empty cache of offset fields for a scene.
+std::shared_ptr<OffsetCache> make_offset_cache();
+/// Builds the offset fields of a scene's shapes for a ball (mm) and keeps them in the scene's cache, if it
+/// has one, so that a tool with this ball is prepared without delay. Stops when `is_cancelled` becomes true.
+/// Any thread except the servo thread.
+void prepare_offsets(const TouchScene& scene, double radius, const std::atomic<bool>& is_cancelled);
 
 /// Returns a version of the base from which nothing is removed, with the scene's cut lattice.
 std::shared_ptr<volume::Version> untouched(const TouchScene& scene);

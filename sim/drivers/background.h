@@ -15,10 +15,11 @@ namespace trephine::sim {
 
 /// Priorities of longer work, most urgent first.
 enum class Priority : std::uint8_t {
-  depths,  ///< depth images and pictures: a hand loses contact without them
-  fields,  ///< offset fields: a tool hovers until they are adopted
-  jobs,    ///< jobs that a person waits for, such as a bone flap
-  search   ///< results that nothing waits for, such as loose parts
+  depths,      ///< depth images and pictures: a hand loses contact without them
+  fields,      ///< offset fields: a tool hovers until they are adopted
+  jobs,        ///< jobs that a person waits for, such as a bone flap
+  search,      ///< results that nothing waits for, such as loose parts
+  preparation  ///< data that may be needed later, such as fields of the next instruments
 };
 
 /// Queues of work, one per priority. Work of one priority runs in order, one at a time. A free thread starts
@@ -28,7 +29,7 @@ class Background {
  public:
   using Result = std::function<void()>;
   using Work = std::function<Result()>;
-  static constexpr std::size_t k_priorities = 4;
+  static constexpr std::size_t k_priorities = 5;
 
   Background() = default;
   ~Background() { stop(); }

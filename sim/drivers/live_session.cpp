@@ -5,6 +5,8 @@
 #include <chrono>
 #include <deque>
 #include <iterator>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include "sim/drivers/issued_commands.h"
 
@@ -126,6 +128,7 @@ void LiveSession::handle_results() {
     if (!job) job = engine_.derived_job(kind);
     if (job) derive(std::move(*job));
   }
+  prepare_next();
 }
 
 void LiveSession::submit_picture(haptics::depth::DepthPicture picture, std::int64_t item,
@@ -135,6 +138,35 @@ void LiveSession::submit_picture(haptics::depth::DepthPicture picture, std::int6
   };
   const std::lock_guard guard(lock_);
   picture_ = std::move(job);
+}
+
+void LiveSession::prepare_instruments(std::vector<TakeInstrument> instruments, std::size_t hand) {
+  const std::lock_guard guard(lock_);
+  preparations_.clear();
+  for (TakeInstrument& instrument : instruments) preparations_.emplace_back(std::move(instrument), hand);
+}
+
+/// Edit thread: begins the preparation of the next instrument.
+void LiveSession::prepare_next() {
+  if (!background_.is_idle(Priority::preparation)) return;
+  std::pair<TakeInstrument, std::size_t> next;
+  {
+    const std::lock_guard guard(lock_);
+    if (preparations_.empty()) return;
+    next = std::move(preparations_.front());
+    preparations_.pop_front();
+  }
+  auto work = engine_.preparation_of(next.first, next.second);
+  if (!work) return;
+  background_.submit(Priority::preparation, [this, work = std::move(work)]() -> Background::Result {
+    // A thread cannot raise its priority again, so that one of its own is used.
+    std::jthread([&] {
+      constexpr int k_low = 10;
+      setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), k_low);
+      work(is_stopping_);
+    }).join();
+    return {};
+  });
 }
 
 /// Removes the pending picture and returns its job; empty if there is no picture.

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <atomic>
+#include <deque>
 #include <functional>
 #include <future>
 #include <memory>
@@ -87,6 +88,9 @@ class LiveSession {
   /// Moves the tool to a free point (volume frame) without a path: matter between the old and the new
   /// position does not stop the proxy. The device must also be at this point.
   void teleport_tool(const glm::dvec3& free_point_volume, std::size_t hand = 0);
+  /// Prepares instruments that a hand may take next, in this order, in the background on threads of low
+  /// priority. Replaces instruments whose preparation has not begun. Any thread.
+  void prepare_instruments(std::vector<TakeInstrument> instruments, std::size_t hand = 0);
   /// Submits a depth picture of a streamed item (DepthSource::is_streamed()) for a hand; any thread. Some
   /// milliseconds later, the hand touches the item as the picture shows it, in the clip volume of `edge` mm
   /// around `touch` (mm, item's frame). A newer picture replaces a pending one.
@@ -146,6 +150,7 @@ class LiveSession {
   void begin(const PendingJob& job);
   void free_pieces();
   void end_search(bool has_found);
+  void prepare_next();
 
   Engine engine_;
   haptics::ServoChannel channel_;
@@ -158,6 +163,7 @@ class LiveSession {
   LiveState state_;
   std::vector<Command> commands_;
   std::vector<std::pair<std::size_t, glm::dvec3>> pending_teleports_;
+  std::deque<std::pair<TakeInstrument, std::size_t>> preparations_;  ///< pending, with their hands
   std::function<DerivedJob()> picture_;  ///< returns the job of the pending picture; empty: no picture
   std::vector<std::promise<std::shared_ptr<const OperationState>>> snapshots_;  ///< pending requests
   std::vector<std::pair<std::size_t, std::promise<std::vector<HistoryState>>>>

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -64,6 +65,11 @@ class Engine {
   Outcome apply(const Command& command);
   /// Returns the reason why apply() would refuse a command in the current state; empty if it would not.
   Status reason_to_refuse(const Command& command) const;
+  /// Returns work that builds the offset fields of an instrument, so that the hand can take it later without
+  /// delay; empty if the instrument needs no fields. The work is for any thread except the servo thread, and
+  /// stops when its argument becomes true.
+  std::function<void(const std::atomic<bool>&)> preparation_of(const TakeInstrument& instrument,
+                                                               std::size_t hand) const;
   /// Returns the commands that the first step of the procedure issues, for the driver to apply. Empty after
   /// the first call, after a tick, after a command other than Resume, and in a restored operation.
   std::vector<Command> take_initial_commands();

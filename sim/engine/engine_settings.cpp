@@ -135,6 +135,19 @@ ToolGeometry Engine::geometry_of(const Instrument& instrument, std::size_t hand)
   return ToolGeometry::of(needs.tool ? *needs.tool : *initial_tools_[hand]);
 }
 
+std::function<void(const std::atomic<bool>&)> Engine::preparation_of(const TakeInstrument& request,
+                                                                     std::size_t hand) const {
+  const auto instrument = named_instrument(request);
+  if (!instrument) return {};
+  const auto tool = geometry_of(instrument.value(), hand).tool();
+  if (!tool || tool.value()->radius() == 0 || check_tool_radius(*scene().base, tool.value()->radius()))
+    return {};
+  return
+      [scene = tools_[hand].scene, radius = tool.value()->radius()](const std::atomic<bool>& is_cancelled) {
+        haptics::prepare_offsets(*scene, radius, is_cancelled);
+      };
+}
+
 /// Puts an instrument into a hand.
 void Engine::give(Instrument instrument, std::size_t hand, Outcome& outcome) {
   now_.settings.hands[hand] = std::move(instrument);

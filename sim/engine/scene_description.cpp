@@ -171,6 +171,7 @@ Error in_structure(Error error, const StructureSpec& s) {
 
 Result<TouchScene> build_items(const SceneDescription& spec, const SceneData& data) {
   TouchScene scene;
+  scene.offset_cache = haptics::make_offset_cache();
   scene.base = data.volumes.at(0);
   scene.others.assign(data.volumes.begin() + 1, data.volumes.end());
   std::vector<std::size_t> soft;

@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[2]
 COHORT = ROOT / "apps/cohort/trephine-cohort"
 
 # A stand-in that prints results as `trephine run` and `trephine score` do. Seed 3 fails, seed 4 crashes, seed 5
-# sleeps for 60 s.
+# sleeps for 60 s, seed 6 prints an unknown result, seed 7 is killed; seed 8 is killed the first time.
 STAND_IN = f"#!{sys.executable} -SE" + """
 import json, os, sys, time
 words = sys.argv[1:]
@@ -26,6 +26,12 @@ if words[0] == "run":
         sys.exit(2)
     if seed == 4:
         os.kill(os.getpid(), 11)
+    if seed == 6:
+        print("[1]")
+        sys.exit()
+    if seed == 7 or seed == 8 and not os.path.exists("killed"):
+        open("killed", "w")
+        os.kill(os.getpid(), 9)
     if seed == 5 or skill == "expert" and "HOLD" in os.environ:
         time.sleep(60)
     open(words[words.index("--record") + 1], "w").write(f"{skill} {seed}")
@@ -99,6 +105,64 @@ def test_failed_cases_are_rows_with_an_error(place):
     table_of("late")
     (row,) = csv.DictReader(open("late.csv"))
     assert row["error"] == "trephine run took longer than 1 s"
+
+
+def test_a_killed_case_is_run_once_more(place):
+    Path("plan.csv").write_text("\ufeffcase,script,skill,seed\n" + "".join(f"{s},drill.toml,novice,{s}\n" for s in (6, 7, 8)))
+    ran = run("results")
+    assert ran.returncode == 0 and "1 failed: trephine was killed twice" in ran.stderr
+    table_of("results")
+    errors = [row["error"] for row in csv.DictReader(open("results.csv"))]
+    assert errors == ["trephine run printed an unknown result", "trephine was killed twice, perhaps for lack of memory", ""]
+
+
+def test_a_signal_to_all_processes_stops_the_run(place, monkeypatch):
+    # Commands that the signal ends by itself, at about the time at which the run kills them, do not hold up its end,
+    # and are no results.
+    monkeypatch.setenv("HOLD", "")
+    plan(2, "--skills", "expert")
+    for i in range(12):
+        process = subprocess.Popen([sys.executable, COHORT, "run", "plan.csv", "results", "--trephine", "./trephine",
+                                    "--cores", "4"], stderr=subprocess.PIPE, start_new_session=True)
+        time.sleep(0.1 + 0.03 * i)
+        os.killpg(process.pid, (signal.SIGTERM, signal.SIGHUP)[i % 2])
+        errors = process.communicate(timeout=20)[1]
+        assert process.returncode in (130, -signal.SIGTERM, -signal.SIGHUP) and b"Traceback" not in errors, errors
+        assert not list(Path("results").glob("0*.json"))
+
+
+def test_plans_written_by_hand_are_checked(place):
+    run_words = ["run", "plan.csv", "results", "--trephine", "./trephine"]
+    for rows, problem in [
+        ("1,drill.toml,novice,1\n2,drill.toml,novice,01\n", "the same script, skill and seed"),
+        ("1\n", "line 2 of the plan lacks a value"),
+        ("1,drill.toml,novice,1.0\n", "a whole number"),
+        ("1,drill.toml,master,1\n", "unknown skill 'master'"),
+    ]:
+        Path("plan.csv").write_text("case,script,skill,seed\n" + rows)
+        result = cohort(*run_words)
+        assert result.returncode == 2 and problem in result.stderr, result.stderr
+    Path("plan.csv").write_text("case;script;skill;seed\n1;drill.toml;novice;1\n")
+    result = cohort(*run_words)
+    assert result.returncode == 2 and "'case;script;skill;seed'" in result.stderr, result.stderr
+
+
+def test_a_changed_scan_is_noticed_and_not_replaced(place):
+    Path("drill.toml").write_text("title = 'A drill'\nscan = 'own.mha'\n")
+    Path("own.mha").write_text("one")
+    plan(1)
+    assert run("results").returncode == 0
+    for output in ("own.mha", "drill.toml"):
+        merged = cohort("merge", "plan.csv", "results", "-o", output)
+        assert merged.returncode == 2 and "would replace" in merged.stderr
+    Path("own.mha").write_text("two")
+    again = run("results")
+    assert again.returncode == 2 and "another script, scan" in again.stderr
+    Path("results/00001.json").write_text("[1]")
+    assert "is damaged" in run("results").stderr
+    Path("file").write_text("")
+    result = run("file")
+    assert result.returncode == 2 and "cannot be written" in result.stderr, result.stderr
 
 
 def test_a_killed_run_continues(place, monkeypatch):

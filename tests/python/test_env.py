@@ -114,9 +114,9 @@ def test_invalid_input_is_refused():
     env = SurgeryEnv(Pocket())
     env.reset(seed=1)
     for action in ([0, 0, 0], [0, 0, np.nan, 1], np.zeros((2, 4))):
-        with pytest.raises(ValueError, match="four finite numbers"):
+        with pytest.raises(ValueError, match="4 finite numbers"):
             env.step(action)
-    with pytest.raises(ValueError, match="positive"):
+    with pytest.raises(ValueError, match="ticks_per_step must be"):
         SurgeryEnv(Pocket(), ticks_per_step=0)
     for centre in ((0, 0, 60), (500, 0, 0)):
         with pytest.raises(ValueError, match="no bone"):
@@ -238,3 +238,37 @@ def test_a_thousand_resets_keep_the_memory():
             gc.collect()
             memory.append(resident_mb())
     assert memory[1] - memory[0] < 5, memory
+
+
+def test_tasks_are_checked():
+    class Own(Pocket):
+        result = (0.0, False, {})
+        rate = 1000.0
+
+        def open(self):
+            return tr.Operation.open(self.scan, iso=self.iso, rate=self.rate)
+
+        def judge(self, operation, touches):
+            return self.result
+
+    task = Own()
+    env = SurgeryEnv(task, ticks_per_step=np.int64(5))
+    env.reset(seed=1)
+    for result in ((np.nan, False, {}), (0.0, False), None):
+        env.task.result = result
+        with pytest.raises(ValueError, match="judge"):
+            env.step([0, 0, 0, 0])
+    env.close()
+    env.close()
+    task.rate = 500.0
+    with pytest.raises(ValueError, match="1000 ticks per second"):
+        SurgeryEnv(task)
+    with pytest.raises(TypeError, match="is a class"):
+        SurgeryEnv(Pocket)
+    vector = VectorEnv(SurgeryEnv(Pocket(task.scan), ticks_per_step=5) for _ in range(2))
+    vector.reset(seed=[1, None])
+    with pytest.raises(ValueError, match="No environment was stepped"):
+        vector.step([[0, 0, 0, 0], [np.nan, 0, 0, 0]])
+    assert [env._steps for env in vector.environments] == [0, 0]
+    with pytest.raises(ValueError, match="one seed, or 2"):
+        vector.reset(seed=[1])

@@ -217,3 +217,43 @@ def test_surfaces_become_meshes_of_other_libraries(monkeypatch):
     mesh = to_trimesh(surface)
     assert np.array_equal(mesh["vertices"], surface.vertices) and np.array_equal(mesh["faces"], surface.triangles)
     assert mesh["process"] is False
+
+
+def test_mistakes_of_procedures_and_methods_are_reported(tmp_path):
+    for commands, problem in (({1: "undo"}, TypeError), ({1: Command("undo")}, TypeError), ({1: None}, TypeError),
+                              ({1: [Command("undooo")]}, tr.Error), ({1: [Command("note", txt="x")]}, tr.Error)):
+        with pytest.raises(problem):
+            perform(drilled(), Observer(commands), path_down(100))
+    with pytest.raises(tr.Error, match="buttons"):
+        perform(drilled(), Observer(), path_down(100), buttons=0.7)
+    refused = perform(drilled(), Observer({1: [Command("undo")]}), path_down(100)).refused
+    assert [command.name for command, _ in refused] in ([], ["undo"])
+    for result in (lambda hand: hand * 1j, lambda hand: np.nan * hand):
+        with pytest.raises(ValueError, match="no point in tick 0"):
+            run_method(sphere(), lambda matter, radius: result, path_down(3))
+    with pytest.raises(ValueError, match="stiffness"):
+        run_method(sphere(), stop_at_matter, path_down(3), stiffness=float("nan"))
+    with pytest.raises(ValueError, match="letters"):
+        compare(stop_at_matter, tmp_path / "out", name="a/b")
+    with pytest.raises(TypeError, match="list of names"):
+        compare(stop_at_matter, tmp_path / "out", methods="mesh")
+
+
+@pytest.mark.skipif(not HAS_PROGRAM, reason="the programs were not built")
+def test_sessions_of_an_array_are_audited_with_their_scan(tmp_path):
+    voxels = np.full((40, 40, 40), -1000, np.int16)
+    voxels[:, :, :20] = 1200
+    scan = tr.Scan(voxels, spacing=(0.5, 0.6, 0.7), hounsfield=True)
+    operation = tr.Operation.open(scan, iso=300, hand=tr.Hand("burr", diameter=3), record=tmp_path / "a.session")
+    path = np.tile((0.0, 12.0, 14.0), (200, 1))
+    path[:, 0] = np.linspace(14, 8, 200)
+    touches = operation.run(path, buttons=1)
+    operation.end()
+    assert touches.contact.any()
+    assert audit(tmp_path / "a.session", scan=scan)["is_certified"] is True
+    columns = ticks(tmp_path / "a.session", scan=scan)
+    assert np.array_equal(columns["force_x"], touches.force[:, 0]) and set(columns["hand"]) == {0}
+    with pytest.raises(tr.Error, match="remedy"):
+        audit(tmp_path / "a.session")
+    with pytest.raises(tr.Error, match="unknown scene"):
+        compare(stop_at_matter, tmp_path / "out", scenes="zz")

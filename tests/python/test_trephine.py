@@ -1,7 +1,9 @@
 """The Python module: equal bits in every run, arrays that outlive their owners, errors with messages."""
 
 import gc
+import os
 import pickle
+import signal
 import subprocess
 import threading
 
@@ -411,3 +413,47 @@ def test_import_loads_no_windows():
     maps = subprocess.run(["/usr/bin/python3", "-c", code], check=True, capture_output=True, text=True).stdout
     assert "_core.so" in maps
     assert "libQt5" not in maps and "libvtkRenderingOpenGL" not in maps
+
+
+def test_a_forked_process_gets_an_error():
+    operation = tr.Operation.open(sphere((3, 3, 3)), iso=300)
+    child = os.fork()
+    if child == 0:
+        try:
+            operation.run([[0, 0, 60]])
+        except RuntimeError as error:
+            os._exit(7 if "after the fork" in str(error) else 8)
+        os._exit(9)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+
+
+def test_ctrl_c_ends_a_run():
+    operation = tr.Operation.open(sphere((3, 3, 3)), iso=300)
+    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        for _ in range(1000):
+            operation.run(np.tile((0.0, 0.0, 28.0), (500_000, 1)))
+    assert operation.tick % 500_000 != 0  # the last call did not end
+    operation.run([[0, 0, 60]])
+
+
+def test_faults_and_limits_are_named():
+    operation = tr.Operation.open(sphere((3, 3, 3)), iso=300)
+    touches = operation.run([[0, 0, 60], [np.nan, 0, 0]])
+    assert tr.Fault(int(touches.faults[1])) & tr.Fault.NOT_FINITE and touches.faults[0] == 0
+    assert operation.hand_count == 1 and operation.rate == 1000
+    with pytest.raises(tr.Error, match="0 to 0"):
+        operation.explain_force(0, hand=4)
+    with pytest.raises(tr.Error, match="are equal"):
+        tr.Judgement("width", 1, full_at=1, zero_at=1)
+    with pytest.raises(tr.Error, match="path of the session is empty"):
+        tr.Operation.open(sphere((3, 3, 3)), iso=300, record="")
+
+
+def test_refusals_differ_from_invalid_commands():
+    operation = tr.Operation.open(sphere((3, 3, 3)), iso=300)
+    for name, parameters, is_refusal in (("undooo", {}, False), ("note", {"txt": "x"}, False), ("undo", {}, True)):
+        try:
+            operation.command(name, **parameters)
+        except tr.Error as error:
+            assert error.is_refusal is is_refusal, name

@@ -1,6 +1,11 @@
 // TakeInstrument: one command sets an instrument and the balls with which it touches.
+#include <chrono>
+#include <thread>
+
 #include "modules/drilling/perforator.h"
+#include "sim/drivers/live_session.h"
 #include "tests/sim/session_fixture.h"
+#include "volume/base/work_counters.h"
 
 namespace trephine::sim {
 namespace {
@@ -107,6 +112,35 @@ TEST(TakeInstrument, IsRefusedWithItsReason) {
   engine.apply(Command(engine.run_job(second.job), 0));
   EXPECT_EQ(tool_of(engine), "burr");
   EXPECT_EQ(radius_of(engine), 0);
+}
+
+/// A live session prepares instruments in the background; the hand then takes them without new fields. The
+/// end of the session cancels a preparation.
+TEST(LiveSession, PreparesInstrumentsThatMayBeTakenNext) {
+  TrayBench bench;
+  bench.scene.offset_cache = haptics::make_offset_cache();
+  haptics::VirtualDevice device(
+      haptics::PosePath::from_samples(
+          {{0, {{0, 0, 12}, {1, 0, 0, 0}, false}}, {60, {{0, 0, 12}, {1, 0, 0, 0}, false}}}, "test")
+          .value(),
+      {});
+  haptics::Device* devices[] = {&device};
+  LiveSession live(devices, bench.engine(), {});
+  ASSERT_FALSE(live.start().has_value());
+  const auto fields = [] { return work_counters().offset_fields.load(); };
+  const auto reaches = [](const auto& condition) {
+    for (int i = 0; i < 20000 && !condition(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return condition();
+  };
+  const long before = fields();
+  // An unknown instrument and one without a ball need no preparation.
+  live.prepare_instruments({{"unknown", ""}, {"burr", "diameter=3"}, {"perforator", "diameter=13"}});
+  ASSERT_TRUE(reaches([&] { return fields() > before; }));
+  live.apply(Command(TakeInstrument{"perforator", "diameter=13"}, 0));
+  ASSERT_TRUE(reaches([&] { return live.fetch_state().tool.name() == "perforator"; }));
+  EXPECT_EQ(fields(), before + 1);
+  live.prepare_instruments({{"perforator", "diameter=12"}});
+  live.stop();
 }
 
 }  // namespace

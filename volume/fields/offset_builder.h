@@ -59,12 +59,14 @@ class OffsetField::Builder {
             glm::clamp(glm::ivec3(glm::ceil(changed_.high)) + margin, glm::ivec3(0), last)};
   }
 
-  void run(int threads, Work& work) {
+  /// Omits the remaining tiles when `is_cancelled` becomes true.
+  void run(int threads, Work& work, const std::atomic<bool>* is_cancelled = nullptr) {
     const VoxelBox box = affected_box();
     out_.copy_pages(box.low / SampleBrick::k_edge, box.high / SampleBrick::k_edge);
     const glm::ivec3 first = box.low / k_tile, last = box.high / k_tile, count = last - first + 1;
     std::mutex mutex;
     parallel_for(count.x * count.y * count.z, threads, [&](int i) {
+      if (is_cancelled != nullptr && *is_cancelled) return;
       const glm::ivec3 tile = first + glm::ivec3(i % count.x, i / count.x % count.y, i / (count.x * count.y));
       Work part;
       build_tile({glm::max(box.low, tile * k_tile), glm::min(box.high, tile * k_tile + (k_tile - 1))}, part);

@@ -47,8 +47,8 @@ double OffsetField::step_for(double radius, const Volume& volume) noexcept {
 
 Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field, const Occupancy& bits,
                                                               const Version* version, double radius,
-                                                              int threads, Work* work,
-                                                              const SoftField* soft) {
+                                                              int threads, Work* work, const SoftField* soft,
+                                                              const std::atomic<bool>* is_cancelled) {
   const auto begin = std::chrono::steady_clock::now();
   ++work_counters().offset_fields;
   const Frame& base = field.volume().frame;
@@ -89,7 +89,9 @@ Result<std::shared_ptr<const OffsetField>> OffsetField::build(const Field& field
   if (radius >= k_min_creased_radius * step)
     result->sheets_ = std::make_shared<CreaseSheets>(result->slots_size_);
   Work total;
-  Builder(*result, field, bits, version, nullptr, {}, soft).run(threads, total);
+  Builder(*result, field, bits, version, nullptr, {}, soft).run(threads, total, is_cancelled);
+  if (is_cancelled != nullptr && *is_cancelled)
+    return Error{.what = "the preparation of the tool was cancelled", .kind = ErrorKind::interrupted};
   if (total.creased == 0) result->sheets_ = nullptr;
   total.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (work) *work = total;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <memory>
 #include <vector>
 
@@ -38,11 +39,13 @@ class OffsetField {
   /// each side (radius 0.5 mm) or 400 mm (radius 1 mm); there, errors are larger if the voxels are coarse.
   static double step_for(double radius_mm, const Volume& volume) noexcept;
   /// Builds the field of the whole volume. `version` null: no cuts; `soft`: the shape's smooth field or null.
-  /// Error unless the radius is above 0, at most 20 mm, and no larger than the volume. threads 0 = all cores.
+  /// Error unless the radius is above 0, at most 20 mm, and no larger than the volume, and if `is_cancelled`
+  /// becomes true during the build. threads 0 = all cores.
   static Result<std::shared_ptr<const OffsetField>> build(const Field& field, const Occupancy& bits,
                                                           const Version* version, double radius_mm,
                                                           int threads = 0, Work* work = nullptr,
-                                                          const SoftField* soft = nullptr);
+                                                          const SoftField* soft = nullptr,
+                                                          const std::atomic<bool>* is_cancelled = nullptr);
   /// Returns the field after cuts in the voxels of `changed`; nothing may have been restored. u never
   /// increases, so that a free tool stays free. Any thread except the servo thread.
   std::shared_ptr<const OffsetField> updated(const Field& field, const Occupancy& bits,

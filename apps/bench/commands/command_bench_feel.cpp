@@ -268,15 +268,15 @@ Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
   const bench::FeelReport report = bench::run_feel(options);
   if (report.is_stopped) return interrupted("the benchmark");
   if (report.failure) return report.failure;
-  if (!arguments.export_folder.empty())
-    if (Status error = data_tools::write_file_atomically(
-            (std::filesystem::path(arguments.export_folder) / "our-results.csv").string(), ours.str()))
-      return error;
   if (!has_built_in_scene)
     return Error{.what = "unknown scene",
                  .where = "--only",
                  .found = arguments.only,
                  .expected = "part of a name such as sphere-psf-1.5-slide-100-mm-s"};
+  if (!arguments.export_folder.empty())
+    if (Status error = data_tools::write_file_atomically(
+            (std::filesystem::path(arguments.export_folder) / "our-results.csv").string(), ours.str()))
+      return error;
   Json machine = new_report("bench-feel");
   machine.erase("schema");
   if (Status error = write_feel_report(report, arguments.output, arguments.is_quick, machine)) return error;

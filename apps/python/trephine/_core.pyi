@@ -1,3 +1,4 @@
+from enum import IntFlag
 from os import PathLike
 from typing import Any, Optional, Sequence, Union
 
@@ -15,6 +16,15 @@ class Error(ValueError):
     found: str
     expected: str
     remedy: str
+    is_refusal: bool
+
+class Fault(IntFlag):
+    NOT_FINITE = 1
+    FORCE_LIMIT = 2
+    SLEW_LIMIT = 4
+    STALE_SCENE = 8
+    LOST_DEVICE = 16
+    FULL_RING = 32
 
 class Scan:
     def __init__(
@@ -24,6 +34,7 @@ class Scan:
     def phantom(
         name: str, spacing: Optional[Point] = ..., psf: float = ..., seed: int = ..., **parameters: float
     ) -> Scan: ...
+    def save(self, path: Path) -> None: ...
     def world(self, points: ArrayLike) -> NDArray[np.float64]: ...
     def voxel(self, points: ArrayLike) -> NDArray[np.float64]: ...
     @property
@@ -175,6 +186,10 @@ class Operation:
     def removed_mm3(self) -> float: ...
     @property
     def tick(self) -> int: ...
+    @property
+    def hand_count(self) -> int: ...
+    @property
+    def rate(self) -> float: ...
     @property
     def tick_count(self) -> int: ...
     @property

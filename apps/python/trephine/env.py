@@ -12,10 +12,11 @@ from __future__ import annotations
 import copy
 import importlib
 import importlib.util
+import operator
 import os
 import weakref
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, Optional, Protocol, Sequence, Union
+from typing import Any, Iterable, Optional, Protocol, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -315,12 +316,18 @@ class SurgeryEnv(_Base):  # type: ignore[misc]
 
     def __init__(self, task: Union[Task, None] = None, ticks_per_step: int = 20, max_steps: int = 500,
                  max_speed: float = 20.0) -> None:
-        if not (isinstance(ticks_per_step, int) and isinstance(max_steps, int)) or \
-                min(ticks_per_step, max_steps) < 1 or not 0 < max_speed < 1e4:
-            raise ValueError("ticks_per_step and max_steps must be positive integers, max_speed between 0 and 10000 mm/s.")
+        ticks_per_step, max_steps = operator.index(ticks_per_step), operator.index(max_steps)
+        if not 0 < ticks_per_step <= 100_000 or max_steps < 1 or not 0 < max_speed < 1e4:
+            raise ValueError("ticks_per_step must be 1 to 100000, max_steps at least 1, max_speed between 0 and 10000 mm/s.")
+        if isinstance(task, type):
+            raise TypeError(f"{task.__name__} is a class. Pass an object: SurgeryEnv({task.__name__}()).")
         self.task: Task = copy.copy(task) if task is not None else Pocket()
         self.ticks_per_step, self.max_steps, self.max_speed = ticks_per_step, max_steps, max_speed
         self.operation = self.task.open()
+        if not isinstance(self.operation, Operation):
+            raise TypeError("open() of a task must return an Operation.")
+        if self.operation.hand_count != 1 or self.operation.rate != 1000:
+            raise ValueError("open() of a task must return an operation with one hand and 1000 ticks per second.")
         self._first = self.operation.snapshot()
         self.action_space = _box([-max_speed] * 3 + [0], [max_speed] * 3 + [1])
         self.observation_space = _box([-np.inf] * 8, [np.inf] * 8)
@@ -328,6 +335,7 @@ class SurgeryEnv(_Base):  # type: ignore[misc]
         self._position: Optional[Array] = None
         self._steps = 0
         self._value = 0.0
+        self._is_closed = False
 
     def reset(self, *, seed: Optional[int] = None,
               options: Optional[dict[str, Any]] = None) -> tuple[NDArray[np.float32], dict[str, Any]]:
@@ -339,23 +347,27 @@ class SurgeryEnv(_Base):  # type: ignore[misc]
         self._turn: Optional[Array] = None if orientation is None else _numbers(orientation(), 4, "The orientation")
         touches = self._run(self._position[None], 0)
         self._steps = 0
-        self._value, _, facts = self.task.judge(self.operation, None)
+        self._value, _, facts = self._judge(None)
         return self._observation(touches), dict(facts)
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         if self._position is None:
             raise RuntimeError("The environment has no episode. Call reset() first.")
-        velocity = np.asarray(action, float)
-        if velocity.shape != (4,) or not np.isfinite(velocity).all():
-            raise ValueError("An action is four finite numbers: a velocity in mm/s and the button.")
+        velocity = _numbers(action, 4, "An action (a velocity in mm/s, and the button)")
         step = np.clip(velocity[:3], -self.max_speed, self.max_speed) * 1e-3
         positions = self._position + step * np.arange(1, self.ticks_per_step + 1)[:, None]
         touches = self._run(positions, int(velocity[3] > 0.5))
         self._position = positions[-1]
         self._steps += 1
-        value, is_done, facts = self.task.judge(self.operation, touches)
+        value, is_done, facts = self._judge(touches)
         reward, self._value = value - self._value, value
         return self._observation(touches), reward, is_done, self._steps >= self.max_steps, dict(facts)
+
+    def _judge(self, touches: Optional[Touches]) -> tuple[float, bool, dict[str, float]]:
+        result = self.task.judge(self.operation, touches)
+        if not isinstance(result, tuple) or len(result) != 3 or not np.isfinite(result[0]):
+            raise ValueError(f"judge() of a task must return a finite value, a truth value and a dict, not {result!r}.")
+        return float(result[0]), bool(result[1]), dict(result[2])
 
     def _run(self, positions: Array, button: int) -> Touches:
         turns = None if self._turn is None else np.tile(self._turn, (len(positions), 1))
@@ -363,14 +375,17 @@ class SurgeryEnv(_Base):  # type: ignore[misc]
 
     def _observation(self, touches: Touches) -> NDArray[np.float32]:
         assert self._position is not None
-        numbers = np.concatenate([self._position - self.task.goal(), touches.force[-1],
+        goal = _numbers(self.task.goal(), 3, "The goal")
+        numbers = np.concatenate([self._position - goal, touches.force[-1],
                                   [float(touches.contact[-1]), self._value]])
         observation: NDArray[np.float32] = numbers.astype(np.float32)
         return observation
 
     def close(self) -> None:
-        """Ends the operation."""
-        self.operation.end()
+        """Ends the operation. Further calls do nothing."""
+        if not self._is_closed:
+            self._is_closed = True
+            self.operation.end()
 
 
 class VectorEnv:
@@ -381,21 +396,28 @@ class VectorEnv:
     environment is a reset and ignores its action, as in Gymnasium's vector environments (autoreset mode "next step").
     """
 
-    def __init__(self, environments: Sequence[SurgeryEnv], threads: Optional[int] = None) -> None:
+    def __init__(self, environments: Iterable[SurgeryEnv], threads: Optional[int] = None) -> None:
+        environments = list(environments)
         if not environments:
             raise ValueError("A vector needs at least one environment.")
         if len({id(one.operation) for one in environments}) != len(environments):
             raise ValueError("An environment occurs twice. Make a separate one for each position in the list.")
-        self.environments = list(environments)
+        self.environments = environments
         self.num_envs = len(self.environments)
         self.single_action_space = self.environments[0].action_space
         self.single_observation_space = self.environments[0].observation_space
         self._pool = ThreadPoolExecutor(threads or min(self.num_envs, os.cpu_count() or 1))
         self._has_ended = [False] * self.num_envs
 
-    def reset(self, *, seed: Optional[int] = None) -> tuple[NDArray[np.float32], list[dict[str, Any]]]:
-        """Resets all environments; environment i has the seed `seed` + i."""
-        seeds = [None if seed is None else seed + i for i in range(self.num_envs)]
+    def reset(self, *, seed: Union[None, int, Sequence[Optional[int]]] = None
+              ) -> tuple[NDArray[np.float32], list[dict[str, Any]]]:
+        """Resets all environments. `seed`: a seed per environment, or a number; environment i then has `seed` + i."""
+        if seed is None or isinstance(seed, (int, np.integer)):
+            seeds = [None if seed is None else int(seed) + i for i in range(self.num_envs)]
+        else:
+            seeds = list(seed)
+        if len(seeds) != self.num_envs:
+            raise ValueError(f"Pass one seed, or {self.num_envs}.")
 
         def reset_one(env: SurgeryEnv, own: Optional[int]) -> tuple[NDArray[np.float32], dict[str, Any]]:
             first: tuple[NDArray[np.float32], dict[str, Any]] = env.reset(seed=own)
@@ -409,8 +431,8 @@ class VectorEnv:
                                           list[dict[str, Any]]]:
         """Steps all environments. Returns observations (N, 8), rewards, terminated and truncated (N,), and facts."""
         array = np.asarray(actions, float)
-        if array.shape != (self.num_envs, 4):
-            raise ValueError(f"Actions must have the shape ({self.num_envs}, 4).")
+        if array.shape != (self.num_envs, 4) or not np.isfinite(array).all():
+            raise ValueError(f"Actions must be finite numbers of the shape ({self.num_envs}, 4). No environment was stepped.")
 
         def step_one(i: int) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
             if self._has_ended[i]:

@@ -60,13 +60,15 @@ def run_method(operation: Operation, method: Method, positions: ArrayLike, *, ra
     path: Array = np.asarray(positions, float)
     if path.ndim != 2 or path.shape[1] != 3 or not np.isfinite(path).all():
         raise ValueError("positions must be finite numbers of shape (ticks, 3).")
+    if not radius >= 0 or not 0 < stiffness < np.inf:
+        raise ValueError("radius must be at least 0 mm, and stiffness above 0 N/mm.")
     step = method(Matter(operation), radius)
     proxies, times = np.empty_like(path), np.empty(len(path))
     for i, hand in enumerate(path):
         start = time.perf_counter()
-        proxy = np.asarray(step(hand.copy()), float)
+        proxy = np.asarray(step(hand.copy()))
         times[i] = 1e6 * (time.perf_counter() - start)
-        if proxy.shape != (3,) or not np.isfinite(proxy).all():
+        if proxy.shape != (3,) or np.iscomplexobj(proxy) or not np.isfinite(proxy.astype(float)).all():
             raise ValueError(f"The method returned no point in tick {i}. Return three finite numbers.")
         proxies[i] = proxy
     return Proxies(proxies, stiffness * (proxies - path), times)
@@ -79,6 +81,10 @@ def compare(method: Method, output: Union[str, "os.PathLike[str]"], *, scenes: s
     against the ideal proxy, falls, and times. `name`: name of the method; by default the name of the function.
     `methods`: names of methods of trephine and of its peers, for example ("subvoxel", "mesh"); by default all."""
     name = name or getattr(method, "__name__", "method")
+    if not name.replace("_", "").replace("-", "").isalnum():
+        raise ValueError(f"The name of the method is {name!r}. Use letters, digits, _ and -.")
+    if isinstance(methods, str):
+        raise TypeError(f"methods must be a list of names, such as [{methods!r}].")
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
         options = ["feel", "--quick", "--only", scenes]

@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Any, Iterable, NamedTuple, Optional, Union
 
 import numpy as np
@@ -72,7 +73,7 @@ def perform(operation: Operation, procedure: Procedure, positions: ArrayLike, or
             buttons: Union[int, ArrayLike] = 0) -> Outcome:
     """Moves the hands along a path, as `Operation.run` does, and lets the procedure act every `interval` ticks.
 
-    A command that is refused does not end the procedure; the outcome lists it.
+    A command that the state does not allow does not end the procedure; the outcome lists it. Invalid commands raise.
     """
     path: NDArray[np.float64] = np.asarray(positions, float)
     turns = None if orientations is None else np.asarray(orientations, float)
@@ -83,27 +84,34 @@ def perform(operation: Operation, procedure: Procedure, positions: ArrayLike, or
         raise ValueError("orientations must have the shape of positions, with four numbers each.")
     if pressed.ndim > 0 and pressed.shape != path.shape[:-1]:
         raise ValueError("buttons must be one number, or one per pose.")
-    if not isinstance(procedure.interval, int) or procedure.interval < 1:
+    interval = operator.index(procedure.interval)
+    if interval < 1:
         raise ValueError("The interval of a procedure must be a positive number of ticks.")
     refused: list[tuple[Command, str]] = []
 
-    def execute(commands: Iterable[Command]) -> None:
+    def execute(commands: Iterable[Command], method: str) -> None:
+        if isinstance(commands, (Command, str)) or not hasattr(commands, "__iter__"):
+            raise TypeError(f"{method}() must return a list of Command, not {type(commands).__name__}.")
         for command in commands:
+            if not isinstance(command, Command):
+                raise TypeError(f"{method}() must return a list of Command; one of them is {command!r}.")
             try:
                 operation.command(command.name, hand=command.hand, **command.parameters)
             except Error as error:
+                if not error.is_refusal:
+                    raise
                 refused.append((command, str(error)))
 
     procedure.reason = None
-    execute(procedure.start(operation))
+    execute(procedure.start(operation), "start")
     known = operation.event_count
     done = 0
     while done < len(path) and procedure.reason is None:
-        part = slice(done, min(done + procedure.interval, len(path)))
+        part = slice(done, min(done + interval, len(path)))
         touches = operation.run(path[part], None if turns is None else turns[part],
-                                int(pressed) if pressed.ndim == 0 else pressed[part])
+                                buttons if pressed.ndim == 0 else pressed[part])
         done = part.stop
         events = operation.events_since(known)
         known += len(events)
-        execute(procedure.observe(Observation(operation, touches, events)))
+        execute(procedure.observe(Observation(operation, touches, events)), "observe")
     return Outcome(procedure.reason, done, refused)

@@ -8,14 +8,17 @@ import os
 import shutil
 import subprocess
 import tempfile
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Optional, Union
+from typing import Any, Iterator, Optional, Union
 
 import numpy as np
 
-from ._core import Error
+from ._core import Error, Scan
 
 PathLike = Union[str, "os.PathLike[str]"]
+#: the scan that a session operated on, if the session does not contain it
+ScanOrPath = Union[None, PathLike, Scan]
 
 
 def find_program(name: str = "trephine") -> str:
@@ -44,37 +47,59 @@ def call(*words: PathLike, program: str = "trephine") -> dict[str, Any]:
         raise Error(f"{program} {os.fspath(words[0])}: {lines[-1]}") from None
     if "error" in output:
         fields = output["error"] if isinstance(output["error"], dict) else {"what": str(output["error"])}
-        error = Error(": ".join(str(fields[key]) for key in ("what", "where", "found") if fields.get(key)))
+        lines = [": ".join(str(fields[key]) for key in ("where", "what") if fields.get(key))]
+        lines += [f"  {key}: {fields[key]}" for key in ("found", "expected", "remedy") if fields.get(key)]
+        error = Error("\n".join(lines))
         for key in ("what", "where", "found", "expected", "remedy"):
             setattr(error, key, str(fields.get(key, "")))
         raise error
     return output
 
 
-def report(session: PathLike, page: PathLike, *, scan: Optional[PathLike] = None, expert: Optional[PathLike] = None) -> None:
+def _file(path: PathLike) -> str:
+    """Returns a path that no command takes for an option."""
+    text = os.fspath(path)
+    return "./" + text if text.startswith("-") else text
+
+
+@contextmanager
+def _scan_options(scan: ScanOrPath) -> Iterator[list[PathLike]]:
+    """Provides the options for a scan. A Scan is written to a temporary file."""
+    if scan is None:
+        yield []
+    elif isinstance(scan, Scan):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "scan.nrrd")
+            scan.save(path)
+            yield ["--scan", path]
+    else:
+        yield ["--scan", _file(scan)]
+
+
+def report(session: PathLike, page: PathLike, *, scan: ScanOrPath = None, expert: Optional[PathLike] = None) -> None:
     """Writes the report of a recorded session as one HTML page. `scan`: for a session that does not contain its scan.
     `expert`: a session to compare with."""
-    words: list[PathLike] = ["report", session, "-o", page]
-    if scan is not None:
-        words += ["--scan", scan]
-    if expert is not None:
-        words += ["--expert", expert]
-    call(*words)
+    with _scan_options(scan) as options:
+        call("report", _file(session), "-o", _file(page), *options, *(["--expert", _file(expert)] if expert is not None else []))
 
 
-def audit(session: PathLike, *, scan: Optional[PathLike] = None) -> dict[str, Any]:
+def audit(session: PathLike, *, scan: ScanOrPath = None) -> dict[str, Any]:
     """Returns the results of the independent judge of each tick of a session, `trephine audit`."""
-    return call("audit", session, *(["--scan", scan] if scan is not None else []))
+    with _scan_options(scan) as options:
+        return call("audit", _file(session), *options)
 
 
-def ticks(session: PathLike, *, scan: Optional[PathLike] = None) -> dict[str, Any]:
+def ticks(session: PathLike, *, scan: ScanOrPath = None) -> dict[str, Any]:
     """Replays a session, and returns its ticks as arrays of the columns of `trephine replay --table`: `t`, `hip_x`,
-    `proxy_x`, `force_x`, `contact`, `shape` and others (docs/file-formats.md)."""
-    with tempfile.TemporaryDirectory() as folder:
+    `proxy_x`, `force_x`, `contact`, `shape` and others (docs/file-formats.md). Hands are numbered from 0."""
+    with tempfile.TemporaryDirectory() as folder, _scan_options(scan) as options:
         table = os.path.join(folder, "ticks.csv")
-        call("replay", session, "--table", table, *(["--scan", scan] if scan is not None else []))
+        call("replay", _file(session), "--table", table, *options)
         with open(table, newline="", encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
     names = rows[0].keys() if rows else ()
     texts = ("shape", "side")
-    return {name: np.array([row[name] if name in texts else float(row[name]) for row in rows]) for name in names}
+    columns = {name: np.array([row[name] if name in texts else float(row[name]) for row in rows]) for name in names}
+    if "hand" in columns:
+        columns["hand"] -= 1
+    return columns
