@@ -381,6 +381,30 @@ std::uint64_t Operation::tick_count() const noexcept {
 std::size_t Operation::hand_count() const noexcept { return data_->engine().hand_count(); }
 double Operation::rate_hz() const noexcept { return data_->scene.rate_hz; }
 const Volume& Operation::scan() const noexcept { return *data_->engine().scene().base; }
+std::shared_ptr<const Volume> Operation::shared_scan() const noexcept { return data_->engine().scene().base; }
+
+std::vector<std::string> Operation::item_names() const {
+  std::vector<std::string> names;
+  for (const haptics::TouchItem& item : data_->engine().scene().items)
+    names.push_back(haptics::name_of(item));
+  return names;
+}
+
+std::vector<PlannedLine> Operation::trajectories() const {
+  std::vector<PlannedLine> lines;
+  if (const auto& plan = data_->engine().now().plan)
+    for (const volume::PlannedTrajectory& one : plan->trajectories)
+      lines.push_back({one.name, one.entry_world, one.target_world});
+  return lines;
+}
+
+std::vector<PlannedPosition> Operation::landmarks() const {
+  std::vector<PlannedPosition> positions;
+  if (const auto& plan = data_->engine().now().plan)
+    for (const volume::PlannedLandmark& one : plan->landmarks)
+      positions.push_back({one.name, one.position_world});
+  return positions;
+}
 std::string Operation::scene() const { return sim::to_text(data_->scene); }
 double Operation::removed_mm3() const { return data_->engine().removed_mm3(); }
 std::vector<Measure> Operation::measures() const { return data_->engine().measures(); }

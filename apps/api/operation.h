@@ -98,6 +98,17 @@ struct Body {
   std::shared_ptr<const Surface> surface;
 };
 
+/// A trajectory of the plan, mm.
+struct PlannedLine {
+  std::string name;
+  glm::dvec3 entry_world{0.0}, target_world{0.0};
+};
+/// A landmark of the plan, mm.
+struct PlannedPosition {
+  std::string name;
+  glm::dvec3 position_world{0.0};
+};
+
 /// A row of a score: a measured value, its verdict and its points.
 struct Finding {
   std::string name;                    ///< "L4 left: breach"
@@ -263,7 +274,11 @@ class Operation {
   std::size_t hand_count() const noexcept;
   double rate_hz() const noexcept;      ///< ticks per second
   const Volume& scan() const noexcept;  ///< uncut
-  std::string scene() const;            ///< in the format of open_scene()
+  std::shared_ptr<const Volume> shared_scan() const noexcept;
+  std::vector<std::string> item_names() const;     ///< of the touched structures; Touch::item is the index
+  std::vector<PlannedLine> trajectories() const;   ///< of the plan
+  std::vector<PlannedPosition> landmarks() const;  ///< of the plan
+  std::string scene() const;                       ///< in the format of open_scene()
   double removed_mm3() const;
   std::vector<Measure> measures() const;  ///< "removed", "nearest to dura", ...
   /// Judges the current state by the findings of the modules and the limits of the plan. The score has no

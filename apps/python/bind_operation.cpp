@@ -375,6 +375,35 @@ void bind_operation(py::module_& module) {
             return voxels_of(*scan, self);
           },
           "Intensities of the uncut scan, a read-only view of shape (z, y, x) that keeps the operation alive.")
+      .def_property_readonly(
+          "scan",
+          [](PyOperation& self) {
+            return Scan{.volume = self.with([](Operation& o) { return o.shared_scan(); })};
+          },
+          "The uncut scan: voxels, labels and frame. Shares the voxels.")
+      .def_property_readonly(
+          "item_names",
+          [](PyOperation& self) { return self.with([](Operation& o) { return o.item_names(); }); },
+          "Names of the touched structures; `item` of Touches is the index.")
+      .def_property_readonly(
+          "trajectories",
+          [](PyOperation& self) {
+            py::dict lines;
+            for (const PlannedLine& one : self.with([](Operation& o) { return o.trajectories(); }))
+              lines[py::str(one.name)] =
+                  py::make_tuple(tuple_of(one.entry_world), tuple_of(one.target_world));
+            return lines;
+          },
+          "Trajectories of the plan by name: entry and target, world, mm.")
+      .def_property_readonly(
+          "landmarks",
+          [](PyOperation& self) {
+            py::dict positions;
+            for (const PlannedPosition& one : self.with([](Operation& o) { return o.landmarks(); }))
+              positions[py::str(one.name)] = tuple_of(one.position_world);
+            return positions;
+          },
+          "Landmarks of the plan by name: position, world, mm.")
       .def(
           "take_changed",
           [](PyOperation& self) -> py::object {

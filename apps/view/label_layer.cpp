@@ -72,6 +72,18 @@ struct LabelLayer::Parts {
     }
     return lines;
   }
+  /// Returns the largest distance, in pixels, that an end of a tool moved since the labels were positioned.
+  double tool_motion() const {
+    const std::vector<imaging::Segment> now = tool_segments();
+    if (now.size() != tool_at_layout.size()) return 1e9;
+    double most = 0;
+    for (std::size_t i = 0; i < now.size(); ++i)
+      for (const std::size_t end : {0, 1})
+        most = std::max(most, glm::distance(now[i][end], tool_at_layout[i][end]));
+    return most;
+  }
+  std::vector<imaging::Segment> tool_at_layout;
+  bool has_omitted = false;  ///< a label had no room in the newest frame
   bool is_stale = true;
 };
 
@@ -133,8 +145,10 @@ void LabelLayer::set_tool(std::vector<std::array<dvec3, 2>> axes_world) {
   Parts& p = *parts_;
   if (axes_world == p.tool) return;
   p.tool = std::move(axes_world);
-  // The labels are positioned again only if a label covers the tool.
-  if (p.boxes.empty()) return;
+  // The labels are positioned again if a label covers the tool, or if the tool moved away from a label that
+  // had no room.
+  constexpr double k_far = 40;  // pixels
+  if (p.has_omitted && p.tool_motion() > k_far) p.is_stale = true;
   for (const imaging::Segment& line : p.tool_segments())
     for (const Box& box : p.boxes) p.is_stale |= imaging::passes(line, {box.low, box.high});
 }
@@ -190,9 +204,14 @@ void LabelLayer::lay_out(std::span<const Box> occupied) {
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> lines;
   p.boxes.clear(), p.segments.clear();
+  p.has_omitted = false;
+  p.tool_at_layout = p.tool_segments();
   for (const Request& request : requests) {
     const auto place = layout.place(request.place);
-    if (!place) continue;
+    if (!place) {
+      p.has_omitted = true;
+      continue;
+    }
     p.boxes.push_back({place->box.low, place->box.high});
     vtkTextActor* text = p.labels[request.label].text;
     text->SetDisplayPosition(static_cast<int>(place->box.low.x), static_cast<int>(place->box.low.y));

@@ -159,9 +159,10 @@ void LiveSession::prepare_next() {
   auto work = engine_.preparation_of(next.first, next.second);
   if (!work) return;
   background_.submit(Priority::preparation, [this, work = std::move(work)]() -> Background::Result {
-    // A thread cannot raise its priority again, so that one of its own is used.
+    // A thread cannot raise its priority again, so that one of its own is used. With nice value 3 it has a
+    // third of a core that a display saturates: a hand that takes the instrument waits for this work.
     std::jthread([&] {
-      constexpr int k_low = 10;
+      constexpr int k_low = 3;
       setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), k_low);
       work(is_stopping_);
     }).join();

@@ -285,6 +285,30 @@ TEST_F(PictureLayout, LabelsCoverNeitherTheirPointsNorTheTool) {
   }
 }
 
+/// A label that had no room next to a tool returns when the tool moves away.
+TEST_F(PictureLayout, ALabelReturnsWhenTheToolMovesAway) {
+  picture_->set_plan(names(4, 2));
+  picture_->draw();
+  LabelLayer& labels = picture_->view().overlays().labels();
+  ASSERT_EQ(labels.boxes().size(), 4u);
+  const dvec3 middle = scene_.base->frame.world_from_volume(dvec3(20));
+  std::vector<std::array<dvec3, 2>> wide, away;
+  for (int i = -30; i <= 30; ++i)
+    for (const dvec3& side : {dvec3(1, 0, 0), dvec3(0, 0, 1)}) {
+      wide.push_back({middle + 1.0 * i * side - 60.0 * dvec3(side.z, 0, side.x),
+                      middle + 1.0 * i * side + 60.0 * dvec3(side.z, 0, side.x)});
+      away.push_back({wide.back()[0] + dvec3(0, 0, 500), wide.back()[1] + dvec3(0, 0, 500)});
+    }
+  labels.set_tool(wide);
+  labels.lay_out();
+  EXPECT_LT(labels.boxes().size(), 4u);
+  EXPECT_FALSE(labels.is_stale());
+  labels.set_tool(away);
+  EXPECT_TRUE(labels.is_stale());
+  labels.lay_out();
+  EXPECT_EQ(labels.boxes().size(), 4u);
+}
+
 /// Labels do not cover the labels of another layer. The boxes of a first layout are passed as those of the
 /// other layer.
 TEST_F(PictureLayout, LabelsKeepOffThoseOfAnotherLayer) {

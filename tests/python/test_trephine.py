@@ -457,3 +457,23 @@ def test_refusals_differ_from_invalid_commands():
             operation.command(name, **parameters)
         except tr.Error as error:
             assert error.is_refusal is is_refusal, name
+
+
+def test_an_operation_names_its_scan_structures_and_plan():
+    operation = tr.Operation.open("spine", plan=True)
+    scan = operation.scan
+    assert np.shares_memory(scan.array, operation.array) and scan.spacing == operation.spacing
+    assert np.allclose(scan.voxel(scan.world(np.array([[1.0, 2.0, 3.0]]))), [[1, 2, 3]])
+    assert "L4" in scan.label_names
+    entry, target = operation.trajectories["L4 left pedicle"]
+    assert 40 < np.linalg.norm(np.subtract(entry, target)) < 60
+    top = np.tile((0.0, 60.0, 0.0), (600, 1))
+    top[:, 1] = np.linspace(75, 50, 600)
+    touches = operation.run(top)
+    touched = {operation.item_names[i] for i in touches.item[touches.contact]}
+    assert touched == {"bone"}
+    assert all(len(position) == 3 for position in operation.landmarks.values())
+    array = scan.array
+    del operation, scan
+    gc.collect()
+    assert array.min() < array.max()

@@ -207,7 +207,7 @@ def _phantom(name: str) -> Scan:
 class ScrewTrack:
     """A track for a screw is probed through the left pedicle of L4 of the built-in spine, without leaving the bone.
 
-    The hand holds the probe along the planned trajectory, and moves it. The value is the share of the length that the
+    The hand holds the probe along a trajectory, and moves it. The value is the share of the length that the
     tip has reached, minus 2 if the probe left the bone. Done at the whole length, or when the probe leaves the bone.
     """
 

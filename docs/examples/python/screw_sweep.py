@@ -8,8 +8,8 @@ import sys
 import numpy as np
 import trephine as tr
 
-entry, target = np.array((16.3, 37.0, 6.5)), np.array((8.2, -9.0, 6.5))  # the planned trajectory, mm
 operation = tr.Operation.open("spine", plan=True)
+entry, target = (np.array(point) for point in operation.trajectories["L4 left pedicle"])  # mm
 start = operation.snapshot()
 
 shifts = np.arange(-6.0, 6.1, 1.0)  # mm, toward the canal
@@ -27,7 +27,7 @@ for shift in shifts:
 if len(sys.argv) > 1:
     x = 60 + 560 * (shifts - shifts[0]) / (shifts[-1] - shifts[0])
     y = 260 - 220 * (np.array(breaches) + 4) / 12
-    limits = [(f"grade {grade}", 260 - 220 * (limit + 4) / 12) for grade, limit in zip("BCDE", (0, 2, 4, 6))]
+    limits = [(f"{grade} above {limit}", 260 - 220 * (limit + 4) / 12) for grade, limit in zip("BCDE", (0, 2, 4, 6))]
     lines = [f'<path d="M60 {at:.1f}H620" stroke="#ccc"/><text x="628" y="{at + 5:.1f}" fill="#555">{text}</text>'
              for text, at in limits]
     dots = [f'<circle cx="{a:.1f}" cy="{b:.1f}" r="4" fill="#b5651d"/>' for a, b in zip(x, y)]
@@ -36,6 +36,6 @@ if len(sys.argv) > 1:
     with open(sys.argv[1], "w", encoding="utf-8") as file:
         file.write('<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 720 320" font-family="sans-serif" font-size="15">'
                    '<rect width="720" height="320" fill="#fbfaf7"/>'
-                   '<text x="60" y="24" fill="#222">Breach of the pedicle, mm; above 0 the screw is outside</text>'
+                   '<text x="60" y="24" fill="#222">Breach of the pedicle, mm; grades by Gertzbein and Robbins</text>'
                    + "".join([*lines, curve, *dots, *ticks])
                    + '<text x="340" y="310" text-anchor="middle" fill="#444">shift toward the canal, mm</text></svg>\n')
