@@ -36,16 +36,13 @@ Result<OffsetCache::SharedField> OffsetCache::field(const TouchItem& shape, doub
 }
 
 OffsetCache::Entry* OffsetCache::find(const TouchItem& shape, double radius) noexcept {
-  const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& one) {
-    return one.bits == shape.bits && one.soft == shape.soft && one.radius == radius;
-  });
+  const auto found = std::find_if(entries_.begin(), entries_.end(),
+                                  [&](const Entry& one) { return one.is_for(shape, radius); });
   return found == entries_.end() ? nullptr : &*found;
 }
 
 void OffsetCache::remove(const TouchItem& shape, double radius) {
-  std::erase_if(entries_, [&](const Entry& one) {
-    return one.bits == shape.bits && one.soft == shape.soft && one.radius == radius;
-  });
+  std::erase_if(entries_, [&](const Entry& one) { return one.is_for(shape, radius); });
 }
 
 /// Removes the fields that were not used for longest, until the others fit into the memory. Keeps the field

@@ -30,6 +30,9 @@ class OffsetCache {
     std::shared_ptr<const volume::SoftField> soft;
     double radius;
     SharedField field;  ///< null while a thread builds it
+    bool is_for(const TouchItem& shape, double ball) const noexcept {
+      return bits == shape.bits && soft == shape.soft && radius == ball;
+    }
   };
   Entry* find(const TouchItem& shape, double radius) noexcept;
   void remove(const TouchItem& shape, double radius);
