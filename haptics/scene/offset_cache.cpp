@@ -59,7 +59,7 @@ void OffsetCache::remove_oldest() {
 }
 
 std::shared_ptr<OffsetCache> make_offset_cache() {
-  // The fields of a craniotomy on a head of 512 x 512 x 226 voxels have 450 MB.
+  // The fields of a craniotomy on a head of 512 x 512 x 226 voxels (radii 5.0 and 0.66 mm) have 464 MB.
   constexpr std::size_t k_max = std::size_t{1} << 30, k_share = 8;
   return std::make_shared<OffsetCache>(std::min(k_max, volume::available_memory_bytes() / k_share));
 }

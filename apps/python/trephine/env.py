@@ -348,7 +348,7 @@ class SurgeryEnv(_Base):  # type: ignore[misc]
         touches = self._run(self._position[None], 0)
         self._steps = 0
         self._value, _, facts = self._judge(None)
-        return self._observation(touches), dict(facts)
+        return self._observation(touches), facts
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         if self._position is None:
@@ -361,7 +361,7 @@ class SurgeryEnv(_Base):  # type: ignore[misc]
         self._steps += 1
         value, is_done, facts = self._judge(touches)
         reward, self._value = value - self._value, value
-        return self._observation(touches), reward, is_done, self._steps >= self.max_steps, dict(facts)
+        return self._observation(touches), reward, is_done, self._steps >= self.max_steps, facts
 
     def _judge(self, touches: Optional[Touches]) -> tuple[float, bool, dict[str, float]]:
         result = self.task.judge(self.operation, touches)
