@@ -18,10 +18,25 @@ constexpr dvec3 k_pedicle_front{11.5, 10, 6.5}, k_pedicle_back{14.5, 27, 6.5};
 constexpr double k_pedicle_height = 0.62;  ///< ratio of a pedicle's width to its height
 constexpr double k_joint_gap = 1.6;        ///< gap between facets, mm
 constexpr double k_sac = 6.6;              ///< radius of the dural sac, mm
+constexpr double k_most_sway = 6;          ///< greatest distance of the sac's centre line from x = 0, mm
 constexpr double k_reach_z = 46;           ///< upper limit of |z| of a vertebra's bone, mm
 
 /// Returns the distance to the spinal canal, mm, in the local frame.
 double canal(const dvec3& p) { return elliptic_cylinder(p.x, p.y - k_canal_y, k_canal_rx, k_canal_ry); }
+
+/// Returns the distance to a capsule that is flattened along a direction (unit) by a factor.
+double flattened(const dvec3& p, const dvec3& along, double factor, const dvec3& a, const dvec3& b, double ra,
+                 double rb) {
+  const auto stretched = [&](const dvec3& q) { return q + (1 / factor - 1) * glm::dot(q, along) * along; };
+  return capsule(stretched(p), stretched(a), stretched(b), ra, rb);
+}
+/// Returns the distance to a box with rounded edges, a superellipsoid of the fourth power around the origin.
+double rounded_box(const dvec3& p, const dvec3& half) {
+  const dvec3 unit = p / half, square = unit * unit;
+  const double k = std::sqrt(std::sqrt(glm::dot(square, square)));
+  if (k < 1e-9) return -half.x;
+  return (k - 1) * (k * k * k) / glm::length(unit * square / half);
+}
 
 /// Returns the distance to the rim of a disc, mm. `above`, `below`: one point, in the frames of the upper and
 /// of the lower vertebra.
@@ -30,10 +45,29 @@ double disc_rim(const dvec3& above, const dvec3& below) {
                   elliptic_cylinder(below.x, below.y, k_body_x, k_body_y)) -
          0.5;
 }
+/// Returns the distance to the ligamentum flavum between two laminae, mm. `above`, `below`: one point, in the
+/// frames of the upper and of the lower vertebra, x >= 0.
+double flavum(const dvec3& above, const dvec3& below) {
+  // A sheet along the inner faces of the laminae, 3.4 mm thick.
+  const auto sheet = [](const dvec3& p) { return std::abs(p.y - 37.2 + 0.62 * p.x) / 1.18 - 1.7; };
+  const double down = std::max(0.0, -5 - above.z), up = std::max(0.0, below.z + 1);
+  const double share = down + up > 1e-9 ? down / (down + up) : 0.5;
+  return std::max({sheet(above) + share * (sheet(below) - sheet(above)), 0.5 * (above.x + below.x) - 11.5,
+                   above.z + 4, -2 - below.z});
+}
 /// Returns the distance to the nerve root below a pedicle, mm; p.x >= 0.
 double nerve_root(const dvec3& p) {
   return std::min(capsule(p, {5.5, 23.5, -2}, {17, 20.5, -13}, 1.6, 2.6),
                   capsule(p, {17, 20.5, -13}, {30, 9, -27}, 2.6, 2.2));
+}
+
+/// Returns the rotation to the frame of a vertebra that is tilted by `angle` about x and by `roll` about y.
+glm::dmat3 tilt(double angle, double roll) {
+  const double s = deterministic_sin(angle), c = deterministic_cos(angle), sr = deterministic_sin(roll),
+               cr = deterministic_cos(roll);
+  const glm::dmat3 about_x(dvec3(1, 0, 0), dvec3(0, c, -s), dvec3(0, s, c));
+  const glm::dmat3 about_y(dvec3(cr, 0, -sr), dvec3(0, 1, 0), dvec3(sr, 0, cr));
+  return about_x * about_y;
 }
 
 /// Returns a value of -1 to 1 that depends on seed and stream; 0 for the reference anatomy.
@@ -47,14 +81,26 @@ double vary(std::uint64_t seed, std::uint64_t stream) {
 SpinePhantom::SpinePhantom(std::uint64_t seed) {
   const double size = 1 + 0.06 * vary(seed, 1), lordosis = 1 + 0.5 * vary(seed, 2);
   pedicle_ = 4.4 + 0.7 * vary(seed, 3);
+  // A scoliosis shifts and tilts the upper vertebrae.
+  const double sway = 5 * vary(seed, 7), transverse = 1 + 0.2 * vary(seed, 8),
+               spinous = 1 + 0.25 * vary(seed, 9), droop = 0.2 * vary(seed, 10), rise = 0.15 * vary(seed, 11);
   const struct {
     dvec3 centre;
-    double degrees, scale;
-  } reference[3] = {{{0, -1.5, 37}, -5, 1.0}, {{0, 0, 0}, 3, 1.03}, {{0, 2.5, -37.5}, 14, 1.06}};
+    double degrees, scale, sway, transverse, spinous, droop, rise;
+  } reference[3] = {{{0, -1.5, 37}, -5, 1.0, 1, 1.05, 1, 0.24, 0.06},
+                    {{0, 0, 0}, 3, 1.03, 0.35, 0.97, 0.96, 0.2, 0.14},
+                    {{0, 2.5, -37.5}, 14, 1.06, 0, 0.86, 0.8, 0.12, 0.24}};
   for (std::size_t i = 0; i < 3; ++i) {
-    const double angle = lordosis * reference[i].degrees * 3.14159265358979323846 / 180;
-    vertebrae_[i] = {size * reference[i].centre, deterministic_sin(angle), deterministic_cos(angle),
-                     size * reference[i].scale * (1 + 0.02 * vary(seed, 4 + i))};
+    const auto& r = reference[i];
+    const double angle = lordosis * r.degrees * 3.14159265358979323846 / 180;
+    // The tilt follows the slope of the sway: 5 mm over 37 mm.
+    const double roll = -0.9 * sway / 37 * (r.sway > 0 ? 1 : 0.5);
+    Vertebra& v = vertebrae_[i];
+    v.centre = size * (r.centre + dvec3(sway * r.sway, 0, 0));
+    v.to_local = tilt(angle, roll);
+    v.scale = size * r.scale * (1 + 0.02 * vary(seed, 4 + i));
+    v.transverse = r.transverse * transverse, v.spinous = r.spinous * spinous;
+    v.droop = r.droop + droop, v.rise = r.rise + rise;
   }
   sac_[0] = vertebrae_[0].world({0, k_canal_y, 40});
   for (std::size_t i = 0; i < 3; ++i) {
@@ -65,11 +111,10 @@ SpinePhantom::SpinePhantom(std::uint64_t seed) {
 }
 
 dvec3 SpinePhantom::Vertebra::local(const dvec3& world) const noexcept {
-  const dvec3 p = (world - centre) / scale;
-  return {p.x, cosine * p.y + sine * p.z, -sine * p.y + cosine * p.z};
+  return to_local * ((world - centre) / scale);
 }
 dvec3 SpinePhantom::Vertebra::world(const dvec3& p) const noexcept {
-  return centre + scale * dvec3(p.x, cosine * p.y - sine * p.z, sine * p.y + cosine * p.z);
+  return centre + scale * (p * to_local);  // the inverse of a rotation is its transpose
 }
 
 double SpinePhantom::body(const dvec3& p) const noexcept {
@@ -82,13 +127,27 @@ double SpinePhantom::body(const dvec3& p) const noexcept {
 }
 
 /// Returns the distance to the bone of one vertebra; p.x >= 0 (left and right are symmetric).
-double SpinePhantom::bone(const dvec3& p) const noexcept {
-  double arch = capsule({p.x, p.y, (p.z + 2) * 0.34}, {14, 30, 0}, {0, 40.5, 0}, 3.4, 3.2);  // lamina
-  arch = blend(arch, capsule({p.x, p.y, (p.z + 7) * 0.40}, {0, 42, 0}, {0, 66, 0.8}, 2.8, 3.8),
-               4);                                                                 // spinous process
-  arch = blend(arch, capsule(p, {16, 29, 5}, {41, 35, 7}, 4.8, 3.0), 5);           // transverse process
-  arch = blend(arch, capsule(p, {17, 31, 8}, {18.6, 33, 20}, 5.0, 4.4), 4);        // upper facets
-  arch = blend(arch, capsule(p, {12.5, 36.5, -5}, {13.2, 38, -20}, 4.8, 4.4), 4);  // lower facets
+double SpinePhantom::bone(const Vertebra& v, const dvec3& p) const noexcept {
+  // Lamina: a plate that slopes backward toward its lower edge.
+  const dvec3 sloped(p.x, p.y + 0.16 * (p.z + 2), (p.z + 2) * 0.36);
+  double arch = capsule(sloped, {14, 30, 0}, {0, 40.0, 0}, 3.2, 3.4);
+  // Spinous process: a blade with a thick posterior edge. `back`: 0 at its root, 1 at this edge.
+  const double length = 27 * v.spinous, back = std::clamp((p.y - 42) / length, 0.0, 1.0);
+  const dvec3 half(2.3 + 1.4 * back * back, 0.5 * length, 8.3 + 1.7 * back);
+  const dvec3 in_blade(p.x, p.y - 42 - half.y, p.z + 4.5 + v.droop * (p.y - 42));
+  arch = blend(arch, rounded_box(in_blade, half), 4.5);
+  // Transverse process: flat from front to back.
+  const double reach = 25 * v.transverse;
+  arch = blend(arch,
+               flattened(p, {0, 0.99, -0.14}, 0.62, {16, 28.5, 5},
+                         {17 + reach, 28.5 + 0.24 * reach, 5.5 + v.rise * reach}, 5.6 / v.transverse,
+                         4.1 / v.transverse),
+               6);
+  // Upper articular process with the mamillary process, and lower articular process, with oblique faces.
+  arch = blend(arch, flattened(p, {-0.66, 0.75, 0}, 0.72, {17, 30, 6}, {18.9, 32.6, 17.5}, 6.2, 5.2), 5);
+  arch = blend(arch, capsule(p, {20.5, 35, 10}, {21, 36.5, 14.5}, 3.4, 2.6), 4);
+  arch =
+      blend(arch, flattened(p, {0.66, -0.75, 0}, 0.72, {12.5, 35.5, -4}, {13.6, 38.2, -18.5}, 5.6, 5.6), 6);
   arch = carve(arch, canal(p), 2.5);
   const double pedicle = capsule({p.x, p.y, k_pedicle_front.z + (p.z - k_pedicle_front.z) * k_pedicle_height},
                                  k_pedicle_front, k_pedicle_back, pedicle_ + 0.4, pedicle_);
@@ -100,7 +159,7 @@ std::array<double, 3> SpinePhantom::bone_distances(const dvec3& world) const noe
   for (std::size_t i = 0; i < 3; ++i) {
     dvec3 p = vertebrae_[i].local(world);
     p.x = std::abs(p.x);
-    own[i] = std::abs(p.z) > k_reach_z ? 1e3 : vertebrae_[i].scale * bone(p);
+    own[i] = std::abs(p.z) > k_reach_z ? 1e3 : vertebrae_[i].scale * bone(vertebrae_[i], p);
   }
   // Neighbouring vertebrae are separated by a gap, half on each side.
   for (std::size_t i = 0; i < 3; ++i) {
@@ -154,7 +213,7 @@ SpinePhantom::Sample SpinePhantom::sample(const dvec3& world, double voxel_mm) c
   for (const dvec3& q : p)
     if (std::abs(q.z) < 24) hollow = std::min(hollow, canal(q));
   brush.paint(hollow, -85);
-  if (std::abs(world.x) < k_sac + edge) {
+  if (std::abs(world.x) < k_sac + k_most_sway + edge) {
     const double distance = sac(world);
     paint(distance, 18, SpineTissue::dural_sac);
     if (paint_waves(distance + 2.2, 40, 8, 5)) tissue = SpineTissue::dural_sac;
@@ -165,6 +224,10 @@ SpinePhantom::Sample SpinePhantom::sample(const dvec3& world, double voxel_mm) c
     root = std::min(root, nerve_root(p[i]));
   }
   paint(root, 42, SpineTissue::nerve_root);
+
+  for (std::size_t i = 0; i < 2; ++i)
+    if (p[i].z < -4 + edge && p[i + 1].z > -2 - edge)
+      paint(flavum(p[i], p[i + 1]), 78, SpineTissue::ligament);
 
   const std::array<double, 3> bones = bone_distances(world);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -235,7 +298,8 @@ double SpinePhantom::part_distance(const SpinePart& part, const dvec3& world) co
   } else if (part.tissue == SpineTissue::dural_sac) {
     distance = std::max(distance, sac(world));
   } else {
-    distance = std::max({distance, nerve_root(p[vertebra]), -part.side * world.x});
+    distance =
+        std::max({distance, nerve_root(p[vertebra]), -part.side * vertebrae_[vertebra].local(world).x});
   }
   // Far outside the part, the parts that cover it are not considered: they only increase the distance.
   constexpr double k_far = 2;  // mm
@@ -274,63 +338,53 @@ std::vector<SpineScrew> SpinePhantom::screws() const {
   std::vector<SpineScrew> screws;
   for (int i = 0; i < 3; ++i) {
     const Vertebra& v = vertebrae_[static_cast<std::size_t>(i)];
-    struct LocalScrew {  // frame of the vertebra
-      std::string name;
-      dvec3 entry, target;
-      double diameter;
-    };
-    std::array<LocalScrew, 2> found;
-    for (std::size_t k = 0; k < 2; ++k) {
-      // Local search for the line with the most bone around it: the ends move alone, together and in opposite
-      // directions, as long as the thickness of the bone increases.
-      using Move = std::array<double, 4>;  // shift of the entry along x and z, then of the target
-      constexpr std::array<Move, 8> k_moves{{{1, 0, 0, 0},
-                                             {0, 1, 0, 0},
-                                             {0, 0, 1, 0},
-                                             {0, 0, 0, 1},
-                                             {1, 0, 1, 0},
-                                             {0, 1, 0, 1},
-                                             {1, 0, -1, 0},
-                                             {0, 1, 0, -1}}};
-      Move at{};
-      const auto ends_at = [&](const Move& m) {
-        return std::pair(v.world(initial[k].entry + dvec3(m[0], 0, m[1])),
-                         v.world(initial[k].target + dvec3(m[2], 0, m[3])));
-      };
-      const auto margin_at = [&](const Move& m) {
-        for (const double shift : m)
-          if (std::abs(shift) > initial[k].reach) return -1e3;
-        // A cortical screw points laterally and cranially.
-        const dvec3 direction =
-            initial[k].target + dvec3(m[2], 0, m[3]) - initial[k].entry - dvec3(m[0], 0, m[1]);
-        if (k == 1 && (direction.x < 2.5 || direction.z < 7)) return -1e3;
-        const auto [entry, target] = ends_at(m);
-        return bone_margin(i, entry, target);
-      };
-      double best = margin_at(at);
-      for (double step = 2; step > 0.05; step *= 0.5)
-        for (bool has_moved = true; has_moved;) {
-          has_moved = false;
-          for (const Move& move : k_moves)
-            for (const double change : {step, -step}) {
-              Move next = at;
-              for (std::size_t c = 0; c < 4; ++c) next[c] += change * move[c];
-              if (const double next_margin = margin_at(next); next_margin > best + 1e-6)
-                best = next_margin, at = next, has_moved = true;
-            }
-        }
-      const double largest_diameter = std::floor(2 * (best - k_wall) / k_sizes) * k_sizes;
-      found[k] = {initial[k].kind, initial[k].entry + dvec3(at[0], 0, at[1]),
-                  initial[k].target + dvec3(at[2], 0, at[3]),
-                  std::clamp(largest_diameter, k_sizes, initial[k].diameter)};
-    }
-    for (const char* side : {"left", "right"})
-      for (const LocalScrew& screw : found) {
-        const dvec3 mirror(std::string_view(side) == "left" ? 1 : -1, 1, 1);
+    for (const char* side : {"left", "right"}) {
+      const dvec3 mirror(std::string_view(side) == "left" ? 1 : -1, 1, 1);
+      for (std::size_t k = 0; k < 2; ++k) {
+        // Local search for the line with the most bone around it: the ends move alone, together and in
+        // opposite directions, as long as the thickness of the bone increases.
+        using Move = std::array<double, 4>;  // shift of the entry along x and z, then of the target
+        constexpr std::array<Move, 8> k_moves{{{1, 0, 0, 0},
+                                               {0, 1, 0, 0},
+                                               {0, 0, 1, 0},
+                                               {0, 0, 0, 1},
+                                               {1, 0, 1, 0},
+                                               {0, 1, 0, 1},
+                                               {1, 0, -1, 0},
+                                               {0, 1, 0, -1}}};
+        Move at{};
+        const auto ends_at = [&](const Move& m) {
+          return std::pair(initial[k].entry + dvec3(m[0], 0, m[1]), initial[k].target + dvec3(m[2], 0, m[3]));
+        };
+        const auto margin_at = [&](const Move& m) {
+          for (const double shift : m)
+            if (std::abs(shift) > initial[k].reach) return -1e3;
+          const auto [entry, target] = ends_at(m);
+          // A cortical screw points laterally and cranially.
+          const dvec3 direction = target - entry;
+          if (k == 1 && (direction.x < 2.5 || direction.z < 7)) return -1e3;
+          return bone_margin(i, v.world(mirror * entry), v.world(mirror * target));
+        };
+        double best = margin_at(at);
+        for (double step = 2; step > 0.05; step *= 0.5)
+          for (bool has_moved = true; has_moved;) {
+            has_moved = false;
+            for (const Move& move : k_moves)
+              for (const double change : {step, -step}) {
+                Move next = at;
+                for (std::size_t c = 0; c < 4; ++c) next[c] += change * move[c];
+                if (const double next_margin = margin_at(next); next_margin > best + 1e-6)
+                  best = next_margin, at = next, has_moved = true;
+              }
+          }
+        const double largest_diameter = std::floor(2 * (best - k_wall) / k_sizes) * k_sizes;
+        const auto [entry, target] = ends_at(at);
         std::string name = k_spine_tissue_names[i + 1];
-        screws.push_back({name.append(" ").append(side).append(" ").append(screw.name),
-                          v.world(mirror * screw.entry), v.world(mirror * screw.target), screw.diameter});
+        screws.push_back({name.append(" ").append(side).append(" ").append(initial[k].kind),
+                          v.world(mirror * entry), v.world(mirror * target),
+                          std::clamp(largest_diameter, k_sizes, initial[k].diameter)});
       }
+    }
   }
   return screws;
 }

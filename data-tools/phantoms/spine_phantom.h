@@ -4,15 +4,26 @@
 
 #include <array>
 #include <cstdint>
+#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <string>
 #include <vector>
 
 namespace trephine::data_tools {
 
-enum class SpineTissue : unsigned char { background, l3, l4, l5, disc, dural_sac, nerve_root, vessel };
-inline constexpr const char* k_spine_tissue_names[] = {"background", "L3",        "L4",         "L5",
-                                                       "disc",       "dural_sac", "nerve_root", "vessel"};
+enum class SpineTissue : unsigned char {
+  background,
+  l3,
+  l4,
+  l5,
+  disc,
+  dural_sac,
+  nerve_root,
+  vessel,
+  ligament
+};
+inline constexpr const char* k_spine_tissue_names[] = {
+    "background", "L3", "L4", "L5", "disc", "dural_sac", "nerve_root", "vessel", "ligamentum_flavum"};
 
 /// Box of the spine, world mm (LPS; x toward the left, y toward the back, z up).
 inline constexpr glm::dvec3 k_spine_low{-66, -52, -66}, k_spine_high{66, 86, 66};
@@ -33,7 +44,8 @@ struct SpinePart {
   glm::dvec3 low_world{0.0}, high_world;  ///< mm, box around it
 };
 
-/// Spine of a seed: 1 is the reference anatomy; others differ in size, pedicles and lordosis.
+/// Spine of a seed: 1 is the reference anatomy; others differ in size, pedicles, lordosis, scoliosis, and the
+/// lengths and slopes of their processes.
 class SpinePhantom {
  public:
   explicit SpinePhantom(std::uint64_t seed);
@@ -66,13 +78,16 @@ class SpinePhantom {
  private:
   struct Vertebra {
     glm::dvec3 centre{0.0};
-    double sine = 0, cosine = 1;  ///< of the tilt about x
+    glm::dmat3 to_local{1.0};  ///< rotation
     double scale = 1;
+    /// Lengths of the transverse and spinous processes as shares of the usual ones; slopes (mm per mm) of the
+    /// spinous process downward and of the transverse processes upward.
+    double transverse = 1, spinous = 1, droop = 0.2, rise = 0.1;
     glm::dvec3 local(const glm::dvec3& world) const noexcept;
     glm::dvec3 world(const glm::dvec3& local) const noexcept;
   };
   /// Distances, mm of the reference, to the whole vertebra and to its body.
-  double bone(const glm::dvec3& local) const noexcept;
+  double bone(const Vertebra& v, const glm::dvec3& local) const noexcept;
   double body(const glm::dvec3& local) const noexcept;
   double sac(const glm::dvec3& world) const noexcept;
   /// Returns a point in the frame of each vertebra, mirrored to x >= 0.
