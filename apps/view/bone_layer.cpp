@@ -18,6 +18,7 @@
 #include "apps/view/bone_actors.h"
 #include "apps/view/picture_cache.h"
 #include "apps/view/render_window.h"
+#include "apps/view/screen_rectangle.h"
 #include "apps/workbench/clock.h"
 
 namespace trephine::view {
@@ -53,6 +54,12 @@ class BoneLayer::Painter {
   void set_room(const dvec3& low, const dvec3& high) { room_low_ = low, room_high_ = high; }
   bool render(bool always);
   void complete_next_drawing();
+  void set_eye(int eye);
+  /// Makes the next frame begin a new picture.
+  void forget_view() {
+    kept_view_ = {}, ++revision_;
+    if (other_eye_) other_eye_->kept_view = {};
+  }
   bool is_complete() const noexcept { return is_fine_ && !has_moved(); }
   double drawn_share() const noexcept {
     if (is_complete()) return 1;
@@ -66,20 +73,28 @@ class BoneLayer::Painter {
   std::uint64_t revision() const noexcept { return revision_; }
 
  private:
-  struct Rectangle {
-    double low_x = 1e9, low_y = 1e9, high_x = -1e9, high_y = -1e9;
-    bool is_empty() const { return low_x > high_x; }
-    double area() const { return (high_x - low_x) * (high_y - low_y); }
-    void add(const Rectangle& other);
-    bool meets(const Rectangle& other) const;
-  };
   enum class Pass { nothing, everything, coarse, batch, rectangle };
+  /// State of the eye that is not drawn now; see set_eye().
+  struct OtherEye {
+    PictureCache kept, pending;
+    bool can_keep = true, is_fine = false, is_first_batch = true, is_last_batch = false;
+    bool is_blend_stale = false;
+    std::vector<BoneActors::Key> to_draw;
+    std::vector<BoneActors::Box> changed_boxes;
+    ScreenRectangle changed;
+    dvec3 fitted_low{1e300}, fitted_high{-1e300};
+    std::array<double, 2> fitted_range{};
+    std::array<double, 16> kept_view{};
+    std::array<int, 2> kept_size{};
+    Clock::time_point moved_at;
+    vtkMTimeType drawn_top_time = 0;
+  };
 
   /// True if the bone is blended over what is behind it.
   bool is_blended() const { return restore_behind_ && can_keep_ && kept_.is_filled(); }
-  Rectangle on_screen(const BoneActors::Box& box) const;
-  /// Makes the next frame begin a new picture.
-  void forget_view() { kept_view_ = {}, ++revision_; }
+  ScreenRectangle on_screen(const BoneActors::Box& box) const {
+    return view::on_screen(box.low, box.high, bone_->GetActiveCamera(), window_);
+  }
   void begin_pass(Pass pass, std::size_t triangles);
   void fit_clipping_range();
   /// Camera of the view, without the clipping range.
@@ -116,7 +131,8 @@ class BoneLayer::Painter {
   bool is_redraw_ = false;  ///< the window system redraws a new view, outside render()
   std::array<unsigned long, 2> redraw_observers_{};  ///< of the window
   std::vector<BoneActors::Key> to_draw_;             ///< chunks that are missing in the pending picture
-  Rectangle changed_;                                ///< outdated part of the kept picture
+  std::vector<BoneActors::Box> changed_boxes_;       ///< since the last frame; see `changed_`
+  ScreenRectangle changed_;                          ///< outdated part of the kept picture
   dvec3 room_low_{1e300}, room_high_{-1e300};        ///< box of the objects on top
   dvec3 fitted_low_{1e300}, fitted_high_{-1e300};    ///< box that the camera's clipping range includes
   std::array<double, 2> fitted_range_{};             ///< that clipping range
@@ -124,17 +140,10 @@ class BoneLayer::Painter {
   std::array<int, 2> kept_size_{};
   Clock::time_point moved_at_;
   vtkMTimeType drawn_top_time_ = 0;  ///< newest_change() of the other renderers at the last frame
-  double triangles_per_ms_ = 3000;   ///< measured
+  int eye_ = 0;
+  std::unique_ptr<OtherEye> other_eye_;  ///< null before the first set_eye(1)
+  double triangles_per_ms_ = 3000;       ///< measured
 };
-
-void BoneLayer::Painter::Rectangle::add(const Rectangle& other) {
-  low_x = std::min(low_x, other.low_x), low_y = std::min(low_y, other.low_y);
-  high_x = std::max(high_x, other.high_x), high_y = std::max(high_y, other.high_y);
-}
-
-bool BoneLayer::Painter::Rectangle::meets(const Rectangle& other) const {
-  return low_x <= other.high_x && other.low_x <= high_x && low_y <= other.high_y && other.low_y <= high_y;
-}
 
 BoneLayer::Painter::Painter(vtkRenderWindow* window, vtkRenderer* bone, vtkRenderer* tools, bool is_live)
     : window_(window), bone_(bone), is_live_(is_live), actors_(bone, is_live) {
@@ -177,32 +186,57 @@ BoneLayer::Painter::~Painter() {
   if (!is_live_) return;
   for (const unsigned long observer : redraw_observers_) window_->RemoveObserver(observer);
   window_->MakeCurrent();
-  if (window_->IsCurrent()) kept_.release(), pending_.release();
+  if (!window_->IsCurrent()) return;
+  kept_.release(), pending_.release();
+  if (other_eye_) other_eye_->kept.release(), other_eye_->pending.release();
+}
+
+void BoneLayer::Painter::set_eye(int eye) {
+  if (eye == eye_) return;
+  eye_ = eye;
+  if (!other_eye_) other_eye_ = std::make_unique<OtherEye>();
+  OtherEye& o = *other_eye_;
+  kept_.swap(o.kept), pending_.swap(o.pending);
+  std::swap(can_keep_, o.can_keep), std::swap(is_fine_, o.is_fine);
+  std::swap(is_first_batch_, o.is_first_batch), std::swap(is_last_batch_, o.is_last_batch);
+  std::swap(is_blend_stale_, o.is_blend_stale);
+  to_draw_.swap(o.to_draw);
+  std::swap(changed_, o.changed);
+  std::swap(fitted_low_, o.fitted_low), std::swap(fitted_high_, o.fitted_high);
+  std::swap(fitted_range_, o.fitted_range);
+  std::swap(kept_view_, o.kept_view), std::swap(kept_size_, o.kept_size);
+  std::swap(moved_at_, o.moved_at), std::swap(drawn_top_time_, o.drawn_top_time);
+  changed_boxes_.swap(o.changed_boxes);
 }
 
 void BoneLayer::Painter::show(const ChunkMesh& mesh) {
   const BoneActors::Change change = actors_.show(mesh);
   if (!is_live_) return;
   for (const BoneActors::Box& box : change.boxes)
-    if (!box.is_empty()) changed_.add(on_screen(box));
+    if (!box.is_empty()) changed_boxes_.push_back(box);
   if (change.chunk && !is_fine_) to_draw_.push_back(*change.chunk);
+  if (!other_eye_) return;
+  for (const BoneActors::Box& box : change.boxes)
+    if (!box.is_empty()) other_eye_->changed_boxes.push_back(box);
+  if (change.chunk && !other_eye_->is_fine) other_eye_->to_draw.push_back(*change.chunk);
 }
 
 void BoneLayer::Painter::show_reduced(const std::vector<ChunkMesh>& meshes) {
   for (const ChunkMesh& mesh : meshes) {
     if (mesh.coarse.triangles.empty()) continue;
     actors_.add_reduced(mesh);
-    kept_view_ = {};  // forces a new picture
+    forget_view();
   }
 }
 
 void BoneLayer::Painter::end_reduced() {
-  if (actors_.remove_reduced()) kept_view_ = {};
+  if (actors_.remove_reduced()) forget_view();
 }
 
 void BoneLayer::Painter::clear() {
   actors_.clear();
   to_draw_.clear();
+  if (other_eye_) other_eye_->to_draw.clear();
   forget_view();
 }
 
@@ -219,6 +253,7 @@ void BoneLayer::Painter::set_opacity(double opacity, std::function<void()> resto
   opacity_ = opacity;
   restore_behind_ = std::move(restore_behind);
   is_blend_stale_ = true;
+  if (other_eye_) other_eye_->is_blend_stale = true;
   ++revision_;
 }
 
@@ -229,28 +264,6 @@ void BoneLayer::Painter::blend() {
 void BoneLayer::Painter::set_clip(const dvec3& origin, const dvec3& normal) {
   actors_.set_clip(origin, normal);
   forget_view();
-}
-
-BoneLayer::Painter::Rectangle BoneLayer::Painter::on_screen(const BoneActors::Box& box) const {
-  const auto& [low, high] = box;
-  Rectangle r;
-  const int* size = window_->GetSize();
-  if (size[0] <= 0 || size[1] <= 0) return r;
-  vtkMatrix4x4* m = bone_->GetActiveCamera()->GetCompositeProjectionTransformMatrix(
-      static_cast<double>(size[0]) / size[1], -1, 1);
-  for (int corner = 0; corner < 8; ++corner) {
-    const double p[4] = {corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y,
-                         corner & 4 ? high.z : low.z, 1};
-    double q[4];
-    m->MultiplyPoint(p, q);
-    if (q[3] <= 0) return {0, 0, static_cast<double>(size[0]), static_cast<double>(size[1])};
-    const double x = 0.5 * (q[0] / q[3] + 1) * size[0], y = 0.5 * (q[1] / q[3] + 1) * size[1];
-    r.low_x = std::min(r.low_x, x - 2), r.high_x = std::max(r.high_x, x + 2);
-    r.low_y = std::min(r.low_y, y - 2), r.high_y = std::max(r.high_y, y + 2);
-  }
-  r.low_x = std::max(r.low_x, 0.0), r.low_y = std::max(r.low_y, 0.0);
-  r.high_x = std::min<double>(r.high_x, size[0]), r.high_y = std::min<double>(r.high_y, size[1]);
-  return r.low_x < r.high_x && r.low_y < r.high_y ? r : Rectangle{};
 }
 
 /// Draws the chosen triangles into a new picture.
@@ -387,6 +400,7 @@ bool BoneLayer::Painter::render(bool always) {
   }
   vtkCamera* camera = bone_->GetActiveCamera();
   const int* size = window_->GetSize();
+  for (const BoneActors::Box& box : std::exchange(changed_boxes_, {})) changed_.add(on_screen(box));
   // Chunks that arrive while a scan is opened may be outside the camera's clipping range: begin a new
   // picture.
   const BoneActors::Box bounds = actors_.bounds();
@@ -461,6 +475,8 @@ void BoneLayer::set_opacity(double opacity, std::function<void()> restore_behind
 void BoneLayer::blend() { painter_->blend(); }
 void BoneLayer::set_clip(const dvec3& origin, const dvec3& normal) { painter_->set_clip(origin, normal); }
 void BoneLayer::set_room(const dvec3& low, const dvec3& high) { painter_->set_room(low, high); }
+void BoneLayer::begin_new_picture() { painter_->forget_view(); }
+void BoneLayer::set_eye(int eye) { painter_->set_eye(eye); }
 void BoneLayer::complete_next_drawing() { painter_->complete_next_drawing(); }
 bool BoneLayer::render(bool always) { return painter_->render(always); }
 bool BoneLayer::is_complete() const noexcept { return painter_->is_complete(); }

@@ -51,6 +51,11 @@ class BoneLayer {
   /// Draws one frame of the window. Returns false, without drawing, if the picture would not change, unless
   /// `always`.
   bool render(bool always = false);
+  /// Makes the next frame begin a new picture.
+  void begin_new_picture();
+  /// Selects the eye, 0 or 1, of the next frames, with the camera of that eye. Each eye has a kept picture of
+  /// its own; the second one costs nothing before it is selected.
+  void set_eye(int eye);
   /// Makes the next drawing of the window (a picture file) show the whole bone at full detail. Later calls of
   /// render() are not affected.
   void complete_next_drawing();

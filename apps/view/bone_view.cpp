@@ -67,6 +67,7 @@ struct BoneView::Parts {
     ScreenDepth depth;
   };
   std::unique_ptr<Scenery> scenery;
+  std::unique_ptr<EyeDisplay> eyes;  ///< null: one plain picture
   vtkRenderer* on_top;
   vtkSmartPointer<vtkActor> shaft, grip, proxy, arrow, hip_proxy_line, ring;
   std::vector<ToolPart> drawn;  ///< parts of the tool that the actors in `tool` show
@@ -375,8 +376,10 @@ void BoneView::Parts::fit_text() {
   if (marks) marks->labels().set_text_scale(scale);
 }
 
-/// Positions letters, scale bar and labels again if the view, the text or the bone changed.
+/// Positions letters, scale bar and labels again if the view, the text or the bone changed. Both eyes have
+/// them at the same positions, which are those of the middle between the eyes.
 void BoneView::Parts::lay_out() {
+  if (eyes && eyes->is_drawing_eye()) return;
   fit_text();
   std::array<double, 18> view;
   vtkCamera* camera = renderer->GetActiveCamera();
@@ -414,6 +417,7 @@ double BoneView::distance_of(const dvec3& low, const dvec3& high) {
 }
 
 void BoneView::fit_camera() {
+  if (parts_->eyes && parts_->eyes->is_drawing_eye()) return;
   constexpr double k_narrow = 0.9;  // width over height below which the width determines the angle
   const int* size = parts_->window->GetSize();
   const double aspect = std::max(1, size[0]) / static_cast<double>(std::max(1, size[1]));
@@ -472,8 +476,22 @@ void BoneView::look_from(char side, const dvec3& low, const dvec3& high) {
 }
 
 bool BoneView::render() {
-  parts_->lay_out();
-  return parts_->bone->render(parts_->scenery != nullptr);
+  Parts& p = *parts_;
+  p.lay_out();
+  const auto draw = [&p] { return p.bone->render(p.scenery != nullptr); };
+  return p.eyes ? p.eyes->render(*p.bone, draw) : draw();
 }
+
+void BoneView::set_display(const DisplayMode& mode, std::shared_ptr<HeadTracker> tracker) {
+  Parts& p = *parts_;
+  if (!p.structures) return;
+  p.eyes.reset();
+  if (!mode.is_plain() || tracker)
+    p.eyes = std::make_unique<EyeDisplay>(p.window, p.renderer, p.letters, mode, std::move(tracker));
+  p.is_text_stale = true;
+  p.bone->begin_new_picture();
+}
+
+const EyeDisplay* BoneView::eyes() const { return parts_->eyes.get(); }
 
 }  // namespace trephine::view

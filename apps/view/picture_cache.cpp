@@ -1,12 +1,10 @@
 #include "apps/view/picture_cache.h"
 
 #include <utility>
-#include <vtkOpenGLQuadHelper.h>
-#include <vtkOpenGLRenderWindow.h>
-#include <vtkOpenGLShaderCache.h>
-#include <vtkOpenGLState.h>
 #include <vtkShaderProgram.h>
 #include <vtk_glew.h>
+
+#include "apps/view/screen_quad.h"
 
 namespace trephine::view {
 
@@ -112,10 +110,9 @@ void PictureCache::restore() const {
 }
 
 void PictureCache::blend(vtkRenderWindow* window, double opacity) {
-  auto* gl_window = vtkOpenGLRenderWindow::SafeDownCast(window);
-  if (!is_filled_ || gl_window == nullptr || !(opacity > 0)) return;
-  if (!quad_)
-    quad_ = std::make_unique<vtkOpenGLQuadHelper>(gl_window, nullptr, R"(//VTK::System::Dec
+  if (!is_filled_ || !(opacity > 0)) return;
+  if (!quad_) quad_ = std::make_unique<ScreenQuad>();
+  constexpr const char* k_shader = R"(//VTK::System::Dec
 in vec2 texCoord;
 uniform sampler2D picture;
 uniform sampler2D depth;
@@ -126,43 +123,11 @@ void main() {
   if (near >= 1.0) discard;
   gl_FragDepth = near;
   gl_FragData[0] = vec4(texture(picture, texCoord).rgb, opacity);
-})",
-                                                  nullptr);
-  else
-    gl_window->GetShaderCache()->ReadyShaderProgram(quad_->Program);
-  if (quad_->Program == nullptr) return;
-  constexpr int k_colour_unit = 6, k_depth_unit = 7;
-  vtkOpenGLState* state = gl_window->GetState();
-  const vtkOpenGLState::ScopedglEnableDisable depth_test(state, GL_DEPTH_TEST), blending(state, GL_BLEND),
-      scissor(state, GL_SCISSOR_TEST), culling(state, GL_CULL_FACE);
-  const vtkOpenGLState::ScopedglDepthFunc depth_func(state);
-  const vtkOpenGLState::ScopedglDepthMask depth_mask(state);
-  const vtkOpenGLState::ScopedglViewport viewport(state);
-  const vtkOpenGLState::ScopedglBlendFuncSeparate blend_func(state);
-  const vtkOpenGLState::ScopedglActiveTexture active(state);
-  state->vtkglEnable(GL_DEPTH_TEST);
-  state->vtkglEnable(GL_BLEND);
-  state->vtkglDisable(GL_SCISSOR_TEST);
-  state->vtkglDisable(GL_CULL_FACE);
-  state->vtkglDepthFunc(GL_LESS);
-  state->vtkglDepthMask(GL_TRUE);
-  state->vtkglViewport(0, 0, width_, height_);
-  state->vtkglBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-  GLint bound[2] = {0, 0};
-  const std::pair<int, unsigned> textures[] = {{k_colour_unit, color_}, {k_depth_unit, depth_}};
-  for (int i = 0; i < 2; ++i) {
-    state->vtkglActiveTexture(GL_TEXTURE0 + static_cast<unsigned>(textures[i].first));
-    glGetIntegerv(GL_TEXTURE_BINDING_2D, &bound[i]);
-    glBindTexture(GL_TEXTURE_2D, textures[i].second);
-  }
-  quad_->Program->SetUniformi("picture", k_colour_unit);
-  quad_->Program->SetUniformi("depth", k_depth_unit);
-  quad_->Program->SetUniformf("opacity", static_cast<float>(opacity));
-  quad_->Render();
-  for (int i = 0; i < 2; ++i) {
-    state->vtkglActiveTexture(GL_TEXTURE0 + static_cast<unsigned>(textures[i].first));
-    glBindTexture(GL_TEXTURE_2D, static_cast<GLuint>(bound[i]));
-  }
+})";
+  const ScreenQuad::Texture textures[] = {{"picture", color_}, {"depth", depth_}};
+  quad_->draw(
+      window, k_shader, width_, height_, textures, ScreenQuad::Depth::tested,
+      [opacity](vtkShaderProgram& program) { program.SetUniformf("opacity", static_cast<float>(opacity)); });
 }
 
 void PictureCache::release() {

@@ -3,10 +3,11 @@
 
 #include <memory>
 
-class vtkOpenGLQuadHelper;
 class vtkRenderWindow;
 
 namespace trephine::view {
+
+class ScreenQuad;
 
 /// One colour and one depth image with the size and depth format of the draw framebuffer, which must not be
 /// multisampled. Call save(), restore() and blend() while VTK renders; they and release() require a current
@@ -25,6 +26,8 @@ class PictureCache {
   void restore() const;
   /// Draws the picture over the framebuffer, with an opacity from 0 to 1, where the picture is nearer.
   void blend(vtkRenderWindow* window, double opacity);
+  /// OpenGL texture of the colours; 0 before the first save().
+  unsigned colour_texture() const noexcept { return color_; }
   bool is_filled() const noexcept { return is_filled_; }
   /// Marks the picture as outdated: is_filled() returns false until the next save().
   void forget() noexcept { is_filled_ = false; }
@@ -35,7 +38,7 @@ class PictureCache {
  private:
   bool make(int width, int height, int depth_format);
 
-  std::unique_ptr<vtkOpenGLQuadHelper> quad_;  ///< null before the first blend()
+  std::unique_ptr<ScreenQuad> quad_;  ///< null before the first blend()
   unsigned framebuffer_ = 0, color_ = 0, depth_ = 0;
   int width_ = 0, height_ = 0, depth_format_ = 0;
   bool is_filled_ = false;

@@ -50,8 +50,8 @@ void show_replay(const sim::Replay& replay, const workbench::SessionSummary& sum
   // Turn slightly toward front, left and above, so that a straight hole is not seen end-on.
   from = glm::normalize(from + 0.6 * glm::normalize(glm::dvec3(0.55, -0.75, 0.38)));
   picture.view().aim_camera(0.5 * (low + high), from, {0, 0, 1}, BoneView::distance_of(low, high));
-  picture.show_stylus(record, appearance_of(replay.engine().now().settings.hands[record.hand].parameters),
-                      *replay.engine().current(), from);
+  picture.show_stylus(record, appearance_of(replay.engine().state().settings.hands[record.hand].parameters),
+                      *replay.engine().version(), from);
   show_overlays(replay, picture);
 }
 
@@ -74,10 +74,11 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   const auto start = Clock::now();
   auto surface = make_offscreen(1200, 900);
   if (!surface) return surface.error();
-  // Only a live picture has the layers that draw translucent bone.
-  const bool is_live = !options.opacities.empty();
+  // Only a live picture has the layers that draw translucent bone, and is drawn for two eyes.
+  const bool is_live = !options.opacities.empty() || !options.display.is_plain() || options.head_tracker;
   Viewport picture(scene, surface.value()->window(), is_live);
   if (Status error = picture.set_opacities(options.opacities)) return *error;
+  picture.view().set_display(options.display, options.head_tracker);
   const auto version = options.version ? options.version : haptics::untouched(scene);
   picture.request_all(version);
   picture.wait();
@@ -90,7 +91,7 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
     show_overlays(*options.replay, picture);  // a session of commands alone has no hand motion
   else if (options.has_tool)
     rest_stylus(*version,
-                options.start ? appearance_of(options.start->engine.now().settings.hands[0].parameters)
+                options.start ? appearance_of(options.start->engine.state().settings.hands[0].parameters)
                               : ball_appearance(2),
                 picture);
   picture.show_text(options.title, "");
@@ -156,6 +157,7 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
   OperationController operation(scene, options, window);
   operation.viewport().look_from(options.side);
   if (Status error = operation.viewport().set_opacities(options.opacities)) return *error;
+  operation.viewport().view().set_display(options.display, options.head_tracker);
   if (Status error = operation.start()) return *error;
   if (options.plan) operation.viewport().set_plan(workbench::plan_overlays(*options.plan));
 

@@ -170,6 +170,8 @@ class MainWindow : public QMainWindow {
   void undo();
   void show_names(LabelLayer::Names names);
   void toggle_names();
+  /// Changes the presentation of the picture.
+  void change_display(const std::function<void(DisplayMode&)>& change);
   void tilt(double right, double up);
   void turn(double right, double up);
   bool move_by_key(const QKeyEvent* event);

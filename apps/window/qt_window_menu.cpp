@@ -1,4 +1,5 @@
 // Menus of MainWindow, and forms of commands.
+#include <QActionGroup>
 #include <QDialog>
 #include <QDialogButtonBox>
 #include <QFileDialog>
@@ -122,6 +123,23 @@ void MainWindow::build_menu() {
     // Deferred until the panel has its new size.
     QTimer::singleShot(0, panel_, [this] { panel_->ensureWidgetVisible(structures_); });
   });
+  QMenu* display = view->addMenu(tr("&Display"));
+  auto* displays = new QActionGroup(this);
+  const auto add_eyes = [&](const char* name, const QString& text, DisplayMode::Eyes eyes) {
+    QAction* action =
+        add(display, name, text, {}, [this, eyes] { change_display([eyes](auto& d) { d.eyes = eyes; }); });
+    action->setCheckable(true);
+    action->setChecked(options_.display.eyes == eyes);
+    displays->addAction(action);
+  };
+  add_eyes("eyes_one", tr("&One picture"), DisplayMode::Eyes::one);
+  add_eyes("eyes_anaglyph", tr("&Anaglyph: red and cyan glasses"), DisplayMode::Eyes::anaglyph);
+  add_eyes("eyes_side_by_side", tr("&Side by side: 3-D display"), DisplayMode::Eyes::side_by_side);
+  display->addSeparator();
+  QAction* mirror = add(display, "mirror_display", tr("&Mirrored: display seen in a mirror"), {},
+                        [this](bool is_on) { change_display([is_on](auto& d) { d.is_mirrored = is_on; }); });
+  mirror->setCheckable(true);
+  mirror->setChecked(options_.display.is_mirrored);
   add(view, "larger_text", tr("&Larger text"), QKeySequence::ZoomIn, [this] { scale_text(1.15); });
   add(view, "smaller_text", tr("S&maller text"), QKeySequence::ZoomOut, [this] { scale_text(1 / 1.15); });
   add(view, "show_names", tr("&Names of the plan\tN"), {}, [this] { toggle_names(); });

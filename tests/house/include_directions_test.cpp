@@ -42,7 +42,7 @@ const std::map<std::string, std::vector<std::string>> k_outsiders{
       "data-tools/meshes/mesh_reading.cpp", "data-tools/meshes/polygon_builder.cpp",
       "data-tools/formats/invesalius.cpp", "tests/data-tools/round_trip_test.cpp", "apps/bench/peer_",
       "tests/apps/window_", "tests/apps/picture_layout_test.cpp", "tests/apps/structures_test.cpp",
-      "tests/apps/whole_picture_test.cpp"}},
+      "tests/apps/eye_display_test.cpp", "tests/apps/whole_picture_test.cpp"}},
     {"itk",
      {"data-tools/formats/image_files.cpp", "tests/data-tools/round_trip_test.cpp", "apps/bench/peer_"}},
     {"gdcm", {"data-tools/dicom/dicom_pixels.cpp", "data-tools/dicom/dicom_writer.cpp"}},

@@ -16,6 +16,7 @@ struct SimulatorArguments {
   std::optional<double> seconds;
   std::string screenshot;
   workbench::DeviceChoice device;
+  DisplayArguments display;
 };
 
 constexpr const char* k_tutorial = "first-steps";
@@ -50,12 +51,14 @@ view::StartPageOptions page_of(const SimulatorArguments& arguments, std::string 
   return page;
 }
 
-Status run_choice(const view::StartChoice& choice, const workbench::DeviceChoice& device) {
+Status run_choice(const view::StartChoice& choice, const SimulatorArguments& arguments) {
+  const workbench::DeviceChoice& device = arguments.device;
   if (choice.kind == view::StartChoice::Kind::operation) {
     WindowArguments window;
     window.source = choice.path;
     window.procedure = choice.procedure;
     window.device = device;
+    window.display = arguments.display;
     const auto done = run_operation_window(window, "simulator");
     return done ? std::nullopt : Status(done.error());
   }
@@ -77,9 +80,13 @@ Result<Outcome> run_simulator(const SimulatorArguments& arguments) {
   data_tools::OutputSet outputs;
   outputs.add_output("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
-  // Report an invalid name of a device before the start page opens, not after an operation was chosen.
+  // Report an invalid display and an invalid name of a device before the start page opens, not after an
+  // operation was chosen.
   if (const auto devices = workbench::make_devices(arguments.device, terminal_listener()); !devices)
     return devices.error();
+  view::WindowOptions checked;
+  if (Status error = choose_display(arguments.display, checked)) return *error;
+  checked.head_tracker.reset();  // frees the port
   Outcome outcome("simulator");
   int operations = 0;
   std::string problem;
@@ -89,7 +96,7 @@ Result<Outcome> run_simulator(const SimulatorArguments& arguments) {
     if (choice.value().kind == view::StartChoice::Kind::none || is_interrupted()) break;
     ++operations;
     // The page shows the error, so that another case can be chosen.
-    if (Status error = run_choice(choice.value(), arguments.device)) problem = error->message();
+    if (Status error = run_choice(choice.value(), arguments)) problem = error->message();
   }
   outcome.json["operations"] = operations;
   outcome.print("operations: {operations}");
@@ -103,6 +110,7 @@ Run build_simulator(Options& options) {
       .add("--screenshot", a->screenshot,
            "Write a picture of the start page; without --seconds no window is opened")
       .type("OUT.png");
+  add_display(options, a->display);
   add_devices(options, a->device);
   return run_with(a, run_simulator);
 }

@@ -34,6 +34,7 @@ Run build_view(Options& options) {
       .add("--opacity", a->opacities,
            "Show a structure with this opacity, 0 hidden to 100 opaque; bone is named bone; may be repeated")
       .type("NAME=PERCENT");
+  add_display(options, a->display);
   options.add("--screenshot", a->screenshot, "Write a picture; without --seconds no window is opened")
       .type("OUT.png");
   options.add("--seconds", a->seconds, "Close the window after this time").type("S");

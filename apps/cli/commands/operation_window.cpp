@@ -166,6 +166,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   outputs.add_input(arguments.source.path);
   if (data_tools::is_procedure_path(arguments.procedure)) outputs.add_input(arguments.procedure);
   for (const std::string& file : arguments.models.files()) outputs.add_input(file);
+  if (!arguments.display.head_tracker.starts_with("udp:")) outputs.add_input(arguments.display.head_tracker);
   outputs.add_output("screenshot", arguments.screenshot, data_tools::OutputKind::picture);
   if (Status error = outputs.check()) return *error;
   if (arguments.seconds && !view::has_display())
@@ -227,6 +228,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
     options.opacities.push_back(opacity.value());
   }
   if (Status error = view::check_opacities(*scene, options.opacities, "--opacity")) return *error;
+  if (Status error = choose_display(arguments.display, options)) return *error;
   options.has_tool = arguments.side.empty();  // a picture with --from shows only the anatomy and its plan
   options.plan = std::make_shared<const volume::SurgicalPlan>(operation.spec.plan);
   options.title = source.written_name();

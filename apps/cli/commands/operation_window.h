@@ -4,6 +4,7 @@
 
 #include "apps/cli/commands.h"
 #include "apps/cli/options/burr_options.h"
+#include "apps/cli/options/display_options.h"
 #include "apps/cli/options/model_options.h"
 
 namespace trephine::cli {
@@ -19,6 +20,7 @@ struct WindowArguments {
   workbench::DeviceChoice device;
   workbench::RecordChoice record;
   std::vector<std::string> opacities;  ///< NAME=PERCENT of structures
+  DisplayArguments display;
   bool has_no_autosave = false;
 };
 

@@ -18,7 +18,7 @@ Option add_burr(Options& options, drilling::Burr& burr) {
   add("feed_limit", "--feed-limit").shows_default();
   options
       .add("--round", burr.is_round,
-           "Touch the bone with the whole burr (up to 12 mm) instead of its lowest point. The hand holds the "
+           "Touch the bone with the whole burr (up to 12 mm) instead of its lowest point. The hand is at the "
            "centre of a ball, or the tip of other burrs. The touching shape is smaller than the cutting "
            "shape by up to a voxel, or by a twelfth of the radius if that is more")
       .means("tool radius");

@@ -35,7 +35,7 @@ double width_of(const ImagePlane& plane, const workbench::Moment& moment) {
     if (!object.is_piece) continue;
     const dvec3 &low = object.tree->low(), &high = object.tree->high();
     for (int n = 0; n < 8; ++n)
-      add(object.place.world_from_local(
+      add(object.placement.world_from_local(
           {n & 1 ? high.x : low.x, n & 2 ? high.y : low.y, n & 4 ? high.z : low.z}));
   }
   return std::min(2 * half_width, 1000.0);

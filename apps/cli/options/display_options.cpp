@@ -1,0 +1,79 @@
+#include "apps/cli/options/display_options.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "volume/base/text.h"
+
+namespace trephine::cli {
+
+namespace {
+
+struct EyesName {
+  const char* name;
+  view::DisplayMode::Eyes eyes;
+};
+constexpr EyesName k_eyes[] = {{"one", view::DisplayMode::Eyes::one},
+                               {"anaglyph", view::DisplayMode::Eyes::anaglyph},
+                               {"side-by-side", view::DisplayMode::Eyes::side_by_side}};
+
+Status check_distance(double mm, const char* option) {
+  constexpr double k_least = 100, k_most = 5000;
+  if (mm >= k_least && mm <= k_most) return {};
+  return Error{.what = "the distance is out of range",
+               .where = option,
+               .found = rounded_text(mm) + " mm",
+               .expected = "100 to 5000 mm",
+               .remedy = "measure it on the screen, in mm"};
+}
+
+}  // namespace
+
+void add_display(Options& options, DisplayArguments& arguments) {
+  options
+      .add("--eyes", arguments.eyes,
+           "Picture for: one; anaglyph (red and cyan glasses); side-by-side (3-D display)")
+      .shows_default()
+      .type("NAME");
+  options.add("--mirror", arguments.mode.is_mirrored,
+              "Exchange left and right, for a display seen in a mirror");
+  options
+      .add(
+          "--head-tracker", arguments.head_tracker,
+          "Draw the picture for the position of the eyes: udp:PORT (OpenTrack), or a CSV file t,x,y,z (s; mm "
+          "right, up and toward the viewer from the middle of the picture)")
+      .type("SOURCE");
+  options
+      .add("--screen-width", arguments.mode.screen_width,
+           "Width of the picture on the screen, for --head-tracker")
+      .shows_default()
+      .type("MM");
+  options
+      .add("--viewing-distance", arguments.mode.viewing_distance,
+           "Distance of the eyes from the screen, for stereo without --head-tracker")
+      .shows_default()
+      .type("MM");
+}
+
+Status choose_display(const DisplayArguments& arguments, view::WindowOptions& options) {
+  const auto found = std::find_if(std::begin(k_eyes), std::end(k_eyes),
+                                  [&](const EyesName& e) { return arguments.eyes == e.name; });
+  if (found == std::end(k_eyes))
+    return Error{.what = "no display has this name",
+                 .where = "--eyes",
+                 .found = arguments.eyes,
+                 .expected = "one, anaglyph or side-by-side",
+                 .remedy = "pass for example --eyes anaglyph"};
+  if (Status error = check_distance(arguments.mode.screen_width, "--screen-width")) return error;
+  if (Status error = check_distance(arguments.mode.viewing_distance, "--viewing-distance")) return error;
+  options.display = arguments.mode;
+  options.display.eyes = found->eyes;
+  if (arguments.head_tracker.empty()) return {};
+  auto tracker = view::open_head_tracker(arguments.head_tracker);
+  if (!tracker) return tracker.error();
+  options.head_tracker = std::move(tracker).value();
+  return {};
+}
+
+}  // namespace trephine::cli

@@ -1,0 +1,183 @@
+#include "apps/view/eye_display.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+#include <utility>
+#include <vtkCallbackCommand.h>
+#include <vtkCamera.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkShaderProgram.h>
+
+#include "apps/view/bone_layer.h"
+#include "apps/view/picture_cache.h"
+#include "apps/view/screen_quad.h"
+
+namespace trephine::view {
+
+using glm::dvec2;
+using glm::dvec3;
+
+namespace {
+
+// Anaglyph: least-squares projection for red and cyan filters (E. Dubois, ICASSP 2001), rows: red, green,
+// blue.
+constexpr const char* k_combine = R"(//VTK::System::Dec
+in vec2 texCoord;
+uniform sampler2D leftPicture;
+uniform sampler2D rightPicture;
+uniform int eyes;
+uniform int mirrored;
+//VTK::Output::Dec
+void main() {
+  vec2 at = texCoord;
+  bool isRight = false;
+  if (eyes == 2) {
+    isRight = at.x >= 0.5;
+    at.x = 2.0 * at.x - (isRight ? 1.0 : 0.0);
+  }
+  if (mirrored == 1) at.x = 1.0 - at.x;
+  vec3 left = texture(leftPicture, at).rgb, right = texture(rightPicture, at).rgb;
+  vec3 colour = isRight ? right : left;
+  if (eyes == 1)
+    colour = clamp(mat3(0.456, -0.040, -0.015, 0.500, -0.038, -0.021, 0.176, -0.016, -0.005) * left +
+                   mat3(-0.043, 0.378, -0.072, -0.088, 0.734, -0.113, -0.002, -0.018, 1.226) * right, 0.0, 1.0);
+  gl_FragData[0] = vec4(colour, 1.0);
+})";
+
+dvec3 vector_of(const double* v) { return {v[0], v[1], v[2]}; }
+
+}  // namespace
+
+dvec2 window_position(const DisplayMode& mode, const dvec2& in_picture) noexcept {
+  dvec2 at = in_picture;
+  if (mode.is_mirrored) at.x = 1 - at.x;
+  if (mode.eyes == DisplayMode::Eyes::side_by_side) at.x *= 0.5;
+  return at;
+}
+
+dvec2 picture_position(const DisplayMode& mode, const dvec2& in_window) noexcept {
+  dvec2 at = in_window;
+  if (mode.eyes == DisplayMode::Eyes::side_by_side) at.x = 2 * at.x - (at.x >= 0.5 ? 1 : 0);
+  if (mode.is_mirrored) at.x = 1 - at.x;
+  return at;
+}
+
+void move_to_eye(vtkCamera* camera, double aspect, const dvec3& eye) {
+  const dvec3 position = vector_of(camera->GetPosition()), focus = vector_of(camera->GetFocalPoint());
+  const dvec3 toward_viewer = glm::normalize(position - focus);
+  const dvec3 right = glm::normalize(glm::cross(vector_of(camera->GetViewUp()), toward_viewer));
+  const dvec3 up = glm::cross(toward_viewer, right);
+  const double half_height =
+      glm::length(position - focus) * std::tan(0.5 * glm::radians(camera->GetViewAngle()));
+  const dvec3 target = focus + eye.x * right + eye.y * up, at = target + eye.z * toward_viewer;
+  camera->SetPosition(at.x, at.y, at.z);
+  camera->SetFocalPoint(target.x, target.y, target.z);
+  camera->SetViewAngle(glm::degrees(2 * std::atan(half_height / eye.z)));
+  camera->SetWindowCenter(-eye.x / (half_height * aspect), -eye.y / half_height);
+}
+
+/// Pictures of the eyes, and the shader that combines them.
+struct EyeDisplay::Pictures {
+  std::array<PictureCache, 2> eyes;
+  ScreenQuad quad;
+};
+
+EyeDisplay::EyeDisplay(vtkRenderWindow* window, vtkRenderer* renderer, vtkRenderer* last,
+                       const DisplayMode& mode, std::shared_ptr<HeadTracker> tracker)
+    : window_(window),
+      renderer_(renderer),
+      last_(last),
+      mode_(mode),
+      tracker_(std::move(tracker)),
+      pictures_(std::make_unique<Pictures>()) {
+  vtkNew<vtkCallbackCommand> end;
+  end->SetClientData(this);
+  end->SetCallback(
+      [](vtkObject*, unsigned long, void* self, void*) { static_cast<EyeDisplay*>(self)->end_frame(); });
+  observer_ = last->AddObserver(vtkCommand::EndEvent, end);
+}
+
+EyeDisplay::~EyeDisplay() {
+  last_->RemoveObserver(observer_);
+  window_->MakeCurrent();
+  if (!window_->IsCurrent()) return;
+  for (PictureCache& picture : pictures_->eyes) picture.release();
+}
+
+/// Returns the position of an eye as move_to_eye() takes it. `picture_width`: of the plane through the focal
+/// point, mm; `distance`: of the camera from the focal point, mm.
+dvec3 EyeDisplay::eye_position(int eye, double picture_width, double distance) const {
+  const double side = mode_.eyes == DisplayMode::Eyes::one ? 0 : eye == 0 ? -0.5 : 0.5;
+  if (const std::optional<dvec3> head = tracker_ ? tracker_->position() : std::nullopt) {
+    // The screen shows `picture_width` mm of the scene on `screen_width` mm.
+    const double scale = picture_width / mode_.screen_width;
+    constexpr double k_nearest = 100;  // mm
+    return scale * dvec3(head->x + side * mode_.eye_distance, head->y, std::max(head->z, k_nearest));
+  }
+  // The scene is scaled so that the camera is at the viewing distance.
+  return {side * mode_.eye_distance * distance / mode_.viewing_distance, 0, distance};
+}
+
+std::array<double, 18> EyeDisplay::centre_view() const {
+  std::array<double, 18> view;
+  vtkCamera* camera = renderer_->GetActiveCamera();
+  std::copy_n(camera->GetModelViewTransformMatrix()->GetData(), 16, view.begin());
+  view[15] = camera->GetViewAngle();
+  view[16] = window_->GetSize()[0], view[17] = window_->GetSize()[1];
+  return view;
+}
+
+bool EyeDisplay::render(BoneLayer& bone, const std::function<bool()>& draw) {
+  vtkCamera* camera = renderer_->GetActiveCamera();
+  const int* size = window_->GetSize();
+  const double aspect = std::max(1, size[0]) / static_cast<double>(std::max(1, size[1]));
+  const dvec3 position = vector_of(camera->GetPosition()), focus = vector_of(camera->GetFocalPoint());
+  const double angle = camera->GetViewAngle(), distance = glm::length(position - focus);
+  const double width = 2 * distance * std::tan(0.5 * glm::radians(angle)) * aspect;
+  drawn_view_ = centre_view();
+  bool is_drawn = false;
+  are_eyes_complete_ = true, share_ = 1;
+  for (eye_ = 0; eye_ < (mode_.eyes == DisplayMode::Eyes::one ? 1 : 2); ++eye_) {
+    move_to_eye(camera, aspect, eye_position(eye_, width, distance));
+    bone.set_eye(eye_);
+    is_drawn |= draw();
+    are_eyes_complete_ &= bone.is_complete();
+    share_ = std::min(share_, bone.drawn_share());
+    camera->SetPosition(position.x, position.y, position.z);
+    camera->SetFocalPoint(focus.x, focus.y, focus.z);
+    camera->SetViewAngle(angle);
+    camera->SetWindowCenter(0, 0);
+  }
+  eye_ = -1;
+  bone.set_eye(0);
+  return is_drawn;
+}
+
+bool EyeDisplay::is_complete() const { return are_eyes_complete_ && centre_view() == drawn_view_; }
+double EyeDisplay::drawn_share() const { return centre_view() == drawn_view_ ? share_ : 0; }
+
+/// Keeps the finished picture of an eye, and draws the combined picture over it. A frame that the window
+/// system draws on its own shows both eyes the same picture until the next render().
+void EyeDisplay::end_frame() {
+  const int* size = window_->GetSize();
+  for (int i = 0; i < 2; ++i)
+    if (eye_ < 0 || eye_ == i) pictures_->eyes[static_cast<std::size_t>(i)].save(size[0], size[1]);
+  const bool has_two = mode_.eyes != DisplayMode::Eyes::one;
+  const auto& eyes = pictures_->eyes;
+  const PictureCache &left = eyes[0], &right = eyes[has_two && eyes[1].is_filled() ? 1 : 0];
+  if (!left.is_filled()) return;
+  const ScreenQuad::Texture textures[] = {{"leftPicture", left.colour_texture()},
+                                          {"rightPicture", right.colour_texture()}};
+  pictures_->quad.draw(window_, k_combine, size[0], size[1], textures, ScreenQuad::Depth::ignored,
+                       [this](vtkShaderProgram& program) {
+                         program.SetUniformi("eyes", static_cast<int>(mode_.eyes));
+                         program.SetUniformi("mirrored", mode_.is_mirrored ? 1 : 0);
+                       });
+}
+
+}  // namespace trephine::view
