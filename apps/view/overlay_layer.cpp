@@ -5,12 +5,14 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <map>
+#include <utility>
 #include <vtkActor.h>
 #include <vtkCellArray.h>
 #include <vtkDoubleArray.h>
 #include <vtkFloatArray.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
+#include <vtkPlane.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
@@ -20,8 +22,6 @@
 #include <vtkSmartPointer.h>
 #include <vtkSphereSource.h>
 #include <vtkUnsignedCharArray.h>
-
-#include "apps/view/structures.h"
 
 namespace trephine::view {
 
@@ -65,6 +65,14 @@ Colour colour_of(const sim::Overlay& overlay) {
       break;
   }
   return {0.35, 0.80, 0.95};
+}
+
+ObjectGroup group_of(const sim::Overlay& overlay) {
+  if (overlay.is_detached) return ObjectGroup::loose_bone;
+  const bool is_metal =
+      overlay.kind == sim::Overlay::Kind::object &&
+      (overlay.matter == volume::Matter::titanium || overlay.matter == volume::Matter::steel);
+  return is_metal ? ObjectGroup::implants : ObjectGroup::models;
 }
 
 vtkSmartPointer<vtkPolyData> make_surface(
@@ -162,13 +170,33 @@ void place(vtkActor* actor, const haptics::Placement& placement) {
 }  // namespace
 
 struct OverlayLayer::Parts {
+  Parts(vtkRenderer* drawn_in, vtkRenderer* letters) : renderer(drawn_in), labels(letters) {}
+
   vtkRenderer* renderer;
   /// Actor of a shown surface; owning the tree prevents reuse of its address.
   struct Surface {
     std::shared_ptr<const haptics::MeshTree> tree;
     vtkSmartPointer<vtkActor> actor;
+    ObjectGroup group = ObjectGroup::models;
     bool is_shown = false;
   };
+  std::array<double, k_object_groups> opacities{1, 1, 1};
+  vtkNew<vtkPlane> clip;
+  bool is_clipped = false;
+
+  void apply_opacity(const Surface& surface) const {
+    const double opacity = opacities[static_cast<std::size_t>(surface.group)];
+    surface.actor->SetVisibility(opacity > 0);
+    surface.actor->GetProperty()->SetOpacity(opacity);
+    // The far side of a translucent object would be visible as a second surface.
+    surface.actor->GetProperty()->SetBackfaceCulling(opacity < 1);
+  }
+  void apply_clip(const Surface& surface) const {
+    vtkMapper* mapper = surface.actor->GetMapper();
+    mapper->RemoveAllClippingPlanes();
+    if (is_clipped && surface.group != ObjectGroup::implants) mapper->AddClippingPlane(clip);
+  }
+
   std::map<const haptics::MeshTree*, Surface> surfaces;
   /// Other actors; each show() creates them again, because they are few.
   std::vector<vtkSmartPointer<vtkProp>> others;
@@ -176,13 +204,29 @@ struct OverlayLayer::Parts {
 };
 
 OverlayLayer::OverlayLayer(vtkRenderer* renderer, vtkRenderer* letters)
-    : parts_(new Parts{renderer, {}, {}, LabelLayer(letters != nullptr ? letters : renderer)}) {}
+    : parts_(std::make_unique<Parts>(renderer, letters != nullptr ? letters : renderer)) {}
 OverlayLayer::~OverlayLayer() = default;
 
 std::size_t OverlayLayer::size() const noexcept {
   return parts_->surfaces.size() + parts_->others.size() + parts_->labels.size();
 }
 LabelLayer& OverlayLayer::labels() noexcept { return parts_->labels; }
+
+void OverlayLayer::set_opacity(ObjectGroup group, double opacity) {
+  parts_->opacities[static_cast<std::size_t>(group)] = opacity;
+  for (const auto& [tree, surface] : parts_->surfaces) parts_->apply_opacity(surface);
+}
+
+void OverlayLayer::set_clip(const dvec3& origin, const dvec3& normal) {
+  Parts& p = *parts_;
+  const bool is_clipped = normal != dvec3(0);
+  if (is_clipped) {
+    p.clip->SetOrigin(origin.x, origin.y, origin.z);
+    p.clip->SetNormal(normal.x, normal.y, normal.z);
+  }
+  if (std::exchange(p.is_clipped, is_clipped) == is_clipped) return;
+  for (const auto& [tree, surface] : p.surfaces) p.apply_clip(surface);
+}
 
 void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const haptics::Placement> hands) {
   Parts& p = *parts_;
@@ -206,6 +250,14 @@ void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const 
         surface = {overlay.surface,
                    make_actor(make_surface(*overlay.surface, is_coloured ? shade_bone : nullptr), colour)};
         if (is_coloured) surface.actor->GetMapper()->ScalarVisibilityOn();
+        // A detached piece is drawn in front of the bone at its place, until the bone is drawn without it.
+        if (overlay.is_detached) {
+          surface.actor->GetMapper()->SetResolveCoincidentTopologyToPolygonOffset();
+          surface.actor->GetMapper()->SetRelativeCoincidentTopologyPolygonOffsetParameters(-2, -2);
+        }
+        surface.group = group_of(overlay);
+        p.apply_opacity(surface);
+        p.apply_clip(surface);
         p.renderer->AddActor(surface.actor);
       }
       surface.is_shown = true;

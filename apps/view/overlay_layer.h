@@ -6,6 +6,7 @@
 #include <span>
 
 #include "apps/view/label_layer.h"
+#include "apps/view/structures.h"
 #include "sim/api/overlay.h"
 
 class vtkRenderer;
@@ -32,6 +33,11 @@ class OverlayLayer {
 
   /// Replaces the shown overlays. `hands`: placement of each hand, for the objects that it holds.
   void show(std::span<const sim::Overlay> overlays, std::span<const haptics::Placement> hands);
+  /// Sets the opacity of the surfaces of a group: 0 hidden, 1 opaque.
+  void set_opacity(ObjectGroup group, double opacity);
+  /// Clips loose bone and models: draws only the side to which `normal_world` points. Implants remain whole,
+  /// so that a cut face shows them in the bone. A zero normal ends the clipping.
+  void set_clip(const glm::dvec3& origin_world, const glm::dvec3& normal_world);
   /// Number of drawn objects: surfaces, sets of lines, skins, handles and labels.
   std::size_t size() const noexcept;
   /// Labels of the overlays. Call LabelLayer::lay_out() before each frame.

@@ -18,17 +18,18 @@ struct NamedColour {
   bool is_in_gaps = false;  ///< visible through the gaps between vertebrae before bone is removed
 };
 constexpr NamedColour k_structures[] = {
-    {"dural", {0.70, 0.73, 0.80}, true}, {"dura", {0.70, 0.73, 0.80}},
-    {"brain", {0.86, 0.66, 0.62}},       {"cerebr", {0.86, 0.66, 0.62}},
-    {"cerebell", {0.82, 0.60, 0.56}},    {"tumour", {0.80, 0.62, 0.30}},
-    {"tumor", {0.80, 0.62, 0.30}},       {"lesion", {0.80, 0.62, 0.30}},
-    {"meningioma", {0.80, 0.62, 0.30}},  {"venous", {0.36, 0.42, 0.70}},
-    {"vein", {0.36, 0.42, 0.70}},        {"artery", {0.76, 0.22, 0.20}},
-    {"vessel", {0.76, 0.22, 0.20}},      {"aorta", {0.76, 0.22, 0.20}},
-    {"cord", {0.84, 0.80, 0.70}, true},  {"thecal", {0.70, 0.73, 0.80}, true},
-    {"csf", {0.66, 0.66, 0.72}},         {"fluid", {0.66, 0.66, 0.72}},
-    {"ventricle", {0.66, 0.66, 0.72}},   {"nerve", {0.93, 0.82, 0.45}, true},
-    {"root", {0.93, 0.82, 0.45}, true},  {"disc", {0.74, 0.82, 0.86}, true}};
+    {"dural", {0.70, 0.73, 0.80}, true},   {"dura", {0.70, 0.73, 0.80}},
+    {"brain", {0.86, 0.66, 0.62}},         {"cerebr", {0.86, 0.66, 0.62}},
+    {"cerebell", {0.82, 0.60, 0.56}},      {"tumour", {0.80, 0.62, 0.30}},
+    {"tumor", {0.80, 0.62, 0.30}},         {"lesion", {0.80, 0.62, 0.30}},
+    {"meningioma", {0.80, 0.62, 0.30}},    {"venous", {0.36, 0.42, 0.70}},
+    {"vein", {0.36, 0.42, 0.70}},          {"artery", {0.76, 0.22, 0.20}},
+    {"vessel", {0.76, 0.22, 0.20}},        {"aorta", {0.76, 0.22, 0.20}},
+    {"cord", {0.84, 0.80, 0.70}, true},    {"thecal", {0.70, 0.73, 0.80}, true},
+    {"csf", {0.66, 0.66, 0.72}},           {"fluid", {0.66, 0.66, 0.72}},
+    {"ventricle", {0.66, 0.66, 0.72}},     {"nerve", {0.93, 0.82, 0.45}, true},
+    {"root", {0.93, 0.82, 0.45}, true},    {"disc", {0.74, 0.82, 0.86}, true},
+    {"ligament", {0.88, 0.80, 0.52}, true}};
 
 const NamedColour* find_structure(std::string name) {
   for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -135,7 +136,8 @@ std::vector<Structure> structures_of(const haptics::TouchScene& scene) {
       soft.push_back(
           {name, Structure::Kind::labelled, structure_colour(scan, shape.label), shape.label, number});
     else
-      bones.push_back({name, Structure::Kind::one_bone, bone_shape_colour(scan, shape, i), -1, number});
+      bones.push_back({name, Structure::Kind::one_bone, bone_shape_colour(scan, shape, i),
+                       is_named ? shape.label : -1, number});
   }
   const auto is_listed = [](const std::string& name) { return !name.empty() && !volume::is_bone_name(name); };
   const std::vector<int> labels = untouched_labels(scene, is_listed);
@@ -151,6 +153,13 @@ std::vector<Structure> structures_of(const haptics::TouchScene& scene) {
   if (!bones.empty()) all.push_back({"bone", Structure::Kind::all_bone, bones.front().colour});
   if (bones.size() > 1) all.insert(all.end(), bones.begin(), bones.end());
   all.insert(all.end(), soft.begin(), soft.end());
+  const auto add_objects = [&](const char* name, ObjectGroup group, const dvec3& colour) {
+    all.push_back({.name = name, .kind = Structure::Kind::objects, .colour = colour, .group = group});
+  };
+  add_objects("loose bone", ObjectGroup::loose_bone, {0.93, 0.86, 0.74});
+  if (std::any_of(scene.items.begin(), scene.items.end(), [](const auto& item) { return item.is_mesh(); }))
+    add_objects("models", ObjectGroup::models, {0.62, 0.60, 0.66});
+  add_objects("implants", ObjectGroup::implants, {0.72, 0.75, 0.80});
   return all;
 }
 
@@ -173,8 +182,8 @@ Status set_opacities(std::vector<Structure>& structures, std::span<const Structu
                    .expected = "one of: " + names,
                    .remedy = "use the name of a structure of the scan"};
     }
-    if (found->kind == Structure::Kind::one_bone && request.opacity > 0 && request.opacity < 1)
-      return Error{.what = "a single bone can only be shown or hidden",
+    if (found->is_never_translucent() && request.opacity > 0 && request.opacity < 1)
+      return Error{.what = "a single bone without a label can only be shown or hidden",
                    .found = request.name + ", translucent",
                    .expected = "0 or 100 %",
                    .remedy = "to make all bone translucent, set the opacity of the structure bone"};

@@ -87,7 +87,8 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
   view_.overlays().labels().is_hidden = [this](const dvec3& at) {
     constexpr double k_deep = 6;           // mm; a point less deep behind the surface counts as visible
     constexpr double k_transparent = 0.5;  // opacity of bone below which it hides no names
-    const bool is_transparent = !list_.empty() && list_[0].opacity < k_transparent;
+    const bool is_transparent =
+        list_[0].kind == Structure::Kind::all_bone && list_[0].opacity < k_transparent;
     if (!version_ || is_transparent) return false;
     const dvec3 from = camera().at, line = at - from;
     const double hit = distance_to_solid(*version_, {from, glm::normalize(line)});
@@ -186,7 +187,9 @@ void Viewport::zoom(const volume::Version& version, double factor, double x, dou
   const Ray ray = ray_at(x, y);
   dvec3 target;
   camera->GetFocalPoint(target.x, target.y, target.z);
-  const double hit = distance_to_solid(version, ray), middle = glm::dot(target - ray.origin, ray.direction);
+  // A structure in an opening counts: the distance to the bone behind it would lead into the head.
+  const double hit = resting_position(version, ray).distance,
+               middle = glm::dot(target - ray.origin, ray.direction);
   double current = hit >= 0 ? hit : std::max(middle, k_nearest);
   // A position in or very near bone must not prevent zooming out.
   if (factor < 1) current = std::max(current, k_nearest);
@@ -203,13 +206,14 @@ void Viewport::zoom(const volume::Version& version, double factor, double x, dou
 }
 
 Ray Viewport::ray_at(double x, double y) {
+  const glm::dvec2 at = picture_position(display(), {x, y});
   view_.fit_camera();
   vtkRenderer* renderer = view_.renderer();
   const int* size = window_->GetSize();
   // The ray starts at the camera, because the near plane moves when the view turns.
   double position[3], world[4];
   renderer->GetActiveCamera()->GetPosition(position);
-  renderer->SetDisplayPoint(x * size[0], y * size[1], 1);
+  renderer->SetDisplayPoint(at.x * size[0], at.y * size[1], 1);
   renderer->DisplayToWorld();
   renderer->GetWorldPoint(world);
   const dvec3 from(position[0], position[1], position[2]);
@@ -223,7 +227,7 @@ glm::dvec2 Viewport::project(const dvec3& at_world) {
   renderer->SetWorldPoint(at_world.x, at_world.y, at_world.z, 1);
   renderer->WorldToDisplay();
   const double* at = renderer->GetDisplayPoint();
-  return {at[0] / std::max(size[0], 1), at[1] / std::max(size[1], 1)};
+  return window_position(display(), {at[0] / std::max(size[0], 1), at[1] / std::max(size[1], 1)});
 }
 
 dvec3 Viewport::outside_point() const {
@@ -382,21 +386,27 @@ void Viewport::fetch_meshes() {
     view_.bone().show_reduced(reduced);
   if (is_finished) view_.bone().end_reduced();
   for (const ChunkMesh& mesh : opened_->take()) view_.bone().show(mesh);
-  for (const StructureSurfaces::Surface& surface : surfaces_.take())
-    view_.structures()->show(surface.label, surface.mesh, structure_colour(*scene_->base, surface.label));
+  for (const StructureSurfaces::Surface& surface : surfaces_.take()) {
+    const auto row = std::find_if(list_.begin(), list_.end(),
+                                  [&](const Structure& s) { return s.label == surface.label; });
+    view_.structures()->show(surface.label, surface.mesh, row->colour);
+  }
   if (const std::optional<CapImage> cap = cap_.take()) view_.structures()->show_cap(*cap);
 }
 
 bool Viewport::is_complete() const {
   return worker_->remaining() == 0 && opened_->is_complete() && surfaces_.is_complete() &&
-         cap_.is_complete() && view_.bone().is_complete();
+         cap_.is_complete() && (view_.eyes() ? view_.eyes()->is_complete() : view_.bone().is_complete());
 }
 
 double Viewport::drawn_share() const {
   if (is_complete()) return 1;
   constexpr double k_meshing = 0.7;  // share of the work; the rest is drawing
   const double meshed = worker_->finished_share();
-  return std::min(0.99, k_meshing * meshed + (meshed < 1 ? 0 : (1 - k_meshing) * view_.bone().drawn_share()));
+  return std::min(0.99, k_meshing * meshed +
+                            (meshed < 1 ? 0
+                                        : (1 - k_meshing) * (view_.eyes() ? view_.eyes()->drawn_share()
+                                                                          : view_.bone().drawn_share())));
 }
 
 bool Viewport::is_whole() const { return worker_->finished_share() >= 1; }

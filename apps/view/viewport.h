@@ -46,7 +46,7 @@ class Viewport {
   /// the scene.
   void preview(std::unique_ptr<haptics::TouchScene> shapes,
                const std::shared_ptr<const volume::Version>& version);
-  /// Bone and structures, each with its opacity in the picture.
+  /// Bone, structures and groups of objects, each with its opacity in the picture. Never empty.
   const std::vector<Structure>& structures() const noexcept { return list_; }
   /// Sets the opacity (0 hidden, 1 opaque) of a structure, by its number in the list. If the bone or a
   /// structure is translucent, or the bone is clipped, structures are drawn whole; otherwise only where an
@@ -147,6 +147,8 @@ class Viewport {
   /// Returns the requested depth; nullopt if there is no scenery or the depth is not ready.
   std::optional<ScreenDepth::Reading> take_depth();
   BoneView& view() noexcept { return view_; }
+  /// Returns the presentation of the picture.
+  DisplayMode display() const { return view_.eyes() ? view_.eyes()->mode() : DisplayMode(); }
   std::size_t triangle_count() const { return view_.bone().triangle_count(); }
   bool is_complete() const;
   /// Returns the share of the picture that is drawn at full detail, 0 to 1; 1: complete.
@@ -164,6 +166,7 @@ class Viewport {
   /// True if structures are drawn whole; see set_opacity(). Bone that is hidden as a whole counts as
   /// translucent.
   bool has_whole_structures() const;
+  bool has_translucent_single_bone() const;
   /// Requests the whole surface of a structure if the picture shows it and `version` is not that of its mesh.
   void request_whole(std::size_t structure, const std::shared_ptr<const volume::Version>& version);
   /// Calls visit(distance along the ray in mm, voxel, is_solid_as_scanned, is_solid_now) along the ray behind

@@ -47,6 +47,7 @@ void Viewport::set_clip(const ClipChoice& choice) {
   view_.bone().set_clip(clip_origin_, clip_normal_);
   if (!is_live_) return;
   view_.structures()->set_clip(clip_origin_, clip_normal_);
+  view_.overlays().set_clip(clip_origin_, clip_normal_);
   is_cap_moved_ = true;
   if (has_whole_structures() != are_structures_whole_)
     apply_opacities();
@@ -102,13 +103,21 @@ std::optional<volume::Openings::Plane> Viewport::clip_plane() const {
 bool Viewport::has_whole_structures() const {
   // The cut face of a clipped picture also shows the structures inside bone, so these are drawn whole.
   return clip_normal_ != dvec3(0) || std::any_of(list_.begin(), list_.end(), [](const Structure& s) {
+           if (s.kind == Structure::Kind::objects) return false;
            return s.is_translucent() || (s.kind == Structure::Kind::all_bone && s.opacity < 1);
          });
+}
+
+bool Viewport::has_translucent_single_bone() const {
+  return std::any_of(list_.begin(), list_.end(), [](const Structure& s) {
+    return s.kind == Structure::Kind::one_bone && s.is_translucent();
+  });
 }
 
 void Viewport::request_whole(std::size_t structure, const std::shared_ptr<const volume::Version>& version) {
   const Structure& s = list_[structure];
   if (s.label < 0 || s.opacity == 0 || !has_whole_structures()) return;
+  if (s.kind == Structure::Kind::one_bone && !has_translucent_single_bone()) return;
   const auto known = whole_versions_.find(s.label);
   if (known != whole_versions_.end() && known->second == version->serial()) return;
   whole_versions_[s.label] = version->serial();
@@ -130,17 +139,26 @@ Status Viewport::set_opacities(std::span<const StructureOpacity> opacities) {
 
 void Viewport::apply_opacities() {
   const bool has_whole = are_structures_whole_ = has_whole_structures();
+  // The bone of the window is one picture. If one bone is translucent, all labelled bones are drawn as
+  // structures, so that each pixel shows them in the order of their depth.
+  const bool are_bones_whole = has_translucent_single_bone();
+  const double bone = list_[0].kind == Structure::Kind::all_bone ? list_[0].opacity : 1;
   std::set<std::size_t> hidden;
   std::vector<int> opened;
   for (std::size_t i = 0; i < list_.size(); ++i) {
     const Structure& s = list_[i];
-    // If soft structures are drawn whole, a touched one is drawn with them and not with the bone.
-    if (s.shape >= 0 && (s.opacity == 0 || (has_whole && s.kind == Structure::Kind::labelled)))
-      hidden.insert(static_cast<std::size_t>(s.shape));
+    if (s.kind == Structure::Kind::objects) {
+      view_.overlays().set_opacity(s.group, s.opacity);
+      continue;
+    }
+    const bool is_bone = s.kind == Structure::Kind::one_bone;
+    // A touched structure that is drawn whole is not drawn with the bone.
+    const bool is_whole = s.label >= 0 && has_whole && (!is_bone || are_bones_whole);
+    if (s.shape >= 0 && (s.opacity == 0 || is_whole)) hidden.insert(static_cast<std::size_t>(s.shape));
     if (s.label < 0) continue;
     if (s.shape < 0 && s.opacity > 0 && !has_whole) opened.push_back(s.label);
     if (!has_whole) continue;
-    view_.structures()->set_opacity(s.label, s.opacity);
+    view_.structures()->set_opacity(s.label, is_whole ? s.opacity * (is_bone ? bone : 1) : 0);
     if (version_) request_whole(i, version_);
   }
   view_.bone().set_hidden(std::move(hidden));
@@ -150,7 +168,6 @@ void Viewport::apply_opacities() {
     view_.bone().remove_shape(base_shapes(*scene_).size());
     if (version_) opened_->request_all(version_);
   }
-  const double bone = list_.empty() ? 1 : list_[0].opacity;
   view_.set_bone_opacity(has_whole ? std::optional<double>(bone) : std::nullopt);
   is_cap_moved_ = true;
   if (clip_plane()) request_cap();

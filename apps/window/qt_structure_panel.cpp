@@ -59,7 +59,7 @@ void StructurePanel::show_list(const std::vector<Structure>& structures) {
     shown->setToolTip(
         tr("Show or hide this structure in the picture. The tool still touches the same structures."));
     grid->addWidget(shown, row, 0);
-    if (structure.kind == Structure::Kind::one_bone) {
+    if (structure.is_never_translucent()) {
       connect(shown, &QCheckBox::toggled, this,
               [this, i](bool is_shown) { on_opacity(i, is_shown ? 1.0 : 0.0); });
       continue;

@@ -1,6 +1,7 @@
 // Structures in the picture: whole surfaces, translucent bone, hidden structures, and no cost without them.
 #include "apps/view/structures.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -9,6 +10,7 @@
 #include <vtkRenderWindow.h>
 #include <vtkUnsignedCharArray.h>
 
+#include "apps/bench/scenes/closed_models.h"
 #include "apps/bench/scenes/scenes.h"
 #include "apps/view/render_window.h"
 #include "apps/view/structure_surfaces.h"
@@ -45,7 +47,7 @@ haptics::TouchScene shell() {
 
 TEST(Structures, AreListedWithBoneFirst) {
   const std::vector<Structure> list = structures_of(shell());
-  ASSERT_EQ(list.size(), 4u) << "the spleen has no voxels";
+  ASSERT_EQ(list.size(), 6u) << "the spleen has no voxels";
   EXPECT_EQ(list[0].kind, Structure::Kind::all_bone);
   EXPECT_EQ(list[0].name, "bone");
   EXPECT_EQ(list[1].name, "brain");
@@ -54,6 +56,8 @@ TEST(Structures, AreListedWithBoneFirst) {
   EXPECT_EQ(list[2].opacity, 1);
   EXPECT_EQ(list[3].name, "liver");
   EXPECT_EQ(list[3].opacity, 0) << "not a structure of the operation";
+  EXPECT_EQ(list[4].name, "loose bone");
+  EXPECT_EQ(list[5].name, "implants");
 }
 
 /// A label is not drawn if the name of a model of soft tissue contains the name of the label, because the
@@ -62,10 +66,10 @@ TEST(Structures, AModelIsDrawnInPlaceOfItsLabel) {
   haptics::TouchScene scene = shell();
   scene.items.push_back(haptics::mesh_item("left brain", nullptr));
   scene.items.back().matter = volume::Matter::steel;
-  EXPECT_EQ(structures_of(scene).size(), 4u);
+  EXPECT_EQ(structures_of(scene).size(), 7u) << "with a row for models";
   scene.items.back().matter = volume::Matter::soft_tissue;
   const std::vector<Structure> list = structures_of(scene);
-  ASSERT_EQ(list.size(), 3u);
+  ASSERT_EQ(list.size(), 6u);
   EXPECT_EQ(list[1].name, "tumour");
   EXPECT_TRUE(usual_structure_colour("L4 left nerve root"));
   EXPECT_NE(usual_structure_colour("L4 left nerve root"), usual_structure_colour("dural sac"));
@@ -88,7 +92,7 @@ TEST(Structures, RefuseTwoOpacitiesOfOneName) {
   EXPECT_TRUE(set_opacities(list, twice));
 }
 
-TEST(Structures, RefuseATranslucentSingleBone) {
+TEST(Structures, RefuseATranslucentBoneWithoutALabel) {
   std::vector<Structure> list = structures_of(shell());
   list.push_back({"L4", Structure::Kind::one_bone, {}, -1, 1});
   const std::array hidden{StructureOpacity{"L4", 0.0}}, translucent{StructureOpacity{"L4", 0.5}};
@@ -186,8 +190,13 @@ class TranslucentPicture : public testing::Test {
   void SetUp() override {
     auto surface = make_offscreen(400, 300);
     if (!surface) GTEST_SKIP() << "no OpenGL here";
-    surface_ = std::move(surface).value();
     scene_ = std::make_unique<haptics::TouchScene>(shell());
+    open_scene();
+  }
+  /// Draws the scene in a window of its own.
+  void open_scene() {
+    picture_.reset();
+    surface_ = make_offscreen(400, 300).value();
     picture_ = std::make_unique<Viewport>(*scene_, surface_->window(), true);
     picture_->request_all(haptics::untouched(*scene_));
     picture_->look_from('A');
@@ -283,6 +292,96 @@ TEST_F(TranslucentPicture, ClippedBoneAndStructuresHaveCutFaces) {
   picture_->set_clip({});
   expect_mix(at(middle_), bone, bone, 1);
   expect_mix(at(aside_), bone_aside, bone_aside, 1);
+  EXPECT_FALSE(picture_->view().structures()->is_active());
+}
+
+/// A cube of 6 mm in front of the shell, of each group of objects: its opacity mixes its colour with that of
+/// the bone behind it. A clip plane in front of the cube cuts it away, unless it is an implant.
+TEST_F(TranslucentPicture, ObjectsAreTranslucentHiddenAndClipped) {
+  const haptics::depth::Model model = haptics::depth::box(dvec3(-3), dvec3(3));
+  const auto tree = std::make_shared<const haptics::MeshTree>(model.vertices, model.triangles);
+  picture_.reset();
+  scene_->items.push_back(haptics::mesh_item("spatula", tree));
+  open_scene();
+  const Rgb bone = at(middle_);
+  sim::Overlay cube;
+  cube.kind = sim::Overlay::Kind::object, cube.surface = tree;
+  cube.placement.position_world = {middle_.x, 1, middle_.z};
+  struct Case {
+    const char* row;
+    volume::Matter matter;
+    bool is_detached;
+  };
+  for (const Case& c :
+       {Case{"loose bone", volume::Matter::bone, true}, Case{"models", volume::Matter::soft_tissue, false},
+        Case{"implants", volume::Matter::titanium, false}}) {
+    SCOPED_TRACE(c.row);
+    cube.matter = c.matter, cube.is_detached = c.is_detached;
+    picture_->show({}, {});
+    picture_->show(std::array{cube}, {});
+    const auto& list = picture_->structures();
+    const auto row =
+        std::find_if(list.begin(), list.end(), [&](const Structure& s) { return s.name == c.row; });
+    ASSERT_NE(row, list.end());
+    const auto number = static_cast<std::size_t>(row - list.begin());
+    const Rgb opaque = at(middle_);
+    ASSERT_GT(std::abs(opaque.b - bone.b), 5);
+    picture_->set_opacity(number, 0.4);
+    expect_mix(at(middle_), opaque, bone, 0.4);
+    picture_->set_opacity(number, 0);
+    expect_mix(at(middle_), bone, bone, 1);
+    picture_->set_opacity(number, 1);
+    expect_mix(at(middle_), opaque, opaque, 1);
+    picture_->set_clip({.axis = ClipChoice::Axis::view, .share = 0.3});
+    const Rgb clipped = at(middle_);
+    const bool is_implant = c.matter == volume::Matter::titanium;
+    EXPECT_EQ(std::abs(clipped.r - opaque.r) + std::abs(clipped.b - opaque.b) < 8, is_implant);
+    picture_->set_clip({});
+    expect_mix(at(middle_), opaque, opaque, 1);
+  }
+}
+
+/// A ball in front of a plate, each a labelled bone. If one of them is translucent, both are drawn as
+/// structures, in the order of their depth.
+TEST_F(TranslucentPicture, SingleBonesAreTranslucent) {
+  volume::Volume base = volume::make_volume(ivec3(k_size), volume::Frame(), true).value();
+  base.is_hounsfield = true;
+  base.label_names = {"background", "L4", "L5"};
+  const dvec3 ball = k_middle - dvec3(0, 12, 0);
+  for (int z = 0; z < k_size; ++z)
+    for (int y = 0; y < k_size; ++y)
+      for (int x = 0; x < k_size; ++x) {
+        const std::size_t i = base.index(x, y, z);
+        const bool is_plate = y >= 30 && y <= 34 && std::abs(x - 24) < 18 && std::abs(z - 24) < 18;
+        base.labels[i] = glm::length(dvec3(x, y, z) - ball) <= 7 ? 1 : is_plate ? 2 : 0;
+        base.voxels[i] = base.labels[i] > 0 ? 1000 : -1000;
+      }
+  base.label_colours = {{0, 0, 0}, {230, 190, 120}, {120, 190, 230}};
+  volume::Shape l4, l5;
+  l4.label = 1, l5.label = 2;
+  picture_.reset();
+  scene_ = std::make_unique<haptics::TouchScene>(scenes::scene_of(std::move(base), {}, l4));
+  haptics::TouchItem other = scene_->items[0];
+  other.field = volume::Field(*scene_->base, l5);
+  other.bits = std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*scene_->base, l5));
+  scene_->items.push_back(std::move(other));
+  open_scene();
+  ASSERT_EQ(picture_->structures()[2].name, "L5");
+  const Rgb opaque = at(ball);
+  constexpr double k_hardly = 0.995;
+  picture_->set_opacity(2, k_hardly);
+  const Rgb front = at(ball), both_aside = at(ball + dvec3(14, 0, 0));
+  picture_->set_opacity(1, 0);
+  const Rgb back = at(ball);
+  ASSERT_GT(std::abs(front.r - back.r), 30);
+  picture_->set_opacity(2, 1);
+  for (const double opacity : {0.3, 0.7}) {
+    picture_->set_opacity(1, opacity);
+    expect_mix(at(ball), front, back, opacity);
+    expect_mix(at(ball + dvec3(14, 0, 0)), both_aside, both_aside, 1);
+  }
+  picture_->set_opacity(1, 1);
+  expect_mix(at(ball), opaque, opaque, 1);
   EXPECT_FALSE(picture_->view().structures()->is_active());
 }
 
