@@ -50,7 +50,7 @@ LiveSession::LiveSession(std::span<haptics::Device* const> devices, Engine engin
   state_.hands.resize(devices.size());
   if (recorder_) recorder_->begin(engine_, options.force, options.rate_hz, first_tick, false);
   const std::lock_guard guard(lock_);
-  state_.tool = engine_.now().settings.hands[0].parameters;
+  state_.tool = engine_.state().settings.hands[0].parameters;
   Outcome first;
   first.is_changed = true;
   update_state(first);
@@ -109,7 +109,7 @@ std::vector<LiveSession::HistoryState> LiveSession::history_states_now(std::size
     if (stroke == 0 && !is_current) continue;
     if (const auto state = branch.history[i]->state())
       result.push_back({stroke == 0 ? "before the first change" : "change " + std::to_string(stroke),
-                        is_current ? engine_.current() : state.value().undoable.version, is_current});
+                        is_current ? engine_.version() : state.value().undoable.version, is_current});
   }
   for (const Branch& other : engine_.other_branches())
     if (const auto state = other.history[other.position]->state())
@@ -328,9 +328,9 @@ void LiveSession::consume(const haptics::ServoRecord& record) {
   }
   issue_next(outcome, true);
   if (!pieces_) return;
-  const PieceWatch::Finding found = pieces_->after_tick(engine_);
-  if (found == PieceWatch::Finding::disconnected) free_pieces();
-  if (found != PieceWatch::Finding::pending) return;
+  const PieceWatch::Detection found = pieces_->after_tick(engine_);
+  if (found == PieceWatch::Detection::disconnected) free_pieces();
+  if (found != PieceWatch::Detection::pending) return;
   // The whole volume is searched in the background. Later cuts can only disconnect further parts.
   {
     const std::lock_guard guard(lock_);
@@ -385,7 +385,7 @@ Outcome LiveSession::carry_out_alone(const Command& command, bool may_begin) {
     edit_report_.longest_command_seconds = seconds;
     edit_report_.longest_command = command.request.is_empty() ? "" : command.request.name();
   }
-  state_.tool = engine_.now().settings.hands[0].parameters;  // ticks do not change it
+  state_.tool = engine_.state().settings.hands[0].parameters;  // ticks do not change it
   update_state(outcome);
   return outcome;
 }
@@ -415,28 +415,28 @@ void LiveSession::update_overlays(const Outcome& outcome, bool is_command) {
   if (bytes) state_.history_bytes = *bytes;
   state_.overlays = std::move(overlays);
   state_.depths = engine_.displayed_depths(0);
-  state_.settings = engine_.now().settings.modules;
+  state_.settings = engine_.state().settings.modules;
   state_.bodies.clear();
-  for (const Body& body : engine_.now().undoable.bodies) state_.bodies.push_back(body.id);
+  for (const Body& body : engine_.state().undoable.bodies) state_.bodies.push_back(body.id);
 }
 
 void LiveSession::update_state(const Outcome& outcome) {
   if (outcome.refused) state_.refused = outcome.refused;
   if (outcome.failed) state_.failed = outcome.failed;
   if (outcome.event_count > 0) {
-    const Chronicle& chronicle = engine_.now().chronicle;
+    const Chronicle& chronicle = engine_.state().chronicle;
     for (std::size_t i = chronicle.size() - outcome.event_count; i < chronicle.size(); ++i)
       state_.events.push_back(chronicle[i]);
     if (state_.events.size() > LiveState::k_max_events)
       state_.events.erase(state_.events.begin(), state_.events.end() - LiveState::k_max_events);
   }
   if (outcome.is_changed) {
-    state_.version = engine_.current();
+    state_.version = engine_.version();
     state_.changed = union_of(state_.changed, outcome.box);
   }
   const std::size_t forbidden = engine_.forbidden().size();
-  state_.watches.assign(engine_.now().watches.begin(),
-                        engine_.now().watches.begin() + static_cast<std::ptrdiff_t>(forbidden));
+  state_.watches.assign(engine_.state().watches.begin(),
+                        engine_.state().watches.begin() + static_cast<std::ptrdiff_t>(forbidden));
   state_.removed_mm3 = engine_.removed_mm3();
   const std::vector<PendingJob>& jobs = engine_.jobs();
   state_.pending_jobs = jobs.size();
@@ -455,9 +455,9 @@ void LiveSession::update_state(const Outcome& outcome) {
   }
   state_.can_undo = engine_.can_undo();
   state_.can_redo = engine_.can_redo();
-  state_.step = engine_.now().undoable.procedure.step;
-  state_.step_tick = engine_.now().undoable.procedure.entered_tick;
-  state_.step_visits = engine_.now().undoable.procedure.visits;
+  state_.step = engine_.state().undoable.procedure.step;
+  state_.step_tick = engine_.state().undoable.procedure.entered_tick;
+  state_.step_visits = engine_.state().undoable.procedure.visits;
 }
 
 void LiveSession::teleport_tool(const glm::dvec3& free_point_volume, std::size_t hand) {

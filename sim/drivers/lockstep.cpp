@@ -59,9 +59,9 @@ std::span<const haptics::ServoRecord> Lockstep::step(std::span<const haptics::Po
   }
   issue_next(last_outcome_);
   if (pieces_) {
-    const PieceWatch::Finding found = pieces_->after_tick(engine_);
-    if (found == PieceWatch::Finding::disconnected ||
-        (found == PieceWatch::Finding::pending && !pieces_->search(engine_).make(0).is_empty)) {
+    const PieceWatch::Detection found = pieces_->after_tick(engine_);
+    if (found == PieceWatch::Detection::disconnected ||
+        (found == PieceWatch::Detection::pending && !pieces_->search(engine_).make(0).is_empty)) {
       add(last_outcome_, apply_whole(pieces_->command()));
     }
   }

@@ -122,7 +122,7 @@ Status Replay::open_at(std::size_t checkpoint) {
   opened.events = stored.image.now.chronicle.size();
   opened.next_tick = stored.image.now.next_tick;
   opened.opened_at = stored.image.serial;
-  opened.versions_to_check = {{stored.image.serial, opened.engine.current()}};  // its hash follows in the log
+  opened.versions_to_check = {{stored.image.serial, opened.engine.version()}};  // its hash follows in the log
   opened.position = {stored.block, 0};
   opened.fields = stored.fields;
   if (Status error = restore(std::move(opened))) return error;
@@ -319,7 +319,7 @@ void Replay::finish_tick(bool may_keep) {
   const bool was_in_stroke = state_->engine.is_in_stroke();
   add_change(state_->engine.apply(record_));
   if (was_in_stroke && !state_->engine.is_in_stroke())
-    state_->versions_to_check[state_->engine.serial()] = state_->engine.current();
+    state_->versions_to_check[state_->engine.serial()] = state_->engine.version();
   if (++state_->replayed < kept_states_.back().replayed + k_keep_every || !may_keep ||
       state_->next_tick <= kept_states_.back().next_tick)
     return;
@@ -364,12 +364,12 @@ void Replay::run_command(const Command& command) {
   }
   add_change(outcome);
   if (!state_->engine.is_in_stroke())
-    state_->versions_to_check[state_->engine.serial()] = state_->engine.current();
+    state_->versions_to_check[state_->engine.serial()] = state_->engine.version();
 }
 
 void Replay::check(const EventItem& item) {
   ++counts_.events;
-  const Chronicle& chronicle = state_->engine.now().chronicle;
+  const Chronicle& chronicle = state_->engine.state().chronicle;
   const auto words = [](const Event& e) {
     return std::string(e.value.name()) + ' ' + e.value.words() + " at tick " + std::to_string(e.tick);
   };
@@ -383,7 +383,7 @@ void Replay::check(const EventItem& item) {
 
 void Replay::check(const VersionItem& item) {
   ++counts_.versions;
-  const volume::Version& version = *state_->engine.current();
+  const volume::Version& version = *state_->engine.version();
   if (state_->engine.serial() != item.serial)
     record_mismatch(item.last_tick, "version", std::to_string(item.serial),
                     std::to_string(state_->engine.serial()));
@@ -421,12 +421,12 @@ void Replay::check_end() {
   compare("version", end->serial, engine.serial());
   // A replay that began at a checkpoint has not counted the ticks that were dropped before it.
   if (state_->opened_at == 0) compare("dropped ticks", end->dropped, state_->dropped);
-  if (const std::uint64_t hash = engine.current()->content_hash(); hash != end->hash)
+  if (const std::uint64_t hash = engine.version()->content_hash(); hash != end->hash)
     record_mismatch(state_->next_tick, "voxels", hexadecimal(end->hash), hexadecimal(hash));
   if (engine.removed_mm3() != end->removed_mm3)
     record_mismatch(state_->next_tick, "removed volume", rounded_text(end->removed_mm3) + " mm3",
                     rounded_text(engine.removed_mm3()) + " mm3");
-  if (const std::uint64_t state = engine.now().hash(); state != end->state)
+  if (const std::uint64_t state = engine.state().hash(); state != end->state)
     record_mismatch(state_->next_tick, "state", hexadecimal(end->state), hexadecimal(state));
   const std::vector<Measure> measures = engine.measures();
   for (const Measure& recorded : end->measures) {
@@ -436,9 +436,9 @@ void Replay::check_end() {
       record_mismatch(state_->next_tick, "measure", recorded.name + ' ' + text_of(recorded.value),
                       replayed == measures.end() ? "none" : text_of(replayed->value));
   }
-  if (state_->events != engine.now().chronicle.size())
+  if (state_->events != engine.state().chronicle.size())
     record_mismatch(state_->next_tick, "events", std::to_string(state_->events),
-                    std::to_string(engine.now().chronicle.size()));
+                    std::to_string(engine.state().chronicle.size()));
 }
 
 void Replay::record_mismatch(std::uint64_t tick, const char* what, std::string recorded,

@@ -24,32 +24,32 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
       trails_(hands.size()),
       work_(hands.size()),
       forbidden_(std::move(forbidden)) {
-  now_.dt = dt;
-  now_.plan = std::move(plan);
-  now_.watches.resize(hands.size() * forbidden_.size());
+  state_.dt = dt;
+  state_.plan = std::move(plan);
+  state_.watches.resize(hands.size() * forbidden_.size());
   for (std::size_t h = 0; h < hands.size(); ++h) {
     const std::shared_ptr<const haptics::TouchScene>& scene = hands[h].touch.scene;
     TREPHINE_ASSERT(h == 0 || scene->base == hands_[0].scene->base);
     tools_.push_back({scene, hands[h].touch.method, 0, hands[h].touch.method->name()});
     initial_tools_.push_back(scene->tool);
-    depths_.emplace_back(*scene, now_.dt);
+    depths_.emplace_back(*scene, state_.dt);
     hands_.push_back(std::move(hands[h].touch));
-    now_.settings.hands.push_back(std::move(hands[h].instrument));
+    state_.settings.hands.push_back(std::move(hands[h].instrument));
   }
   for (const Module* module : catalogue_.modules()) {
-    now_.undoable.modules.push_back(shared(module->undoable()));
-    now_.settings.modules.push_back(shared(module->settings()));
-    now_.settings.results.push_back({shared(module->result())});
+    state_.undoable.modules.push_back(shared(module->undoable()));
+    state_.settings.modules.push_back(shared(module->settings()));
+    state_.settings.results.push_back({shared(module->result())});
   }
   forces_.resize(hands_.size());
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     Change change = Change::removal;
     use_forces_of_instrument(h, change);
   }
-  now_.undoable.version = published_version_ = untouched_ = editor_.publish();
+  state_.undoable.version = published_version_ = untouched_ = editor_.publish();
   use_fields();
   publish(Change::removal);
-  if (now_.plan && !now_.plan->procedure.is_empty()) begin_procedure();
+  if (state_.plan && !state_.plan->procedure.is_empty()) begin_procedure();
   branch_.history.push_back(make_entry(k_no_voxels));
 }
 
@@ -64,16 +64,16 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
   Outcome outcome;
   HandWork& hand = work_[tick.hand];
   are_initial_commands_due_ = false;
-  const std::uint64_t previous_tick = now_.next_tick;
-  now_.next_tick = std::max(now_.next_tick, tick.tick + 1);
+  const std::uint64_t previous_tick = state_.next_tick;
+  state_.next_tick = std::max(state_.next_tick, tick.tick + 1);
   trails_[tick.hand].add(servo_hand(tick.hand), tick);
   record_faults(tick);
-  Instrument& instrument = now_.settings.hands[tick.hand];
+  Instrument& instrument = state_.settings.hands[tick.hand];
   if ((tick.raised & haptics::fault_not_finite) == 0) {
     hand.placement = haptics::placement_of(tick.pose);
     depths_[tick.hand].record_positions(tick.pose.position_world, tick.proxy_world);
   }
-  const InstrumentInput input{tick, now_.dt, std::exchange(hand.is_fresh, false),
+  const InstrumentInput input{tick, state_.dt, std::exchange(hand.is_fresh, false),
                               tool(tick.hand).scene->tool->radius()};
   bool was_pressed = false;
   if (instrument.type != nullptr) {
@@ -84,8 +84,8 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
         instrument.type->is_working(instrument.parameters.data(), instrument.state.data());
     was_pressed = std::exchange(hand.is_pressed, tick.pose.is_pressed() || is_working);
     if (work.removed().bricks_changed > 0) {
-      now_.undoable.version = published_version_ = editor_.publish();
-      ++now_.edits;
+      state_.undoable.version = published_version_ = editor_.publish();
+      ++state_.edits;
       publish(Change::removal);
       record_cut(work.removed());
       outcome.is_changed = outcome.is_edit = true;
@@ -96,7 +96,7 @@ Outcome Engine::apply(const haptics::ServoRecord& tick) {
     if (Change change = Change::removal; use_forces_of_instrument(tick.hand, change))
       publish(change), outcome.is_changed = true;
   if (!forbidden_.empty()) watch_forbidden(input);
-  if (!now_.undoable.bodies.empty()) end_motions(previous_tick, outcome);
+  if (!state_.undoable.bodies.empty()) end_motions(previous_tick, outcome);
   const bool is_stroke_over = was_pressed && !is_in_stroke();
   handle_events(
       outcome,
@@ -119,11 +119,11 @@ Outcome Engine::apply(const Command& command) {
   const bool is_passed_to_modules = !core || core->is_passed_to_modules;
   if (is_passed_to_modules)
     for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {
-      ModuleReaction reaction(state_of(m, now_.edits), pending_events_, now_.next_tick, command.hand);
-      catalogue_.modules()[m]->react_to_command(command, now_, reaction);
+      ModuleReaction reaction(state_of(m, state_.edits), pending_events_, state_.next_tick, command.hand);
+      catalogue_.modules()[m]->react_to_command(command, state_, reaction);
       if (reaction.is_undoable_changed()) is_stroke_changed_ = outcome.is_edit = true;
     }
-  StepCause cause{now_.next_tick, command.hand};
+  StepCause cause{state_.next_tick, command.hand};
   if (is_passed_to_modules) cause.command = command.request.name(), cause.when = StepCause::When::always;
   if (core && !core->causes_transitions) cause.when = StepCause::When::never;
   handle_events(outcome, cause);
@@ -170,7 +170,7 @@ Status Engine::check(const Command& command, const CoreCommand* core) const {
 /// Returns the error of the first module that does not allow the command.
 Status Engine::check_guards(const Command& command) const {
   for (const Module* module : catalogue_.modules())
-    if (Status error = module->allows(command, now_)) return error;
+    if (Status error = module->allows(command, state_)) return error;
   return std::nullopt;
 }
 
@@ -179,7 +179,7 @@ void Engine::carry_out(const Command& command, const CoreCommand* core, Outcome&
   if (core) {
     if (core->apply) core->apply(*this, command, outcome);
   } else if (const InstrumentType* instrument = instrument_of(command)) {
-    Instrument next = now_.settings.hands[command.hand];
+    Instrument next = state_.settings.hands[command.hand];
     if (next.type == instrument)
       next.parameters = request;
     else
@@ -191,7 +191,8 @@ void Engine::carry_out(const Command& command, const CoreCommand* core, Outcome&
     for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {
       const Module& module = *catalogue_.modules()[m];
       if (!contains(module.commands(), request.type())) continue;
-      ModuleWork work(Work(editor_, pending_events_, now_.next_tick, command.hand), state_of(m, now_.edits));
+      ModuleWork work(Work(editor_, pending_events_, state_.next_tick, command.hand),
+                      state_of(m, state_.edits));
       module.apply(command, work);
       return finish(work, outcome);
     }
@@ -202,14 +203,16 @@ void Engine::carry_out(const Command& command, const CoreCommand* core, Outcome&
 /// modules. Null for other commands.
 const InstrumentType* Engine::instrument_of(const Command& command) const noexcept {
   const ValueType& type = command.request.type();
-  if (const InstrumentType* held = now_.settings.hands[command.hand].type; held && held->parameters == &type)
+  if (const InstrumentType* held = state_.settings.hands[command.hand].type;
+      held && held->parameters == &type)
     return held;
   const InstrumentType* known = catalogue_.find_instrument(command.request.name());
   return known && known->parameters == &type ? known : nullptr;
 }
 
 ModuleState Engine::state_of(std::size_t module, std::uint64_t edits) noexcept {
-  return {now_.undoable.modules[module], now_.settings.modules[module], now_.settings.results[module], edits};
+  return {state_.undoable.modules[module], state_.settings.modules[module], state_.settings.results[module],
+          edits};
 }
 
 /// Publishes the work of a module, and marks undoable changes.
@@ -217,22 +220,22 @@ void Engine::finish(const ModuleWork& work, Outcome& outcome) {
   const bool is_cut = work.removed().bricks_changed > 0;
   const bool is_any_body_removed = remove_bodies(work.removed_bodies());
   if (!is_cut && !work.is_restored() && !work.is_undoable_changed() && !is_any_body_removed) return;
-  if (is_cut || work.is_restored()) ++now_.edits;
+  if (is_cut || work.is_restored()) ++state_.edits;
   is_stroke_changed_ = outcome.is_edit = true;
   if (work.is_restored()) {
     editor_.reset(untouched_);
-    now_.undoable.version = published_version_ = editor_.publish();
-    if (!now_.undoable.bodies.empty()) {
-      now_.undoable.bodies.clear();
+    state_.undoable.version = published_version_ = editor_.publish();
+    if (!state_.undoable.bodies.empty()) {
+      state_.undoable.bodies.clear();
       use_bodies(Bodies::changed);
     }
-    for (TouchFields& fields : fields_) fields.go_back({}, current(), serial() + 1);
+    for (TouchFields& fields : fields_) fields.go_back({}, version(), serial() + 1);
     publish(Change::addition);
     for (HandWork& hand : work_) hand.is_fresh = true;
     outcome.box = {glm::ivec3(0), scene().base->size - 1};
     stroke_box_ = outcome.box;
   } else if (is_cut) {
-    now_.undoable.version = published_version_ = editor_.publish();
+    state_.undoable.version = published_version_ = editor_.publish();
     publish(Change::removal);
     record_cut(work.removed());
     outcome.box = work.removed().box;
@@ -257,7 +260,7 @@ void Engine::record_faults(const haptics::ServoRecord& tick) {
 /// Updates the watches with the tool's body in this tick, and emits events of contact.
 void Engine::watch_forbidden(const InstrumentInput& input) {
   const haptics::ServoRecord& tick = input.tick;
-  const Instrument& instrument = now_.settings.hands[tick.hand];
+  const Instrument& instrument = state_.settings.hands[tick.hand];
   std::optional<ToolBall>& last_body = work_[tick.hand].body;
   // Nothing is measured if the tool's position is unknown, or if the hand did not cause it. For example, a
   // larger tool that replaces a smaller tool at a surface begins inside bone and escapes.
@@ -272,7 +275,7 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
   // A body of another size is another part of the tool: there is no path to it from the previous body.
   const bool has_path = body && last_body && last_body->radius == body->radius;
   for (std::size_t s = 0; s < forbidden_.size(); ++s) {
-    ForbiddenWatch& watch = now_.watches[tick.hand * forbidden_.size() + s];
+    ForbiddenWatch& watch = state_.watches[tick.hand * forbidden_.size() + s];
     const std::string& name = forbidden_[s]->name();
     const glm::dvec3 at = body ? body->centre : tick.proxy_world;
     if (!body) watch.depth = 0, watch.has_entry = false;
@@ -304,7 +307,7 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
     } else if (watch.is_inside && !is_inside) {
       const auto ticks = static_cast<double>(static_cast<std::int64_t>(tick.tick) - watch.entered_tick);
       pending_events_.push_back({tick.tick, tick.hand, watch.deepest_world,
-                                 ForbiddenLeft{name, watch.deepest_now, ticks * now_.dt}});
+                                 ForbiddenLeft{name, watch.deepest_now, ticks * state_.dt}});
       if (!watch.is_torn)
         pending_events_.push_back(watch.has_worked ? Event{tick.tick, tick.hand, watch.deepest_world,
                                                            StructureTouched{name, watch.deepest_now}}
@@ -317,7 +320,7 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
 }
 
 void Engine::record_cut(const volume::RemovalReport& report) {
-  for (TouchFields& fields : fields_) fields.record_cut(current(), serial(), report.box);
+  for (TouchFields& fields : fields_) fields.record_cut(version(), serial(), report.box);
   is_stroke_changed_ = true;
   stroke_box_ = union_of(stroke_box_, report.box);
   ever_cut_ = union_of(ever_cut_, report.box);
@@ -391,15 +394,15 @@ std::optional<haptics::EscapePath> Engine::escape_path(std::size_t hand) const {
 
 /// Handles the events of a tick or a command, which may cause a transition to another step.
 void Engine::handle_events(Outcome& outcome, const StepCause& cause) {
-  const std::size_t first_event = now_.chronicle.size();
+  const std::size_t first_event = state_.chronicle.size();
   pass_events(outcome);
   if (has_procedure() && cause.when != StepCause::When::never &&
-      (cause.when == StepCause::When::always || now_.chronicle.size() > first_event ||
+      (cause.when == StepCause::When::always || state_.chronicle.size() > first_event ||
        (is_stroke_changed_ && !is_in_stroke()))) {
     take_transition(cause, first_event, outcome);
     pass_events(outcome);
   }
-  outcome.event_count = now_.chronicle.size() - first_event;
+  outcome.event_count = state_.chronicle.size() - first_event;
   if (is_stroke_changed_ && !is_in_stroke()) end_stroke();
 }
 
@@ -409,11 +412,11 @@ void Engine::pass_events(Outcome& outcome) {
   for (std::size_t i = 0; i < pending_events_.size(); ++i) {
     Event event = std::move(pending_events_[i]);
     for (std::size_t m = 0; m < catalogue_.modules().size(); ++m) {
-      ModuleReaction reaction(state_of(m, now_.edits), pending_events_, event.tick, event.hand);
-      catalogue_.modules()[m]->react(event, now_, reaction);
+      ModuleReaction reaction(state_of(m, state_.edits), pending_events_, event.tick, event.hand);
+      catalogue_.modules()[m]->react(event, state_, reaction);
       if (reaction.is_undoable_changed()) is_stroke_changed_ = outcome.is_edit = true;
     }
-    now_.chronicle.add(std::move(event));
+    state_.chronicle.add(std::move(event));
   }
   pending_events_.clear();
 }
@@ -421,27 +424,27 @@ void Engine::pass_events(Outcome& outcome) {
 // ---- snapshots and measures ----
 
 void Engine::freeze() {
-  if (now_.undoable.version->is_frozen()) return;
-  now_.undoable.version = editor_.freeze();
+  if (state_.undoable.version->is_frozen()) return;
+  state_.undoable.version = editor_.freeze();
 }
 
 std::shared_ptr<const OperationState> Engine::snapshot() {
   freeze();
-  return std::make_shared<const OperationState>(now_);
+  return std::make_shared<const OperationState>(state_);
 }
 
-double Engine::removed_mm3() const noexcept { return current()->mm3_of(current()->ledger().total()); }
+double Engine::removed_mm3() const noexcept { return version()->mm3_of(version()->ledger().total()); }
 
 std::vector<double> Engine::removed_mm3_by_label() const {
   std::vector<double> result;
-  for (const std::int64_t units : current()->ledger().units_by_label)
-    result.push_back(current()->mm3_of(units));
+  for (const std::int64_t units : version()->ledger().units_by_label)
+    result.push_back(version()->mm3_of(units));
   return result;
 }
 
 Overlays Engine::overlays() const {
   Overlays result;
-  for (const Body& body : now_.undoable.bodies) {
+  for (const Body& body : state_.undoable.bodies) {
     Overlay& overlay = result.emplace_back();
     overlay.kind = Overlay::Kind::object;
     overlay.matter = body.matter, overlay.is_detached = !body.is_implant;
@@ -460,7 +463,7 @@ Overlays Engine::overlays() const {
     overlay.placement = placement_of(*item);
   }
   for (const Module* module : catalogue_.modules())
-    for (Overlay& overlay : module->overlays(now_)) result.push_back(std::move(overlay));
+    for (Overlay& overlay : module->overlays(state_)) result.push_back(std::move(overlay));
   return result;
 }
 
@@ -473,7 +476,7 @@ double Engine::clearance(std::size_t hand, std::size_t structure) const {
 std::vector<Measure> Engine::measures() const {
   std::vector<Measure> result{{"removed", removed_mm3(), "mm3"},
                               {"changes", static_cast<double>(stroke_count()), ""},
-                              {"undos", static_cast<double>(now_.chronicle.undos), ""}};
+                              {"undos", static_cast<double>(state_.chronicle.undos), ""}};
   for (std::size_t s = 0; s < forbidden_.size(); ++s) {
     ForbiddenWatch worst;
     for (std::size_t h = 0; h < hand_count(); ++h)
@@ -481,7 +484,7 @@ std::vector<Measure> Engine::measures() const {
     result.push_back({"nearest to " + forbidden_[s]->name(), worst.nearest, "mm"});
   }
   for (const Module* module : catalogue_.modules())
-    for (Measure& measure : module->measures(now_)) result.push_back(std::move(measure));
+    for (Measure& measure : module->measures(state_)) result.push_back(std::move(measure));
   return result;
 }
 

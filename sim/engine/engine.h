@@ -91,15 +91,15 @@ class Engine {
 
   // ---- the state ----
   /// Current state, for this thread only, since its anatomy is not always frozen.
-  const OperationState& now() const noexcept { return now_; }
+  const OperationState& state() const noexcept { return state_; }
   /// Returns a frozen copy of the state, for any thread.
   std::shared_ptr<const OperationState> snapshot();
   /// Makes all published data immutable from this call on, even during a stroke. Changes no bits.
   void freeze();
   /// Time of the next tick, s.
-  double seconds() const noexcept { return now_.seconds(); }
+  double seconds() const noexcept { return state_.seconds(); }
   /// Remaining anatomy.
-  const std::shared_ptr<const volume::Version>& current() const noexcept { return now_.undoable.version; }
+  const std::shared_ptr<const volume::Version>& version() const noexcept { return state_.undoable.version; }
   const std::shared_ptr<const volume::Version>& untouched() const noexcept { return untouched_; }
   double removed_mm3() const noexcept;
   /// Returns the box of all voxels that were cut since the start, also of undone cuts.
@@ -125,7 +125,7 @@ class Engine {
   /// Forbidden structures; OperationState::watches has the distance of each hand to each.
   const std::vector<std::shared_ptr<const Forbidden>>& forbidden() const noexcept { return forbidden_; }
   const ForbiddenWatch& watch(std::size_t hand, std::size_t structure) const noexcept {
-    return now_.watches[hand * forbidden_.size() + structure];
+    return state_.watches[hand * forbidden_.size() + structure];
   }
 
   /// Measures the clearance of a hand's tool in the newest tick, mm, at most Forbidden::k_reach.
@@ -268,10 +268,10 @@ class Engine {
   void pass_events(Outcome& outcome);
 
   // Procedure of the plan.
-  bool has_procedure() const noexcept { return now_.undoable.procedure.step >= 0; }
-  const volume::SurgicalProcedure& procedure() const noexcept { return now_.plan->procedure; }
+  bool has_procedure() const noexcept { return state_.undoable.procedure.step >= 0; }
+  const volume::SurgicalProcedure& procedure() const noexcept { return state_.plan->procedure; }
   const volume::ProcedureStep& step() const noexcept {
-    return procedure().steps[static_cast<std::size_t>(now_.undoable.procedure.step)];
+    return procedure().steps[static_cast<std::size_t>(state_.undoable.procedure.step)];
   }
   void begin_procedure();
   Status check_step(const Command& command, const CoreCommand* core) const;
@@ -292,9 +292,9 @@ class Engine {
   Catalogue catalogue_;
   volume::RemovalEditor editor_;
   std::shared_ptr<const volume::Version> untouched_;
-  /// Last published version. It has the same contents as current(), which is a frozen version after freeze().
+  /// Last published version. It has the same contents as version(), which is a frozen version after freeze().
   std::shared_ptr<const volume::Version> published_version_;
-  OperationState now_;
+  OperationState state_;
   std::vector<haptics::SharedTool> initial_tools_;  ///< of the hands
   std::vector<HandForces> forces_;                  ///< of the hands' instruments, as the servos have them
   std::vector<Event> pending_events_;               ///< of this tick or command

@@ -77,7 +77,7 @@ std::vector<int> Engine::free_movers() const {
   std::vector<int> free;
   for (int m = 0; m < haptics::TouchScene::k_max_movers; ++m) {
     const auto is_used = [m](const haptics::TouchItem& item) { return item.mover == m; };
-    bool is_free = std::none_of(now_.undoable.bodies.begin(), now_.undoable.bodies.end(),
+    bool is_free = std::none_of(state_.undoable.bodies.begin(), state_.undoable.bodies.end(),
                                 [m](const Body& body) { return body.mover == m; });
     for (const HandTool& tool : tools_)
       is_free = is_free && std::none_of(tool.scene->items.begin(), tool.scene->items.end(), is_used);
@@ -129,7 +129,7 @@ struct BodyCommands {
   }
 
   static Status check_hold(const Engine& engine, const HoldBody& request, std::uint8_t hand) {
-    const std::vector<Body>& bodies = engine.now_.undoable.bodies;
+    const std::vector<Body>& bodies = engine.state_.undoable.bodies;
     const auto body = find_body(bodies, request.body);
     if (body == bodies.end()) return no_body("hold-body", request.body);
     if (Status error = check_free(*body, "hold-body")) return error;
@@ -146,14 +146,14 @@ struct BodyCommands {
     return std::nullopt;
   }
   static void hold(Engine& engine, const HoldBody& request, std::uint8_t hand, Outcome& outcome) {
-    Body& body = *find_body(engine.now_.undoable.bodies, request.body);
+    Body& body = *find_body(engine.state_.undoable.bodies, request.body);
     body.holder = hand;
     body.grip = engine.work_[hand].placement->inverse() * body.placement;
     publish(engine, Engine::Bodies::same, outcome);  // no edit: only the release is an undoable change
   }
 
   static Status check_release(const Engine& engine, const ReleaseBody&, std::uint8_t hand) {
-    const std::vector<Body>& bodies = engine.now_.undoable.bodies;
+    const std::vector<Body>& bodies = engine.state_.undoable.bodies;
     if (find_held_body(bodies, hand) != bodies.end()) return std::nullopt;
     return Error{.what = "the hand holds no body",
                  .where = "release-body",
@@ -161,12 +161,12 @@ struct BodyCommands {
                  .remedy = "grasp a body first, with hold-body"};
   }
   static void release(Engine& engine, const ReleaseBody&, std::uint8_t hand, Outcome& outcome) {
-    engine.release_body(*find_held_body(engine.now_.undoable.bodies, hand));
+    engine.release_body(*find_held_body(engine.state_.undoable.bodies, hand));
     publish_edit(engine, Engine::Bodies::same, outcome);
   }
 
   static Status check_place(const Engine& engine, const PlaceBody& request, std::uint8_t) {
-    const std::vector<Body>& bodies = engine.now_.undoable.bodies;
+    const std::vector<Body>& bodies = engine.state_.undoable.bodies;
     const auto body = find_body(bodies, request.body);
     if (body == bodies.end()) return no_body("place-body", request.body);
     if (Status error = check_free(*body, "place-body")) return error;
@@ -174,18 +174,18 @@ struct BodyCommands {
   }
   static void place(Engine& engine, const PlaceBody& request, std::uint8_t, Outcome& outcome) {
     const std::vector<double>& q = request.rotation;
-    find_body(engine.now_.undoable.bodies, request.body)->placement = {request.position,
-                                                                       {q[0], q[1], q[2], q[3]}};
+    find_body(engine.state_.undoable.bodies, request.body)->placement = {request.position,
+                                                                         {q[0], q[1], q[2], q[3]}};
     // The body counts as a new item at its new pose, so that it pushes no hand.
     publish_edit(engine, Engine::Bodies::changed, outcome);
   }
 
   static Status check_discard(const Engine& engine, const DiscardBody& request, std::uint8_t) {
-    const std::vector<Body>& bodies = engine.now_.undoable.bodies;
+    const std::vector<Body>& bodies = engine.state_.undoable.bodies;
     return find_body(bodies, request.body) == bodies.end() ? no_body("discard-body", request.body) : Status();
   }
   static void discard(Engine& engine, const DiscardBody& request, std::uint8_t, Outcome& outcome) {
-    std::vector<Body>& bodies = engine.now_.undoable.bodies;
+    std::vector<Body>& bodies = engine.state_.undoable.bodies;
     bodies.erase(find_body(bodies, request.body));
     publish_edit(engine, Engine::Bodies::changed, outcome);
   }
@@ -216,7 +216,7 @@ std::span<const CoreCommand> body_commands() noexcept {
 
 /// Removes bodies for a module. Returns false if no such body exists.
 bool Engine::remove_bodies(std::span<const Id> ids) {
-  const std::size_t removed = std::erase_if(now_.undoable.bodies, [&](const Body& body) {
+  const std::size_t removed = std::erase_if(state_.undoable.bodies, [&](const Body& body) {
     return std::find(ids.begin(), ids.end(), body.id) != ids.end();
   });
   if (removed > 0) use_bodies(Bodies::changed);
@@ -226,7 +226,8 @@ bool Engine::remove_bodies(std::span<const Id> ids) {
 haptics::Placement Engine::placement_of(const Body& body) const {
   haptics::Placement placement = body.placement;
   if (is_in_motion(body))
-    return body.motion.at(static_cast<double>(now_.next_tick - body.motion.begin_tick) * now_.dt, placement);
+    return body.motion.at(static_cast<double>(state_.next_tick - body.motion.begin_tick) * state_.dt,
+                          placement);
   if (body.holder < 0) return placement;
   const HandWork& hand = work_[static_cast<std::size_t>(body.holder)];
   if (hand.placement) placement = *hand.placement * body.grip;
@@ -235,12 +236,12 @@ haptics::Placement Engine::placement_of(const Body& body) const {
 }
 
 bool Engine::is_in_motion(const Body& body) const noexcept {
-  return body.motion.seconds > 0 && now_.next_tick < end_of(body.motion);
+  return body.motion.seconds > 0 && state_.next_tick < end_of(body.motion);
 }
 
 /// Returns the first tick at which a motion has ended.
 std::uint64_t Engine::end_of(const BodyMotion& motion) const noexcept {
-  return motion.begin_tick + static_cast<std::uint64_t>(std::ceil(motion.seconds / now_.dt));
+  return motion.begin_tick + static_cast<std::uint64_t>(std::ceil(motion.seconds / state_.dt));
 }
 
 haptics::Placement Engine::placement_of(const haptics::TouchItem& item) const {
@@ -251,7 +252,7 @@ haptics::Placement Engine::placement_of(const haptics::TouchItem& item) const {
 
 std::vector<const haptics::TouchItem*> Engine::models() const {
   std::vector<const haptics::TouchItem*> result;
-  const std::vector<Body>& bodies = now_.undoable.bodies;
+  const std::vector<Body>& bodies = state_.undoable.bodies;
   for (const haptics::TouchItem& item : scene().items)
     if (item.tree && std::none_of(bodies.begin(), bodies.end(),
                                   [&](const Body& body) { return body.piece->tree == item.tree; }))
@@ -267,11 +268,11 @@ std::shared_ptr<const haptics::MeshTree> Engine::surface_of(const haptics::Touch
 
 bool Engine::has_moving_surfaces() const {
   const std::vector<haptics::TouchItem>& items = scene().items;
-  const std::vector<Body>& bodies = now_.undoable.bodies;
+  const std::vector<Body>& bodies = state_.undoable.bodies;
   if (std::any_of(bodies.begin(), bodies.end(), [&](const Body& body) { return is_in_motion(body); }))
     return true;
   for (const Module* module : catalogue_.modules())
-    if (module->is_moving(now_)) return true;
+    if (module->is_moving(state_)) return true;
   return std::any_of(items.begin(), items.end(), [&](const haptics::TouchItem& item) {
     return item.depth && item.depth->is_moving(seconds());
   });
@@ -298,7 +299,7 @@ void Engine::release_body(Body& body) {
 /// Releases all held bodies, since devices start again at unknown positions.
 void Engine::release_all_bodies(Outcome& outcome) {
   bool was_held = false;
-  for (Body& body : now_.undoable.bodies)
+  for (Body& body : state_.undoable.bodies)
     if (body.holder >= 0) release_body(body), was_held = true;
   if (!was_held) return;
   use_bodies(Bodies::same);
@@ -320,17 +321,17 @@ std::string Engine::reason_not_to_adopt(const Detachment& detachment) const {
 void Engine::adopt(const Detachment& detachment, std::uint8_t hand, Outcome& outcome) {
   const std::vector<int> movers = free_movers();
   editor_.reset(detachment.rest);
-  now_.undoable.version = published_version_ = editor_.publish();
-  ++now_.edits;
+  state_.undoable.version = published_version_ = editor_.publish();
+  ++state_.edits;
   for (std::size_t i = 0; i < detachment.pieces.size(); ++i) {
     const std::shared_ptr<const Piece>& piece = detachment.pieces[i];
     const Id id{++last_body_};
-    now_.undoable.bodies.push_back({id, movers[i], piece, {}, -1});
-    pending_events_.push_back({now_.next_tick, hand, piece->middle_world, PieceFreed{id, piece->mm3}});
+    state_.undoable.bodies.push_back({id, movers[i], piece, {}, -1});
+    pending_events_.push_back({state_.next_tick, hand, piece->middle_world, PieceFreed{id, piece->mm3}});
   }
   if (detachment.debris > 0)
     pending_events_.push_back(
-        {now_.next_tick, hand, glm::dvec3(0), DebrisFreed{detachment.debris, detachment.debris_mm3}});
+        {state_.next_tick, hand, glm::dvec3(0), DebrisFreed{detachment.debris, detachment.debris_mm3}});
   use_bodies(Bodies::changed);
   publish(Change::removal);
   volume::RemovalReport report;
@@ -348,7 +349,7 @@ std::string Engine::reason_not_to_add(std::span<const NewBody> bodies) const {
     return std::to_string(moving) + " movable implants were added, and there is room for " +
            std::to_string(room) + ": discard bodies first";
   for (const HandTool& tool : tools_)
-    if (haptics::item_count(*tool.scene) + static_cast<int>(now_.undoable.bodies.size() + bodies.size()) +
+    if (haptics::item_count(*tool.scene) + static_cast<int>(state_.undoable.bodies.size() + bodies.size()) +
             haptics::TouchScene::k_max_movers >
         haptics::ShapeSet::k_max)
       return "a hand can touch at most " + std::to_string(haptics::ShapeSet::k_max) +
@@ -366,10 +367,11 @@ void Engine::add(std::span<const NewBody> bodies, std::uint8_t hand, Outcome& ou
     body.mover = one.is_fixed ? -1 : movers[used++];
     body.piece = one.piece, body.placement = one.placement, body.matter = one.matter;
     body.is_implant = true, body.is_fixed = one.is_fixed;
-    body.motion = one.motion, body.motion.begin_tick = now_.next_tick;
-    pending_events_.push_back({now_.next_tick, hand, one.placement.world_from_local(one.piece->middle_world),
+    body.motion = one.motion, body.motion.begin_tick = state_.next_tick;
+    pending_events_.push_back({state_.next_tick, hand,
+                               one.placement.world_from_local(one.piece->middle_world),
                                BodyAdded{body.id, one.piece->mm3}});
-    now_.undoable.bodies.push_back(std::move(body));
+    state_.undoable.bodies.push_back(std::move(body));
   }
   use_bodies(Bodies::changed);
   publish(Change::removal);
@@ -378,10 +380,10 @@ void Engine::add(std::span<const NewBody> bodies, std::uint8_t hand, Outcome& ou
 
 /// Lets hands touch the bodies whose motion ended since `previous_tick`.
 void Engine::end_motions(std::uint64_t previous_tick, Outcome& outcome) {
-  const std::vector<Body>& bodies = now_.undoable.bodies;
+  const std::vector<Body>& bodies = state_.undoable.bodies;
   const auto is_ending = [&](const Body& body) {
     const std::uint64_t end = end_of(body.motion);
-    return body.motion.seconds > 0 && previous_tick < end && end <= now_.next_tick;
+    return body.motion.seconds > 0 && previous_tick < end && end <= state_.next_tick;
   };
   if (std::none_of(bodies.begin(), bodies.end(), is_ending)) return;
   use_bodies(Bodies::changed);
@@ -396,7 +398,7 @@ void Engine::use_bodies(Bodies update) {
 }
 
 void Engine::use_bodies(std::size_t h, Bodies update) {
-  const std::vector<Body>& bodies = now_.undoable.bodies;
+  const std::vector<Body>& bodies = state_.undoable.bodies;
   haptics::ServoHand& hand = hands_[h];
   const HandTool& tool = tools_[h];
   const int first = haptics::item_count(*tool.scene);

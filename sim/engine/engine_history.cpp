@@ -37,7 +37,7 @@ struct HistoryCommands {
   static void undo(Engine& engine, const Undo&, std::uint8_t, Outcome& outcome) {
     engine.end_stroke();
     if (engine.branch_.position == 0) return;
-    ++engine.now_.chronicle.undos;
+    ++engine.state_.chronicle.undos;
     engine.go_to(engine.branch_.position - 1, outcome);
   }
 
@@ -52,7 +52,7 @@ struct HistoryCommands {
   static void redo(Engine& engine, const Redo&, std::uint8_t, Outcome& outcome) {
     engine.end_stroke();
     if (!engine.can_redo()) return;
-    ++engine.now_.chronicle.redos;
+    ++engine.state_.chronicle.redos;
     engine.go_to(engine.branch_.position + 1, outcome);
   }
 
@@ -88,7 +88,7 @@ struct HistoryCommands {
     engine.other_branches_.push_back(engine.branch_);
     engine.branch_.name = request.name;
     engine.branch_.history.resize(engine.branch_.position + 1);
-    ++engine.now_.edits;  // makes jobs in progress outdated: they began on the previous branch
+    ++engine.state_.edits;  // makes jobs in progress outdated: they began on the previous branch
   }
 
   static Status check_switch_branch(const Engine& engine, const SwitchBranch& request, std::uint8_t) {
@@ -168,7 +168,7 @@ void Engine::add_entry(const volume::VoxelBox& box) {
 }
 
 EntryState Engine::current_entry_state() const {
-  EntryState state{now_.undoable, {}};
+  EntryState state{state_.undoable, {}};
   for (const TouchFields& fields : fields_) state.fields.emplace_back(fields.scene(), fields.keep());
   return state;
 }
@@ -188,24 +188,24 @@ void Engine::go_to(const HistoryEntry& entry, const volume::VoxelBox& box, Outco
   outcome.is_changed = outcome.is_edit = true;
   outcome.box = box;
   editor_.reset(state.undoable.version);
-  const std::vector<Body> previous_bodies = std::exchange(now_.undoable, state.undoable).bodies;
-  if (has_procedure()) now_.undoable.procedure.first_event = now_.chronicle.size();
-  const bool has_bodies = !previous_bodies.empty() || !now_.undoable.bodies.empty();
+  const std::vector<Body> previous_bodies = std::exchange(state_.undoable, state.undoable).bodies;
+  if (has_procedure()) state_.undoable.procedure.first_event = state_.chronicle.size();
+  const bool has_bodies = !previous_bodies.empty() || !state_.undoable.bodies.empty();
   // A held body that exists in the restored state stays in its hand: grasps are not undoable.
-  for (Body& body : now_.undoable.bodies) {
+  for (Body& body : state_.undoable.bodies) {
     body.holder = -1, body.grip = {};
     for (const Body& previous : previous_bodies)
       if (previous.id == body.id) body.holder = previous.holder, body.grip = previous.grip;
   }
-  ++now_.edits;
+  ++state_.edits;
   if (has_bodies) use_bodies(Bodies::changed);
-  now_.undoable.version = published_version_ = editor_.publish();
+  state_.undoable.version = published_version_ = editor_.publish();
   for (TouchFields& fields : fields_) {
     const auto kept = std::find_if(state.fields.begin(), state.fields.end(),
                                    [&](const auto& one) { return one.first == fields.scene(); });
     // The entry has no fields of a tool that is newer than the entry. Such a tool uses the fields of the
     // untouched anatomy until a job updates them.
-    fields.go_back(kept == state.fields.end() ? TouchFields::Kept{{}, ever_cut_} : kept->second, current(),
+    fields.go_back(kept == state.fields.end() ? TouchFields::Kept{{}, ever_cut_} : kept->second, version(),
                    serial() + 1);
   }
   publish(Change::addition);
@@ -221,7 +221,7 @@ std::size_t Engine::history_bytes() const {
   };
   add(branch_);
   for (const Branch& one : other_branches_) add(one);
-  return bytes + now_.undoable.version->add_bytes(counted);
+  return bytes + state_.undoable.version->add_bytes(counted);
 }
 
 }  // namespace trephine::sim

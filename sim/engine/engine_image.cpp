@@ -7,7 +7,7 @@ namespace trephine::sim {
 /// Calls each(engine member, image member) for the members that both have.
 template <class SomeEngine, class Image, class Each>
 void Engine::for_each_kept(SomeEngine& engine, Image& image, Each&& each) {
-  each(engine.now_, image.now);
+  each(engine.state_, image.now);
   each(engine.fields_, image.fields);
   each(engine.branch_, image.branch);
   each(engine.other_branches_, image.other_branches);
@@ -39,15 +39,15 @@ Status Engine::restore(const EngineImage& image) {
         return error;
   }
   for_each_kept(*this, image, [](auto& member, const auto& copy) { member = copy; });
-  editor_.reset(now_.undoable.version);
-  published_version_ = now_.undoable.version;
+  editor_.reset(state_.undoable.version);
+  published_version_ = state_.undoable.version;
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     const EngineImage::Hand& hand = image.hands[h];
     tools_[h] = hand.tool;
     if (hand.tool.scene != hands_[h].scene) hands_[h].set_scene(hand.tool.scene, hand.tool.method);
     work_[h] = hand.work;
     trails_[h] = hand.trail;
-    depths_[h] = DepthSets(*hand.tool.scene, now_.dt);
+    depths_[h] = DepthSets(*hand.tool.scene, state_.dt);
   }
   // Commands that end an effect are applied first. This frees entries of the LawSet for the effects of
   // instruments and for new effects.
@@ -57,7 +57,7 @@ Status Engine::restore(const EngineImage& image) {
         Change change = Change::removal;  // not used: the restored servo state already includes the change
         use_forces_of_instrument(h, change);
       }
-    for (const auto& [key, command] : now_.settings.latest_commands) {
+    for (const auto& [key, command] : state_.settings.latest_commands) {
       const auto* effect = command.request.as<SetEffect>();
       const CoreCommand* row = find_core_command(command.request.type());
       if ((effect && effect->words.empty()) != is_ending || !row || !row->restore) continue;
@@ -65,7 +65,7 @@ Status Engine::restore(const EngineImage& image) {
       if (Status error = row->restore(*this, command)) return error;
     }
   }
-  if (!now_.undoable.bodies.empty()) {
+  if (!state_.undoable.bodies.empty()) {
     if (Status error = check_room_for_bodies()) return error;
     use_bodies(Bodies::changed);
   }

@@ -96,13 +96,13 @@ void Engine::adopt_or_discard(const AdoptJob& request, Outcome& outcome) {
   const auto discard = [&](std::string why) {
     fail(why);
     pending_events_.push_back(
-        {now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, std::move(why)}});
+        {state_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, std::move(why)}});
   };
   const bool depends_on_cuts =
       job.type ? job.type->depends_on_cuts : job.parameters->as<FreePieces>() != nullptr;
   const bool is_outdated =
-      (depends_on_cuts && job.input->edits != now_.edits) ||
-      (job.type && job.type->is_result_valid && !job.type->is_result_valid(parameters, *job.input, now_));
+      (depends_on_cuts && job.input->edits != state_.edits) ||
+      (job.type && job.type->is_result_valid && !job.type->is_result_valid(parameters, *job.input, state_));
   if (is_outdated) return discard(k_anatomy_changed);
   if (!result) result = job.run();
   outcome.job_hash = result->hash();
@@ -114,7 +114,7 @@ void Engine::adopt_or_discard(const AdoptJob& request, Outcome& outcome) {
   if (!bodies.empty())
     if (std::string why = reason_not_to_add(bodies); !why.empty()) return discard(std::move(why));
   if (job.type) {
-    ModuleWork work(Work(editor_, pending_events_, now_.next_tick, job.hand),
+    ModuleWork work(Work(editor_, pending_events_, state_.next_tick, job.hand),
                     state_of(job.module, job.input->edits));
     job.type->adopt(parameters, *result, work);
     finish(work, outcome);

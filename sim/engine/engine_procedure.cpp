@@ -23,7 +23,7 @@ std::string reason_of(const Error& error) {
 
 /// Returns the measurements that conditions read.
 Measurements measure_step(const Engine& engine) {
-  return {engine, {.first_event = engine.now().undoable.procedure.first_event, .accepts_stale = false}};
+  return {engine, {.first_event = engine.state().undoable.procedure.first_event, .accepts_stale = false}};
 }
 
 bool are_met(const StepTransition& transition, Measurements& values) {
@@ -63,7 +63,7 @@ struct ProcedureCommands {
                  .remedy = "choose one of these"};
   }
   static void go_to_step(Engine& engine, const GoToStep& request, std::uint8_t hand, Outcome& outcome) {
-    engine.enter_step(engine.procedure().find(request.step), {engine.now_.next_tick, hand}, outcome);
+    engine.enter_step(engine.procedure().find(request.step), {engine.state_.next_tick, hand}, outcome);
   }
 };
 
@@ -75,7 +75,7 @@ std::span<const CoreCommand> procedure_commands() noexcept {
 }
 
 void Engine::begin_procedure() {
-  ProcedurePosition& position = now_.undoable.procedure;
+  ProcedurePosition& position = state_.undoable.procedure;
   position.step = 0;
   position.visits.assign(procedure().steps.size(), 0);
   position.visits[0] = 1;
@@ -100,7 +100,8 @@ Status Engine::check_step(const Command& command, const CoreCommand* core) const
   if (const auto* request = command.request.as<GoToStep>()) return check_request(*request);
   if (const HistoryEntry* target = target_of(command)) {
     const Result<EntryState> state = target->state();
-    if (!state || state.value().undoable.procedure.step == now_.undoable.procedure.step) return std::nullopt;
+    if (!state || state.value().undoable.procedure.step == state_.undoable.procedure.step)
+      return std::nullopt;
     return check_held(procedure().steps[static_cast<std::size_t>(state.value().undoable.procedure.step)]);
   }
   if (const auto* take = command.request.as<TakeInstrument>())
@@ -114,7 +115,7 @@ Status Engine::check_step(const Command& command, const CoreCommand* core) const
 /// Returns an error if a hand holds an instrument that a step does not allow.
 Status Engine::check_held(const ProcedureStep& next) const {
   for (std::size_t h = 0; h < hand_count(); ++h) {
-    Status error = check_instrument(procedure(), next, now_.settings.hands[h]);
+    Status error = check_instrument(procedure(), next, state_.settings.hands[h]);
     if (!error) continue;
     error->what = "a hand holds an instrument that the step " + next.name + " does not allow";
     error->found = "hand " + std::to_string(h + 1) + ": " + error->found;
@@ -150,17 +151,17 @@ Status Engine::check_request(const GoToStep& request) const {
 
 /// Emits an event for a refused command. The session records both the command and the event.
 void Engine::record_refusal(const Command& command, Outcome& outcome) {
-  pending_events_.push_back({now_.next_tick, command.hand, glm::dvec3(0),
+  pending_events_.push_back({state_.next_tick, command.hand, glm::dvec3(0),
                              StepRefused{step().name, request_name(command), reason_of(*outcome.refused)}});
   outcome.is_refusal_recorded = true;
-  handle_events(outcome, {now_.next_tick, command.hand, {}, StepCause::When::never});
+  handle_events(outcome, {state_.next_tick, command.hand, {}, StepCause::When::never});
 }
 
 /// Returns the number of steps that began in a tick.
 std::size_t Engine::steps_begun_in(std::uint64_t tick) const noexcept {
   std::size_t count = 0;
-  for (std::size_t i = now_.chronicle.size(); i-- > 0 && now_.chronicle[i].tick == tick;)
-    count += now_.chronicle[i].value.as<StepEntered>() != nullptr;
+  for (std::size_t i = state_.chronicle.size(); i-- > 0 && state_.chronicle[i].tick == tick;)
+    count += state_.chronicle[i].value.as<StepEntered>() != nullptr;
   return count;
 }
 
@@ -171,8 +172,8 @@ std::size_t Engine::steps_begun_in(std::uint64_t tick) const noexcept {
 void Engine::take_transition(const StepCause& cause, std::size_t first_event, Outcome& outcome) {
   const auto is_caused = [&](const StepTransition& transition) {
     if (transition.on.empty() || transition.on == cause.command) return true;
-    for (std::size_t i = first_event; i < now_.chronicle.size(); ++i)
-      if (now_.chronicle[i].value.name() == transition.on) return true;
+    for (std::size_t i = first_event; i < state_.chronicle.size(); ++i)
+      if (state_.chronicle[i].value.name() == transition.on) return true;
     return false;
   };
   Measurements values = measure_step(*this);
@@ -202,10 +203,10 @@ void Engine::enter_step(int next, const StepCause& cause, Outcome& outcome) {
                          " steps began at the same time: their commands on entry form a cycle"}});
     return;
   }
-  ProcedurePosition& position = now_.undoable.procedure;
+  ProcedurePosition& position = state_.undoable.procedure;
   position.step = next;
-  position.entered_tick = now_.next_tick;
-  position.first_event = now_.chronicle.size();
+  position.entered_tick = state_.next_tick;
+  position.first_event = state_.chronicle.size();
   ++position.visits[static_cast<std::size_t>(next)];
   pending_events_.push_back({cause.tick, cause.hand, glm::dvec3(0), StepEntered{step().name}});
   is_stroke_changed_ = outcome.is_edit = true;

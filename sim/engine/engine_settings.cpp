@@ -150,7 +150,7 @@ std::function<void(const std::atomic<bool>&)> Engine::preparation_of(const TakeI
 
 /// Puts an instrument into a hand.
 void Engine::give(Instrument instrument, std::size_t hand, Outcome& outcome) {
-  now_.settings.hands[hand] = std::move(instrument);
+  state_.settings.hands[hand] = std::move(instrument);
   if (Change change = Change::removal; use_forces_of_instrument(hand, change))
     publish(change), outcome.is_changed = true;
   work_[hand].is_fresh = true;
@@ -160,7 +160,7 @@ void Engine::give(Instrument instrument, std::size_t hand, Outcome& outcome) {
 /// Applies the forces of the hand's instrument if they changed and are valid; returns true in that case. Sets
 /// `change` to addition if an item blocks again.
 bool Engine::use_forces_of_instrument(std::size_t hand, Change& change) {
-  HandForces forces = forces_of(now_.settings.hands[hand]);
+  HandForces forces = forces_of(state_.settings.hands[hand]);
   if (forces == forces_[hand]) return false;
   // Invalid forces are an error of the instrument; the previous forces stay.
   auto laws = laws_with_forces(hands_[hand], forces);
@@ -180,7 +180,7 @@ bool Engine::use_forces_of_instrument(std::size_t hand, Change& change) {
 bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result, Outcome& outcome) {
   const auto& geometry = static_cast<const PreparedTool&>(result);
   const auto* take = job.parameters->as<TakeInstrument>();
-  Instrument instrument = take ? named_instrument(*take).value() : now_.settings.hands[job.hand];
+  Instrument instrument = take ? named_instrument(*take).value() : state_.settings.hands[job.hand];
   const ToolGeometry needed = take ? geometry_of(instrument, job.hand) : *job.parameters->as<ToolGeometry>();
   const haptics::TouchScene& current_scene = *tools_[job.hand].scene;
   Status failed = geometry.failed;
@@ -191,7 +191,7 @@ bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result, Outc
   if (!failed && take && has_procedure()) failed = check_instrument(procedure(), step(), instrument);
   if (failed) {
     pending_events_.push_back(
-        {now_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, failed->message()}});
+        {state_.next_tick, job.hand, glm::dvec3(0), JobDiscarded{job.id, failed->message()}});
     return false;
   }
   if (take) give(std::move(instrument), job.hand, outcome);
@@ -202,21 +202,21 @@ bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result, Outc
   if (TouchFields* fields = fields_of(job.hand)) {
     // The job's fields can be used if no matter was added since the job began. They lack cuts made since
     // then.
-    const bool is_cut_since = job.input->edits != now_.edits;
+    const bool is_cut_since = job.input->edits != state_.edits;
     TouchFields::Kept kept{{}, ever_cut_};
     if (addition_count_ == job.addition_count)
       kept = {geometry.offsets, is_cut_since ? ever_cut_ : k_no_voxels};
-    fields->go_back(kept, current(), serial() + 1);
+    fields->go_back(kept, version(), serial() + 1);
   }
   const Command latest{needed, job.hand};
-  now_.settings.latest_commands.insert_or_assign(key_of(latest, 0), latest);
+  state_.settings.latest_commands.insert_or_assign(key_of(latest, 0), latest);
   publish(Change::addition);
   return true;
 }
 
 /// Keeps an applied setting for a later restoration, and publishes it.
 void Engine::record_setting(const Command& command, const Setting& setting, Outcome& outcome) {
-  now_.settings.latest_commands.insert_or_assign(key_of(command, setting.number), command);
+  state_.settings.latest_commands.insert_or_assign(key_of(command, setting.number), command);
   publish(setting.change);
   outcome.is_changed = true;
 }
@@ -224,7 +224,7 @@ void Engine::record_setting(const Command& command, const Setting& setting, Outc
 struct HandCommands {
   static void remove_instrument(Engine& engine, const RemoveInstrument&, std::uint8_t hand,
                                 Outcome& outcome) {
-    engine.now_.settings.hands[hand] = {};
+    engine.state_.settings.hands[hand] = {};
     if (Engine::Change change = Engine::Change::removal; engine.use_forces_of_instrument(hand, change))
       engine.publish(change), outcome.is_changed = true;
     engine.work_[hand].is_pressed = false;
@@ -283,7 +283,7 @@ struct HandCommands {
   }
 
   static Status check_geometry(const Engine& engine, const ToolGeometry& request, std::uint8_t hand) {
-    return sim::check_geometry(*engine.tools_[hand].scene, engine.now_.settings.hands[hand], request);
+    return sim::check_geometry(*engine.tools_[hand].scene, engine.state_.settings.hands[hand], request);
   }
   static Status check_taking(const Engine& engine, const TakeInstrument& request, std::uint8_t hand) {
     const auto instrument = engine.named_instrument(request);

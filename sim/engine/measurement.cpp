@@ -30,7 +30,7 @@ Error unknown(const std::string& name, const std::vector<std::string>& known) {
 }  // namespace
 
 std::optional<double> Measurements::value_of(const std::string& name) {
-  const OperationState& now = engine_->now();
+  const OperationState& now = engine_->state();
   const ProcedurePosition& position = now.undoable.procedure;
   if (name == "removed_mm3") return engine_->removed_mm3();
   if (name == "changes") return static_cast<double>(engine_->stroke_count());
@@ -98,8 +98,8 @@ Status check_measurement(const std::string& name, const Engine& engine, const Ca
       known.push_back(std::string(k_nearest) + structure->name());
     if (known.empty()) known.push_back("a case with forbidden structures");
   } else if (name.starts_with(k_visits)) {
-    if (engine.now().plan)
-      for (const volume::ProcedureStep& step : engine.now().plan->procedure.steps)
+    if (engine.state().plan)
+      for (const volume::ProcedureStep& step : engine.state().plan->procedure.steps)
         known.push_back(std::string(k_visits) + step.name);
     if (known.empty()) known.push_back("a plan with a procedure");
   } else {

@@ -16,31 +16,31 @@ const haptics::TouchItem* first_shape(const haptics::TouchScene& scene) noexcept
 
 }  // namespace
 
-PieceWatch::Finding PieceWatch::after_tick(const Engine& engine) {
-  if (engine.is_in_stroke()) return Finding::nothing;
+PieceWatch::Detection PieceWatch::after_tick(const Engine& engine) {
+  if (engine.is_in_stroke()) return Detection::nothing;
   if (refused_at_) {
-    if (engine.now().undoable.bodies.size() >= *refused_at_) return Finding::nothing;
+    if (engine.state().undoable.bodies.size() >= *refused_at_) return Detection::nothing;
     refused_at_.reset();
-    before_ = engine.current();
-    return Finding::pending;
+    before_ = engine.version();
+    return Detection::pending;
   }
   if (!before_) before_ = engine.untouched();
   if (job_.value != 0) {
     const auto& jobs = engine.jobs();
     if (std::any_of(jobs.begin(), jobs.end(), [this](const PendingJob& job) { return job.id == job_; }))
-      return Finding::nothing;
+      return Detection::nothing;
     // If the result was discarded because of a cut during the job, the part must still be detached.
     const bool is_due = was_outdated(engine);
     job_ = {};
     if (is_due) {
-      before_ = engine.current();
-      return Finding::disconnected;
+      before_ = engine.version();
+      return Detection::disconnected;
     }
   }
-  if (engine.current() == before_) return Finding::nothing;
-  const std::shared_ptr<const volume::Version> previous = std::exchange(before_, engine.current());
+  if (engine.version() == before_) return Detection::nothing;
+  const std::shared_ptr<const volume::Version> previous = std::exchange(before_, engine.version());
   const haptics::TouchItem* shape = first_shape(engine.scene());
-  if (shape == nullptr) return Finding::nothing;
+  if (shape == nullptr) return Detection::nothing;
   const double sample = previous->lattice().frame().voxel_mm3();
   const volume::Separation separation =
       volume::detect_detachment(shape->field, *shape->bits, *previous, *before_,
@@ -49,24 +49,24 @@ PieceWatch::Finding PieceWatch::after_tick(const Engine& engine) {
   counts_.disconnected += separation.kind == volume::Separation::Kind::detached;
   counts_.pending += separation.kind == volume::Separation::Kind::pending;
   counts_.max_bricks = std::max(counts_.max_bricks, separation.bricks);
-  return separation.kind == volume::Separation::Kind::connected  ? Finding::nothing
-         : separation.kind == volume::Separation::Kind::detached ? Finding::disconnected
-                                                                 : Finding::pending;
+  return separation.kind == volume::Separation::Kind::connected  ? Detection::nothing
+         : separation.kind == volume::Separation::Kind::detached ? Detection::disconnected
+                                                                 : Detection::pending;
 }
 
 void PieceWatch::after_command(const Engine& engine, const Command& command, const Outcome& outcome) {
   if (std::exchange(is_command_due_, false) && command.request.as<FreePieces>()) {
     if (outcome.refused)
-      refused_at_ = engine.now().undoable.bodies.size();
+      refused_at_ = engine.state().undoable.bodies.size();
     else
       job_ = outcome.job;
   }
-  if (outcome.is_edit) before_ = engine.current();
+  if (outcome.is_edit) before_ = engine.version();
 }
 
 bool PieceWatch::was_outdated(const Engine& engine) const {
   constexpr std::size_t k_back = 64;  // the event is among the newest
-  const Chronicle& chronicle = engine.now().chronicle;
+  const Chronicle& chronicle = engine.state().chronicle;
   for (std::size_t i = chronicle.size(); i-- > 0 && chronicle.size() - i <= k_back;)
     if (const auto* discarded = chronicle[i].value.as<JobDiscarded>(); discarded && discarded->job == job_)
       return discarded->reason == k_anatomy_changed;

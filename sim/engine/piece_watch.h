@@ -16,13 +16,13 @@ class PieceWatch {
   explicit PieceWatch(double smallest) : smallest_(smallest) {}
 
   /// Result of a stroke.
-  enum class Finding : std::uint8_t {
+  enum class Detection : std::uint8_t {
     nothing,
     disconnected,  ///< a part is disconnected: apply command()
     pending        ///< undecided: run search(), which takes too long for a tick
   };
   /// Call after each tick. Examines at most some hundred bricks (volume::detect_detachment).
-  Finding after_tick(const Engine& engine);
+  Detection after_tick(const Engine& engine);
   /// Call after every command, so that its changes are not attributed to a stroke. After command(), `outcome`
   /// contains the job that began, or the reason of a refusal.
   void after_command(const Engine& engine, const Command& command, const Outcome& outcome);
@@ -37,7 +37,7 @@ class PieceWatch {
   DerivedJob search(Engine& engine) const;
 
   struct Counts {
-    std::uint64_t strokes = 0, disconnected = 0, pending = 0;  ///< examined strokes, and their findings
+    std::uint64_t strokes = 0, disconnected = 0, pending = 0;  ///< examined strokes, and their results
     std::int64_t max_bricks = 0;                               ///< most bricks examined after one stroke
   };
   const Counts& counts() const noexcept { return counts_; }

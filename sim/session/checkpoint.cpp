@@ -49,7 +49,7 @@ void CheckpointMaker::add(const haptics::ServoRecord& record, const Engine& engi
 void CheckpointMaker::add(const Command& command, const Engine& engine, const Outcome& outcome) {
   if ((outcome.refused && !outcome.is_refusal_recorded) || !is_faithful_) return;
   if (command.request.as<Resume>()) {
-    servo_.restart(engine.now().next_tick);
+    servo_.restart(engine.state().next_tick);
     pending_.reset();
   }
   const auto* adopt = command.request.as<Adopt>();

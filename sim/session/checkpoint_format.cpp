@@ -4,7 +4,7 @@
 #include <set>
 
 #include "haptics/servo/servo_memory.h"
-#include "sim/session/packed.h"
+#include "sim/session/compression.h"
 #include "volume/base/bytes.h"
 #include "volume/cuts/version_changes.h"
 #include "volume/fields/offset_changes.h"
@@ -123,7 +123,7 @@ void CheckpointEncoder::put_link(const ChainLink& link, const std::string& bytes
   put_count(links_, link.chain);
   put_count(links_, link.number);
   put(links_, static_cast<std::uint8_t>(link.is_first));
-  put_text(links_, packed(bytes));
+  put_text(links_, compress(bytes));
 }
 
 std::uint64_t CheckpointEncoder::link_of(const std::shared_ptr<const volume::Version>& version) {
@@ -352,7 +352,7 @@ std::string CheckpointEncoder::encode(const Checkpoint& checkpoint) {
   put(out, checkpoint.next_tick);
   put_count(out, link_count_);
   out += links_;
-  for (const std::string& part : {events, trails, history, rest}) put_text(out, packed(part));
+  for (const std::string& part : {events, trails, history, rest}) put_text(out, compress(part));
   return out;
 }
 

@@ -77,7 +77,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     bool starts_after_known = false;
     const auto changes = links_to(0, link, version ? version_link : ~std::uint64_t{0}, starts_after_known);
     version = value_or_throw(volume::VersionChanges::apply(
-        starts_after_known ? *version : *start.now().undoable.version, views(changes)));
+        starts_after_known ? *version : *start.state().undoable.version, views(changes)));
     version_link = link;
     return version;
   }
@@ -253,7 +253,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   UndoableState read_undoable(ByteReader& in) {
     UndoableState undoable;
     undoable.version = version_at(in.count());
-    undoable.modules = read_modules(in, start.now().undoable.modules);
+    undoable.modules = read_modules(in, start.state().undoable.modules);
     for (std::uint64_t remaining = in.count(haptics::ShapeSet::k_max); remaining > 0; --remaining) {
       Body body;
       body.id.value = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
@@ -285,11 +285,11 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       if (!is_valid) throw Broken{"two bodies with the same id or mover"};
       undoable.bodies.push_back(std::move(body));
     }
-    if (start.now().undoable.procedure.step >= 0) read_position(in, undoable.procedure);
+    if (start.state().undoable.procedure.step >= 0) read_position(in, undoable.procedure);
     return undoable;
   }
   void read_position(ByteReader& in, ProcedurePosition& position) const {
-    const std::size_t steps = start.now().undoable.procedure.visits.size();
+    const std::size_t steps = start.state().undoable.procedure.visits.size();
     position.step = static_cast<std::int32_t>(in.count(steps - 1));
     position.entered_tick = in.count();
     position.first_event = in.count();
@@ -304,7 +304,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     return state;
   }
   OperationState read_state(ByteReader& in, const std::vector<Event>& all_events) {
-    const OperationState& initial = start.now();
+    const OperationState& initial = start.state();
     OperationState state;
     state.next_tick = in.value<std::uint64_t>();
     state.edits = in.count();
@@ -363,7 +363,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       std::shared_ptr<const PreparedTool>& prepared = geometries[{h, Value(geometry).bytes()}];
       if (!prepared) {
         if (check_tool_radius(*hand.tool.scene->base, geometry.radius)) throw Broken{"an invalid tool"};
-        prepared = make_geometry(hand.tool, geometry, *start.now().undoable.version, k_no_voxels);
+        prepared = make_geometry(hand.tool, geometry, *start.state().undoable.version, k_no_voxels);
       }
       if (prepared->failed) throw Broken{"a tool of invalid geometry"};
       hand.tool.scene = prepared->scene;

@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "sim/session/packed.h"
+#include "sim/session/compression.h"
 
 namespace trephine::sim {
 
@@ -157,7 +157,7 @@ Result<std::string> SessionReader::read(const Span& span) {
 
 Result<std::string> SessionReader::read_packed(const Span& span) {
   Result<std::string> bytes = read(span);
-  return bytes ? unpacked(bytes.value()) : std::move(bytes);
+  return bytes ? decompress(bytes.value()) : std::move(bytes);
 }
 
 Result<volume::Volume> SessionReader::scan(std::size_t index) {

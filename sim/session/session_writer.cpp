@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #include "haptics/servo/servo_loop.h"
-#include "sim/session/packed.h"
+#include "sim/session/compression.h"
 
 namespace trephine::sim {
 
@@ -209,21 +209,21 @@ void SessionWriter::add(const Command& command, Engine& engine, const Outcome& o
 
 /// Records new events and the new version, which a replay must reproduce.
 void SessionWriter::record_outcome(const Engine& engine, const Outcome& outcome) {
-  const Chronicle& chronicle = engine.now().chronicle;
+  const Chronicle& chronicle = engine.state().chronicle;
   if (outcome.is_edit) has_edits_ = true;
   for (std::size_t i = chronicle.size() - outcome.event_count; i < chronicle.size(); ++i) {
     items_.add(EventItem{chronicle[i]});
     if (!chronicle[i].value.as<FaultEvent>()) has_edits_ = true;  // faults alone are not worth keeping
   }
   if (!outcome.is_changed) return;
-  items_.add(VersionItem{engine.serial(), last_tick_, engine.current()->ledger().total()});
+  items_.add(VersionItem{engine.serial(), last_tick_, engine.version()->ledger().total()});
 }
 
 void SessionWriter::request_sync(const Engine& engine) {
   wants_sync_ = true;
   if (engine.is_in_stroke() || engine.serial() == hashed_serial_) return;
   hashed_serial_ = engine.serial();
-  version_to_hash_ = engine.current();
+  version_to_hash_ = engine.version();
 }
 
 void SessionWriter::seal_if_long() {
@@ -285,7 +285,7 @@ void SessionWriter::write_items(std::unique_lock<std::mutex>& guard) {
   seal();
   const auto blocks = std::exchange(sealed_, {}), checkpoints = std::exchange(checkpoints_, {});
   guard.unlock();
-  for (const auto& [first_tick, payload] : blocks) write_block(BlockKind::log, first_tick, packed(payload));
+  for (const auto& [first_tick, payload] : blocks) write_block(BlockKind::log, first_tick, compress(payload));
   for (const auto& [tick, payload] : checkpoints) write_block(BlockKind::checkpoint, tick, payload);
   guard.lock();
 }
@@ -386,13 +386,13 @@ Status SessionWriter::finish(const Engine& engine) {
     std::unique_lock guard(lock_);
     write_items(guard);
   }
-  const volume::Version& version = *engine.current();
+  const volume::Version& version = *engine.version();
   write_block(BlockKind::end, last_tick_,
               encode(SessionEnd{.ticks = ticks_,
                                 .serial = engine.serial(),
                                 .dropped = dropped_,
                                 .hash = version.content_hash(),
-                                .state = engine.now().hash(),
+                                .state = engine.state().hash(),
                                 .removed_mm3 = engine.removed_mm3(),
                                 .measures = engine.measures()}));
   if (::fsync(file_) != 0) fail(errno);

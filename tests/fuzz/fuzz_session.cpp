@@ -8,7 +8,7 @@
 
 #include "modules/drilling/burr.h"
 #include "sim/drivers/replay.h"
-#include "sim/session/packed.h"
+#include "sim/session/compression.h"
 #include "volume/base/bytes.h"
 
 namespace {
@@ -36,7 +36,7 @@ std::string as_checkpoint(const std::string& rest) {
   put(bytes, std::uint64_t{1});
   put_number(bytes, 0);
   const std::string none(2, '\0'), no_trail(3, '\0');
-  for (const std::string& part : {none, no_trail, std::string(), rest}) put_text(bytes, sim::packed(part));
+  for (const std::string& part : {none, no_trail, std::string(), rest}) put_text(bytes, sim::compress(part));
   return bytes;
 }
 
@@ -73,7 +73,7 @@ std::string as_session(const std::uint8_t* data, std::size_t size) {
                                       sim::BlockKind::scan};
   const sim::BlockKind kind = kinds[data[0] & 3];
   if (kind == sim::BlockKind::log)
-    add(kind, sim::packed(payload));
+    add(kind, sim::compress(payload));
   else if (kind == sim::BlockKind::checkpoint)
     add(kind, as_checkpoint(payload));
   else

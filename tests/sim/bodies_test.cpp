@@ -14,7 +14,7 @@ namespace trephine::sim {
 namespace {
 
 const PieceFreed* find_freed(const Engine& engine) {
-  const Chronicle& all = engine.now().chronicle;
+  const Chronicle& all = engine.state().chronicle;
   for (std::size_t i = 0; i < all.size(); ++i)
     if (const auto* freed = all[i].value.as<PieceFreed>()) return freed;
   return nullptr;
@@ -39,10 +39,10 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
       const haptics::ServoRecord& rests = records[0];
       if (i == 3000) resting_at = rests.proxy_world.z, force_before = glm::length(rests.force_world);
       if (i == static_cast<int>(1000 * k_sawn)) {
-        removed = run.engine().current()->ledger().total();
+        removed = run.engine().version()->ledger().total();
         const Outcome freed = detach_pieces(run);
         EXPECT_TRUE(freed.is_changed && freed.is_edit);
-        ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
+        ASSERT_EQ(run.engine().state().undoable.bodies.size(), 1u);
         EXPECT_FALSE(run.apply({RemoveInstrument{}, 1}).refused);
       }
       if (i == static_cast<int>(1000 * k_sawn) + 50) at_freedom = rests.proxy_world.z;
@@ -57,7 +57,7 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
       force_after = glm::length(rests.force_world);
     }
     // The detached disk does not count as removed matter. A hand that rests on the disk perceives no change.
-    EXPECT_EQ(run.engine().current()->ledger().total(), removed);
+    EXPECT_EQ(run.engine().version()->ledger().total(), removed);
     const PieceFreed* freed = find_freed(run.engine());
     ASSERT_NE(freed, nullptr);
     const double r = k_circle - k_saw;
@@ -71,25 +71,25 @@ TEST(Bodies, ADiskIsSawnOutAndLiftedAgainstTheOtherHand) {
     EXPECT_GT(force_after, force_before + 0.8);
     // The disk is released at its current position. Undo returns it to its original position.
     EXPECT_FALSE(run.apply({ReleaseBody{}, 1}).refused);
-    EXPECT_NEAR(run.engine().now().undoable.bodies[0].placement.position_world.z, 3, 0.6);
-    EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, -1);
+    EXPECT_NEAR(run.engine().state().undoable.bodies[0].placement.position_world.z, 3, 0.6);
+    EXPECT_EQ(run.engine().state().undoable.bodies[0].holder, -1);
     run.apply({DiscardBody{{1}}, 0});
-    EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
-    const std::int64_t without = run.engine().current()->ledger().detached_units;
+    EXPECT_TRUE(run.engine().state().undoable.bodies.empty());
+    const std::int64_t without = run.engine().version()->ledger().detached_units;
     EXPECT_GT(without, 0);
     for (int n = 0; n < 2; ++n) run.undo();  // discard and release; a grasp is not undoable
-    ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
-    EXPECT_EQ(run.engine().now().undoable.bodies[0].placement, haptics::Placement{});
+    ASSERT_EQ(run.engine().state().undoable.bodies.size(), 1u);
+    EXPECT_EQ(run.engine().state().undoable.bodies[0].placement, haptics::Placement{});
     run.undo();
-    EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
-    EXPECT_EQ(run.engine().current()->ledger().detached_units, 0);
+    EXPECT_TRUE(run.engine().state().undoable.bodies.empty());
+    EXPECT_EQ(run.engine().version()->ledger().detached_units, 0);
     for (int n = 0; n < 40; ++n) {
       const haptics::Pose poses[2] = {first.at(k_end), second.at(k_end)};
       run.step(poses);
     }
     for (int n = 0; n < 3; ++n) run.redo();
-    EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
-    EXPECT_EQ(run.engine().current()->ledger().detached_units, without);
+    EXPECT_TRUE(run.engine().state().undoable.bodies.empty());
+    EXPECT_EQ(run.engine().version()->ledger().detached_units, without);
     run.undo();
     for (int n = 0; n < 300; ++n) {
       const haptics::Pose poses[2] = {first.at(k_end), second.at(k_end)};
@@ -125,8 +125,8 @@ TEST(Bodies, AreTheSameLiveInReplayAndAfterSeek) {
     live.redo();
     wait_for([&] { return live.fetch_state().newest.t > k_end + 0.4; });
     live.stop();
-    ASSERT_EQ(live.engine().now().undoable.bodies.size(), 1u);
-    state = live.engine().now().hash();
+    ASSERT_EQ(live.engine().state().undoable.bodies.size(), 1u);
+    state = live.engine().state().hash();
     EXPECT_FALSE(writer->finish(live.engine()));
   }
   const Verdict verdict = replay(path, bench.scene.base);
@@ -155,7 +155,7 @@ TEST(Bodies, InvalidCommandsAreRefusedWithAReasonAndChangeNothing) {
   // An event reports that nothing was detached.
   const Outcome begun = run.apply(FreePieces{});
   run.apply(run.engine().run_job(begun.job));
-  const Chronicle& events = run.engine().now().chronicle;
+  const Chronicle& events = run.engine().state().chronicle;
   ASSERT_EQ(events.size(), 1u);
   EXPECT_EQ(events[0].value.as<JobDiscarded>()->reason, "no part is disconnected");
 
@@ -173,22 +173,22 @@ TEST(Bodies, InvalidCommandsAreRefusedWithAReasonAndChangeNothing) {
     cuts[1].buttons = 0;
     run.step(cuts);
     run.apply(adopt);
-    EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
+    EXPECT_TRUE(run.engine().state().undoable.bodies.empty());
     EXPECT_EQ(events[1].value.as<JobDiscarded>()->reason, "the anatomy changed meanwhile; start it again");
   }
   detach_pieces(run);
-  ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
-  const Id id = run.engine().now().undoable.bodies[0].id;
+  ASSERT_EQ(run.engine().state().undoable.bodies.size(), 1u);
+  const Id id = run.engine().state().undoable.bodies[0].id;
   expect_refused(HoldBody{{id.value + 1}}, "unknown body");
   EXPECT_FALSE(run.apply({HoldBody{id}, 1}).refused);
   expect_refused(Command(HoldBody{id}, 0), "held by a hand");
   expect_refused(Command(HoldBody{id}, 1), "held by a hand");
   expect_refused(Command(ReleaseBody{}, 0), "holds no body");
-  expect_refused(PlaceModel{run.engine().now().undoable.bodies[0].mover, dvec3(0)}, "unknown moving model");
+  expect_refused(PlaceModel{run.engine().state().undoable.bodies[0].mover, dvec3(0)}, "unknown moving model");
   expect_refused(SwitchItem{1, false}, "unknown item");
   // After Resume, with which a session continues, no hand holds a body.
   run.apply(Resume{});
-  EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, -1);
+  EXPECT_EQ(run.engine().state().undoable.bodies[0].holder, -1);
   expect_refused(Command(HoldBody{id}, 1), "the hand's position is unknown");
 
   // The method implicit does not support detached bodies.
@@ -227,14 +227,14 @@ TEST(Bodies, NoHandIsPushedByReleaseOrUndo) {
   }
   EXPECT_FALSE(run.apply({ReleaseBody{}, 1}).refused);
   for (int i = 0; i < 100; ++i) step();
-  EXPECT_NEAR(run.engine().now().undoable.bodies[0].placement.position_world.x, 30, 0.1);
+  EXPECT_NEAR(run.engine().state().undoable.bodies[0].placement.position_world.x, 30, 0.1);
   // Hand 1 is in the air between the original and the new position during undo and redo.
   poses[0].position_world = {20, 0, 9};
   for (int i = 0; i < 100; ++i) step();
   for (int n = 0; n < 3; ++n) {
     run.undo();
     for (int i = 0; i < 60; ++i) step();
-    EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, -1);
+    EXPECT_EQ(run.engine().state().undoable.bodies[0].holder, -1);
     run.redo();
     for (int i = 0; i < 60; ++i) step();
   }
@@ -243,7 +243,7 @@ TEST(Bodies, NoHandIsPushedByReleaseOrUndo) {
   for (int i = 0; i < 60; ++i) step();
   run.undo();  // undoes the release: the hand has already grasped the disk again, and keeps it
   for (int i = 0; i < 60; ++i) step();
-  EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, 1);
+  EXPECT_EQ(run.engine().state().undoable.bodies[0].holder, 1);
   EXPECT_LT(max_force, 1e-9);
 }
 
@@ -259,7 +259,7 @@ TEST(Bodies, ToolsAndBodiesMayChangeTogether) {
   const Outcome chain = run.apply(ToolGeometry{0.5, {{0, 0, 0}, {0, 0, 3}}});
   const AdoptJob several = run.engine().run_job(chain.job);
   detach_pieces(run);
-  ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
+  ASSERT_EQ(run.engine().state().undoable.bodies.size(), 1u);
   // A chain also touches the detached body: the chain rests on the body as a ball does.
   const auto rests_at = [&] {
     poses[0].position_world = {0, 0, 12};
@@ -293,7 +293,7 @@ TEST(Bodies, ToolsAndBodiesMayChangeTogether) {
   const Outcome now = run.apply(ToolGeometry{0.5, {{0, 0, 0}, {0, 0, 3}}});
   EXPECT_TRUE(run.apply(run.engine().run_job(now.job)).is_changed);
   EXPECT_FALSE(run.apply(Undo{}).refused);
-  EXPECT_EQ(run.engine().now().undoable.bodies.size(), 1u);
+  EXPECT_EQ(run.engine().state().undoable.bodies.size(), 1u);
 }
 
 // The grasp is not undoable state: undo of a cut elsewhere releases nothing.
@@ -323,18 +323,18 @@ TEST(Bodies, UndoOfAStrokeReleasesNothing) {
     const Outcome moved = is_undo ? run.undo() : run.redo();
     EXPECT_TRUE(moved.is_edit);
     step(20);
-    ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
-    EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, 1);
+    ASSERT_EQ(run.engine().state().undoable.bodies.size(), 1u);
+    EXPECT_EQ(run.engine().state().undoable.bodies[0].holder, 1);
   }
   EXPECT_FALSE(run.apply({ReleaseBody{}, 1}).refused);
-  EXPECT_NEAR(run.engine().now().undoable.bodies[0].placement.position_world.z, 20, 0.1);
+  EXPECT_NEAR(run.engine().state().undoable.bodies[0].placement.position_world.z, 20, 0.1);
   // Undo of the release leaves the body in no hand; undo of the detachment removes the body, even from a
   // hand.
   run.undo();
-  EXPECT_EQ(run.engine().now().undoable.bodies[0].holder, -1);
+  EXPECT_EQ(run.engine().state().undoable.bodies[0].holder, -1);
   EXPECT_FALSE(run.apply({HoldBody{{1}}, 1}).refused);
   run.undo();
-  EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
+  EXPECT_TRUE(run.engine().state().undoable.bodies.empty());
   EXPECT_TRUE(run.apply({ReleaseBody{}, 1}).refused);
 }
 
@@ -387,12 +387,12 @@ TEST(Bodies, MoreThanEightAreNotDetachedAndDebrisIsReported) {
     cut_through({at, -13, 0}, {at, 13, 0});
     cut_through({-13, at, 0}, {13, at, 0});
   }
-  const std::int64_t removed = run.engine().current()->ledger().total();
+  const std::int64_t removed = run.engine().version()->ledger().total();
   const std::uint64_t before = run.engine().snapshot()->undoable.version->content_hash();
   detach_pieces(run);
-  EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
+  EXPECT_TRUE(run.engine().state().undoable.bodies.empty());
   EXPECT_EQ(run.engine().snapshot()->undoable.version->content_hash(), before);
-  const Chronicle& events = run.engine().now().chronicle;
+  const Chronicle& events = run.engine().state().chronicle;
   ASSERT_GT(events.size(), 0u);
   const auto* discarded = events[events.size() - 1].value.as<JobDiscarded>();
   ASSERT_NE(discarded, nullptr);
@@ -405,8 +405,8 @@ TEST(Bodies, MoreThanEightAreNotDetachedAndDebrisIsReported) {
   ASSERT_NE(debris, nullptr) << last.value.words();
   EXPECT_GT(debris->count, 3);
   EXPECT_GT(debris->size, 10);
-  EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
-  const volume::Version& left = *run.engine().current();
+  EXPECT_TRUE(run.engine().state().undoable.bodies.empty());
+  const volume::Version& left = *run.engine().version();
   EXPECT_EQ(left.ledger().total(), removed);
   EXPECT_NEAR(left.mm3_of(left.ledger().detached_units), debris->size, 1e-6);
 }

@@ -8,8 +8,8 @@ namespace {
 /// Returns a hash of removed matter and marks.
 std::uint64_t undoable_of(const Engine& engine) {
   MixHash all;
-  all.add(engine.current()->content_hash());
-  all.add(static_cast<std::uint64_t>(Toy::toy_undoable(engine.now()).marks));
+  all.add(engine.version()->content_hash());
+  all.add(static_cast<std::uint64_t>(Toy::toy_undoable(engine.state()).marks));
   return all.value();
 }
 
@@ -82,7 +82,7 @@ TEST(Branches, ShareCommonStates) {
   Engine engine = bench.engine();
   for (int i = 0; i < 8; ++i) engine.apply(ToyCarve{{-6 + 1.5 * i, 0, 0}});
   engine.freeze();
-  const std::size_t before = engine.history_bytes(), whole = engine.current()->bytes();
+  const std::size_t before = engine.history_bytes(), whole = engine.version()->bytes();
   EXPECT_GT(before, whole);
   engine.apply(BeginBranch{"other"});
   EXPECT_LT(engine.history_bytes() - before, 8192u);  // the tables of one state

@@ -4,7 +4,7 @@
 
 #include "haptics/force/effects.h"
 #include "sim/drivers/live_session.h"
-#include "sim/session/packed.h"
+#include "sim/session/compression.h"
 #include "tests/sim/crowd.h"
 #include "tests/sim/opens_anywhere.h"
 #include "tests/sim/round_bench.h"
@@ -216,7 +216,7 @@ TEST(Checkpoint, CommandsAreRepeatedInAValidOrder) {
   Engine again = start;
   const Status error = again.restore(image);
   ASSERT_FALSE(error) << error->message();
-  EXPECT_EQ(again.now().hash(), engine.now().hash());
+  EXPECT_EQ(again.state().hash(), engine.state().hash());
   const auto &restored = again.servo_scene()->hands[0], &wanted = engine.servo_scene()->hands[0];
   EXPECT_EQ(restored.scene, wanted.scene);
   ASSERT_EQ(restored.laws->laws().size(), wanted.laws->laws().size());
@@ -288,7 +288,7 @@ std::string with_part(const RecordedSession& good, const CheckpointIndex::Part& 
                       const std::string& bytes) {
   const std::string& payload = good.blocks[good.checkpoint_block].payload;
   const auto bytes_at = [&](const CheckpointIndex::Part& one) {
-    return one.at == part.at ? packed(bytes) : payload.substr(one.at, one.length);
+    return one.at == part.at ? compress(bytes) : payload.substr(one.at, one.length);
   };
   std::string result;
   put(result, good.index.block);
@@ -311,7 +311,7 @@ TEST(Checkpoint, EveryChangedFactIsDetected) {
   const Folder folder;
   const RecordedSession good = recorded(folder);
   const auto part_of = [&](const CheckpointIndex::Part& part) {
-    return unpacked(good.blocks[good.checkpoint_block].payload.substr(part.at, part.length)).value();
+    return decompress(good.blocks[good.checkpoint_block].payload.substr(part.at, part.length)).value();
   };
   const std::string rest = part_of(good.index.rest);
   std::mt19937 random(3);
@@ -372,7 +372,7 @@ void expect_nothing_breaks(const std::string& path, const SceneData& data, unsig
     SCOPED_TRACE(i);
     const CheckpointIndex::Part& part = parts[random() % parts.size()];
     std::string bytes =
-        unpacked(good.blocks[good.checkpoint_block].payload.substr(part.at, part.length)).value();
+        decompress(good.blocks[good.checkpoint_block].payload.substr(part.at, part.length)).value();
     for (std::uint32_t n = 1 + random() % 8; n > 0 && !bytes.empty(); --n)
       bytes[random() % bytes.size()] = static_cast<char>(random());
     if (i % 7 == 0) bytes.resize(bytes.size() / 2);

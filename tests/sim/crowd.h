@@ -106,7 +106,7 @@ inline void record_crowd(const std::string& path, std::uint64_t* state,
   EXPECT_GT(on_models, 100);
   EXPECT_GT(on_ball, 100);
   EXPECT_FALSE(writer.value()->finish(run.engine()));
-  *state = run.engine().now().hash();
+  *state = run.engine().state().hash();
 }
 
 }  // namespace trephine::sim

@@ -119,7 +119,7 @@ TEST(DepthSession, AReplayTouchesTheSameAndOpensAnywhere) {
     EXPECT_GT(touched.on_paddle, 100);
     EXPECT_GT(touched.pushed, 50);
     EXPECT_GT(run.engine().removed_mm3(), 5);
-    state = run.engine().now().hash();
+    state = run.engine().state().hash();
     EXPECT_FALSE(writer.value()->finish(run.engine()));
   }
   const Verdict v = replay(path);
@@ -309,7 +309,7 @@ TEST(DepthSession, IncomingPicturesAreKeptAndReplayed) {
   wrong.placement.rotation = {1, 1, 0, 0};
   EXPECT_TRUE(is_refused(wrong, 1));
   EXPECT_TRUE(run.apply({images_of(1, 10), 1}).refused);
-  const std::uint64_t state = run.engine().now().hash();
+  const std::uint64_t state = run.engine().state().hash();
   EXPECT_FALSE(writer.value()->finish(run.engine()));
   const Verdict v = replay(path);
   expect_same(v);
@@ -379,7 +379,7 @@ TEST(DepthSession, ALiveRunIsReplayedToTheBit) {
       EXPECT_GT(drawn.count, 30u);
       EXPECT_GT(touched.on_block + touched.on_paddle, 100);
     }
-    hash = live.engine().now().hash();
+    hash = live.engine().state().hash();
     EXPECT_FALSE(writer.value()->finish(live.engine()));
   }
   const Verdict v = replay(path);

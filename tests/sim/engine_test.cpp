@@ -59,11 +59,11 @@ TEST(Engine, ARandomLogGivesOneStateThroughLockstepReplayAndSeek) {
       if (i % 10 != 0) continue;
       hashes[static_cast<std::uint64_t>(i)] = run.engine().snapshot()->hash();
       for (int n = static_cast<int>(random() % 3); n > 0; --n) {
-        const std::uint64_t before = run.engine().now().hash();
+        const std::uint64_t before = run.engine().state().hash();
         const Command command = with_hash(random_command(random, run.engine().jobs()), run.engine());
         const Outcome outcome = run.apply(command);
         if (outcome.refused) {
-          EXPECT_EQ(run.engine().now().hash(), before);
+          EXPECT_EQ(run.engine().state().hash(), before);
           EXPECT_FALSE(outcome.refused->what.empty());
         }
         (outcome.refused ? refused : taken) += 1;
@@ -134,7 +134,7 @@ std::shared_ptr<const OperationState> run_live(ToyBench& bench, const std::strin
   during(live);
   live.stop();
   EXPECT_FALSE(writer->finish(live.engine()));
-  return std::make_shared<const OperationState>(live.engine().now());
+  return std::make_shared<const OperationState>(live.engine().state());
 }
 
 template <class Done>
@@ -363,7 +363,7 @@ TEST(Engine, SettingsInAnotherOrderGiveTheSameState) {
                                   SetEffect{{3}, "constant force=0,0,0.1"}, SwitchItem{0, false}};
     if (is_turned) std::reverse(commands.begin(), commands.end());
     for (const Command& one : commands) EXPECT_FALSE(engine.apply(one).refused);
-    hashes[is_turned] = engine.now().hash();
+    hashes[is_turned] = engine.state().hash();
     const auto& laws = engine.servo_scene()->hands[0].laws->laws();
     ASSERT_EQ(laws.size(), 3u);
     EXPECT_TRUE(laws[0].id == 2 && laws[1].id == 3 && laws[2].id == 10);
@@ -388,7 +388,7 @@ TEST(Engine, AToolThatDoesNotFitIsRefusedAndNotAdopted) {
   EXPECT_FALSE(engine.apply(round).refused);
   EXPECT_FALSE(engine.apply(engine.run_job(begun.job)).is_changed);
   EXPECT_EQ(engine.scene().tool->radius(), 0.4);
-  EXPECT_EQ(engine.now().chronicle[0].value.as<JobDiscarded>()->job.value, begun.job.value);
+  EXPECT_EQ(engine.state().chronicle[0].value.as<JobDiscarded>()->job.value, begun.job.value);
 }
 
 // The hash of a geometry job's result is equal for an equal radius, and differs for another radius and after
@@ -447,13 +447,13 @@ TEST(Engine, EventsMeasuresAndGuardsOfModules) {
   const Outcome eleventh = engine.apply(ToyMark{});
   ASSERT_TRUE(eleventh.refused);
   EXPECT_EQ(eleventh.refused->what, "too many marks");
-  EXPECT_EQ(engine.now().chronicle.size(), 10u);
-  EXPECT_EQ(engine.now().chronicle[3].position_world, dvec3(3, 0, 0));
+  EXPECT_EQ(engine.state().chronicle.size(), 10u);
+  EXPECT_EQ(engine.state().chronicle[3].position_world, dvec3(3, 0, 0));
   engine.apply(Undo{});
-  EXPECT_EQ(Toy::toy_undoable(engine.now()).marks, 9);
+  EXPECT_EQ(Toy::toy_undoable(engine.state()).marks, 9);
   // Undo keeps events and settings.
-  EXPECT_EQ(engine.now().chronicle.size(), 10u);
-  EXPECT_EQ(engine.now().settings.modules[1]->as<ToySettings>()->heard, 10);
+  EXPECT_EQ(engine.state().chronicle.size(), 10u);
+  EXPECT_EQ(engine.state().settings.modules[1]->as<ToySettings>()->heard, 10);
   const std::vector<Measure> all = engine.measures();
   EXPECT_TRUE(std::any_of(all.begin(), all.end(),
                           [](const Measure& m) { return m.name == "marks" && m.value == 9; }));
@@ -465,7 +465,7 @@ TEST(Engine, EventsMeasuresAndGuardsOfModules) {
   engine.apply(ToyCarve{{0, 0, 0}});
   EXPECT_GT(engine.removed_mm3(), 1);
   EXPECT_EQ(before->hash(), hash);
-  EXPECT_NE(engine.now().hash(), hash);
+  EXPECT_NE(engine.state().hash(), hash);
   engine.apply(ToyMend{});
   EXPECT_EQ(engine.removed_mm3(), 0);
   engine.apply(Undo{});

@@ -139,21 +139,21 @@ TEST(Forbidden, AModelIsWatchedLikeALabel) {
   EXPECT_LT(watch.nearest, 0);
   const auto entered = [](const Engine& engine) {
     int count = 0;
-    for (std::size_t i = 0; i < engine.now().chronicle.size(); ++i)
-      if (const auto* event = engine.now().chronicle[i].value.as<ForbiddenEntered>())
+    for (std::size_t i = 0; i < engine.state().chronicle.size(); ++i)
+      if (const auto* event = engine.state().chronicle[i].value.as<ForbiddenEntered>())
         count += event->structure == "left root";
     return count;
   };
   EXPECT_EQ(entered(run.engine()), watch.entries);
   ASSERT_FALSE(writer.value()->finish(run.engine()));
-  const std::uint64_t state = run.engine().now().hash();
+  const std::uint64_t state = run.engine().state().hash();
   auto opened = SessionReader::open(path, drilling_catalogue());
   ASSERT_TRUE(opened.is_ok()) << opened.error().message();
   auto replay = Replay::open(opened.value(), scene.base);
   ASSERT_TRUE(replay.is_ok()) << replay.error().message();
   ASSERT_FALSE(replay.value()->seek(700));
   ASSERT_FALSE(replay.value()->seek(1500));
-  EXPECT_EQ(replay.value()->engine().now().hash(), state);
+  EXPECT_EQ(replay.value()->engine().state().hash(), state);
   EXPECT_EQ(entered(replay.value()->engine()), watch.entries);
 }
 

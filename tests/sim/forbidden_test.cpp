@@ -80,7 +80,8 @@ struct Guarded {
 
 std::vector<const Event*> all_events(const Engine& engine) {
   std::vector<const Event*> found;
-  for (std::size_t i = 0; i < engine.now().chronicle.size(); ++i) found.push_back(&engine.now().chronicle[i]);
+  for (std::size_t i = 0; i < engine.state().chronicle.size(); ++i)
+    found.push_back(&engine.state().chronicle[i]);
   return found;
 }
 
@@ -125,7 +126,7 @@ TEST(Forbidden, EntriesAreReportedWithDepthTimeAndPosition) {
   EXPECT_NEAR(left->seconds, 1e-3 * (last - first), 0.06);
   // Events are not undoable.
   run.undo();
-  EXPECT_EQ(run.engine().now().chronicle.size(), 3u);
+  EXPECT_EQ(run.engine().state().chronicle.size(), 3u);
   EXPECT_EQ(run.engine().watch(0, 0).entries, 1);
 }
 
@@ -210,7 +211,7 @@ TEST(Forbidden, EventsReportWhatAVisitDid) {
       run.step({{0, 0, edge - k_radius - k_out + way}, {1, 0, 0, 0}, visit.is_pressed});
     }
     std::vector<std::string_view> events;
-    const Chronicle& all = run.engine().now().chronicle;
+    const Chronicle& all = run.engine().state().chronicle;
     for (std::size_t i = 0; i < all.size(); ++i)
       if (all[i].value.name().starts_with("structure-")) events.push_back(all[i].value.name());
     ASSERT_EQ(events.size(), 1u) << visit.deep << visit.is_pressed;
@@ -311,7 +312,7 @@ TEST(Forbidden, AJumpThroughASheetIsDetected) {
   run.step({{0, 0, -6}, {1, 0, 0, 0}, true});
   EXPECT_EQ(run.engine().watch(0, 0).entries, 1);
   run.step({{0, 0, -6}, {1, 0, 0, 0}, true});
-  EXPECT_EQ(run.engine().now().chronicle.size(), 3u);  // entered, torn and left
+  EXPECT_EQ(run.engine().state().chronicle.size(), 3u);  // entered, torn and left
 }
 
 // Only the path of a tool in the hand counts: not that of a hand without an instrument, and not the attitude
@@ -334,7 +335,7 @@ TEST(Forbidden, OnlyThePathOfTheToolItselfCounts) {
   run.apply(RemoveInstrument{});
   go({6, 0, -4});
   EXPECT_FALSE(run.engine().watch(0, 0).is_inside);
-  const Chronicle& all = run.engine().now().chronicle;
+  const Chronicle& all = run.engine().state().chronicle;
   EXPECT_TRUE(all[all.size() - 1].value.as<ForbiddenLeft>());
   // A burr that is not kinematic and only touches stays on the surface of the bone, for any attitude of the
   // stylus. A hand that moves up and down enters no structure.
@@ -353,7 +354,7 @@ TEST(Forbidden, OnlyThePathOfTheToolItselfCounts) {
 TEST(Forbidden, SessionsKeepItAndAnUnguardedSceneHasNoCost) {
   const Guarded guarded;
   const Engine without = guarded.engine({3}, false);
-  EXPECT_TRUE(without.now().watches.empty());
+  EXPECT_TRUE(without.state().watches.empty());
   EXPECT_TRUE(without.forbidden().empty());
 
   // A session contains the structure, which is a shape of the session's scan.
@@ -382,8 +383,8 @@ TEST(Forbidden, SessionsKeepItAndAnUnguardedSceneHasNoCost) {
     const haptics::PosePath request = drilling_path(10);
     for (int i = 0; i < 1500; ++i) run.step(request.at(1e-3 * i));
     EXPECT_FALSE(writer->finish(run.engine()));
-    state = run.engine().now().hash();
-    events = run.engine().now().chronicle.size();
+    state = run.engine().state().hash();
+    events = run.engine().state().chronicle.size();
   }
   EXPECT_GT(events, 0u);
   const Verdict v = replay(path, scene.base);

@@ -21,7 +21,7 @@ std::uint64_t state_at(const std::string& path, const std::shared_ptr<const volu
   EXPECT_TRUE(run.is_ok()) << run.error().message();
   const Status error = run.value()->seek(ticks);
   EXPECT_FALSE(error) << error->message();
-  return run.value()->engine().now().hash();
+  return run.value()->engine().state().hash();
 }
 
 TEST(ForkedSession, EqualsTheFirstPartAndIsContinued) {

@@ -99,7 +99,7 @@ struct ProbeBench {
 };
 
 const ToyProbeState& state_of(const Engine& engine) {
-  return *engine.now().settings.hands[0].state.as<ToyProbeState>();
+  return *engine.state().settings.hands[0].state.as<ToyProbeState>();
 }
 
 /// Moves the hand from one height to another at 20 mm/s. Returns the last record.
@@ -135,7 +135,7 @@ TEST(HandForces, DependOnTheStateOfTheInstrument) {
     EXPECT_GT(run.engine().removed_mm3(), 1);
     EXPECT_TRUE(run.engine().is_in_stroke());
     EXPECT_EQ(run.engine().stroke_count(), 0u) << "one stroke, without a button";
-    inside_tick = run.engine().now().next_tick, inside = run.engine().now().hash();
+    inside_tick = run.engine().state().next_tick, inside = run.engine().state().hash();
     // Through the far side.
     int lost = 0;
     for (double z = -1; z > -8; z -= 0.02) {
@@ -163,7 +163,7 @@ TEST(HandForces, DependOnTheStateOfTheInstrument) {
     EXPECT_TRUE(state_of(run.engine()).has_entered);
     run.undo();  // within the track
     move(run, 1, 8);
-    state = run.engine().now().hash();
+    state = run.engine().state().hash();
     ASSERT_FALSE(writer->finish(run.engine()));
   }
   const Verdict verdict = replay(path, bench.scene.base, probes());
@@ -176,7 +176,7 @@ TEST(HandForces, DependOnTheStateOfTheInstrument) {
   auto run = Replay::open(opened.value(), bench.scene.base);
   ASSERT_TRUE(run.is_ok()) << run.error().message();
   ASSERT_FALSE(run.value()->seek(inside_tick));
-  EXPECT_EQ(run.value()->engine().now().hash(), inside);
+  EXPECT_EQ(run.value()->engine().state().hash(), inside);
   EXPECT_TRUE(run.value()->engine().servo_scene()->hands[0].passable_items.contains(0));
   while (true) {
     const auto stepped = run.value()->step();
@@ -184,7 +184,7 @@ TEST(HandForces, DependOnTheStateOfTheInstrument) {
     if (!stepped.value()) break;
   }
   EXPECT_FALSE(run.value()->mismatch().has_value());
-  EXPECT_EQ(run.value()->engine().now().hash(), state);
+  EXPECT_EQ(run.value()->engine().state().hash(), state);
 }
 
 // Two hands in a live session make a track each. The replay gives the same bits.
@@ -216,7 +216,7 @@ TEST(HandForces, TwoLiveHandsReplayToTheBit) {
   live.stop();
   ASSERT_FALSE(writer->finish(live.engine()));
   for (std::size_t h = 0; h < 2; ++h) {
-    const auto& state = *live.engine().now().settings.hands[h].state.as<ToyProbeState>();
+    const auto& state = *live.engine().state().settings.hands[h].state.as<ToyProbeState>();
     EXPECT_TRUE(state.has_entered) << h;
     EXPECT_NEAR(state.start.x, h == 0 ? -4 : 4, 0.3);
     EXPECT_TRUE(live.engine().servo_scene()->hands[h].passable_items.contains(0)) << h;
@@ -224,7 +224,7 @@ TEST(HandForces, TwoLiveHandsReplayToTheBit) {
   EXPECT_GT(live.engine().removed_mm3(), 1);
   const Verdict verdict = replay(path, bench.scene.base, probes());
   expect_same(verdict);
-  EXPECT_EQ(verdict.state, live.engine().now().hash());
+  EXPECT_EQ(verdict.state, live.engine().state().hash());
 }
 
 }  // namespace

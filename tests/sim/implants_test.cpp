@@ -25,9 +25,9 @@ TEST(Implants, TwelveFixedOnesAreTouchedUndoneAndReplayed) {
     Lockstep run(bench.engine(), {}, 1000, writer.get());
     rest(run, {0, 0, 40}, 5);
     ASSERT_FALSE(run.apply_whole({ToyPlant{{-8, 0, k_above}, 12}, 0}).refused);
-    ASSERT_EQ(run.engine().now().undoable.bodies.size(), 12u);
+    ASSERT_EQ(run.engine().state().undoable.bodies.size(), 12u);
     int added = 0;
-    const Chronicle& chronicle = run.engine().now().chronicle;
+    const Chronicle& chronicle = run.engine().state().chronicle;
     for (std::size_t i = 0; i < chronicle.size(); ++i) {
       const auto* event = chronicle[i].value.as<BodyAdded>();
       if (event == nullptr) continue;
@@ -36,8 +36,8 @@ TEST(Implants, TwelveFixedOnesAreTouchedUndoneAndReplayed) {
     }
     EXPECT_EQ(added, 12);
     rest(run, {0, 0, 40});
-    planted_at = run.engine().now().next_tick;  // a tick after the implants were added
-    for (const Body& body : run.engine().now().undoable.bodies) {
+    planted_at = run.engine().state().next_tick;  // a tick after the implants were added
+    for (const Body& body : run.engine().state().undoable.bodies) {
       EXPECT_EQ(body.mover, -1);
       EXPECT_EQ(body.matter, volume::Matter::titanium);
       EXPECT_TRUE(body.is_implant && body.is_fixed);
@@ -50,7 +50,7 @@ TEST(Implants, TwelveFixedOnesAreTouchedUndoneAndReplayed) {
     EXPECT_NEAR(on_top.proxy_world.z, k_above + 0.5, 1e-3);
     EXPECT_GT(on_top.force_world.z, 0.1);
     // A fixed body can be neither grasped nor placed.
-    const Id first = run.engine().now().undoable.bodies[0].id;
+    const Id first = run.engine().state().undoable.bodies[0].id;
     for (const Command& command : {Command(HoldBody{first}, 0), Command(PlaceBody{first, dvec3(0)}, 0)}) {
       const Outcome outcome = run.apply(command);
       ASSERT_TRUE(outcome.refused.has_value());
@@ -60,23 +60,23 @@ TEST(Implants, TwelveFixedOnesAreTouchedUndoneAndReplayed) {
     EXPECT_EQ(overlays[0].matter, volume::Matter::titanium);
     EXPECT_FALSE(overlays[0].is_detached);
     run.undo();
-    EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
+    EXPECT_TRUE(run.engine().state().undoable.bodies.empty());
     EXPECT_FALSE(rest(run, {-8, 0, k_above}, 20).has_contact);
     run.redo();
-    EXPECT_EQ(run.engine().now().undoable.bodies.size(), 12u);
+    EXPECT_EQ(run.engine().state().undoable.bodies.size(), 12u);
     // Each movable implant needs a mover, and there are eight movers.
     ASSERT_FALSE(run.apply_whole({ToyPlant{{-8, 5, k_above}, 8, 0, false}, 0}).refused);
-    EXPECT_EQ(run.engine().now().undoable.bodies.size(), 20u);
-    const Id last = run.engine().now().undoable.bodies.back().id;
+    EXPECT_EQ(run.engine().state().undoable.bodies.size(), 20u);
+    const Id last = run.engine().state().undoable.bodies.back().id;
     EXPECT_FALSE(run.apply(Command(PlaceBody{last, dvec3(0, 0, 12)}, 0)).refused);
     ASSERT_FALSE(run.apply_whole({ToyPlant{{-8, 5, 9}, 1, 0, false}, 0}).refused);
-    EXPECT_EQ(run.engine().now().undoable.bodies.size(), 20u) << "discarded";
-    const auto& events = run.engine().now().chronicle;
+    EXPECT_EQ(run.engine().state().undoable.bodies.size(), 20u) << "discarded";
+    const auto& events = run.engine().state().chronicle;
     const auto* discarded = events[events.size() - 1].value.as<JobDiscarded>();
     ASSERT_NE(discarded, nullptr);
     EXPECT_NE(discarded->reason.find("room for 0"), std::string::npos) << discarded->reason;
     rest(run, {0, 0, 40}, 5);
-    state = run.engine().now().hash();
+    state = run.engine().state().hash();
     ASSERT_FALSE(writer->finish(run.engine()));
   }
   const Verdict verdict = replay(path, bench.scene.base, toys());
@@ -87,9 +87,9 @@ TEST(Implants, TwelveFixedOnesAreTouchedUndoneAndReplayed) {
   auto run = Replay::open(opened.value(), bench.scene.base);
   ASSERT_TRUE(run.is_ok()) << run.error().message();
   ASSERT_FALSE(run.value()->seek(planted_at));
-  EXPECT_EQ(run.value()->engine().now().undoable.bodies.size(), 12u);
+  EXPECT_EQ(run.value()->engine().state().undoable.bodies.size(), 12u);
   ASSERT_FALSE(run.value()->seek(2));
-  EXPECT_TRUE(run.value()->engine().now().undoable.bodies.empty());
+  EXPECT_TRUE(run.value()->engine().state().undoable.bodies.empty());
 }
 
 TEST(Implants, OneInMotionIsAtItsPlaceByTheClockAndNotTouched) {
@@ -97,7 +97,7 @@ TEST(Implants, OneInMotionIsAtItsPlaceByTheClockAndNotTouched) {
   const std::string path = folder.file("motion.session");
   const ToyBench bench;
   const auto height = [](const Engine& engine) {
-    return engine.placement_of(engine.now().undoable.bodies.at(0)).position_world.z;
+    return engine.placement_of(engine.state().undoable.bodies.at(0)).position_world.z;
   };
   std::uint64_t begin = 0;
   {
@@ -105,13 +105,13 @@ TEST(Implants, OneInMotionIsAtItsPlaceByTheClockAndNotTouched) {
     Lockstep run(bench.engine(), {}, 1000, writer.get());
     rest(run, {0, 0, 40}, 10);
     ASSERT_FALSE(run.apply_whole({ToyPlant{{0, 0, k_above}, 1, 0.4}, 0}).refused);
-    begin = run.engine().now().next_tick;
+    begin = run.engine().state().next_tick;
     EXPECT_NEAR(height(run.engine()), k_above + 10, 1e-9);
     EXPECT_TRUE(run.engine().has_moving_surfaces());
     rest(run, {0, 0, k_above}, 100);  // at the final position of the implant
     EXPECT_NEAR(height(run.engine()), k_above + 7.5, 1e-9);
     // The motion has three turns. After a quarter of the time, three quarters of the turns remain.
-    const glm::dquat turn = run.engine().placement_of(run.engine().now().undoable.bodies[0]).rotation;
+    const glm::dquat turn = run.engine().placement_of(run.engine().state().undoable.bodies[0]).rotation;
     const dvec3 side = turn * dvec3(1, 0, 0);
     const double angle = -2 * 3.14159265358979 * 3 * 0.75;
     EXPECT_NEAR(side.x, std::cos(angle), 1e-9);

@@ -50,7 +50,7 @@ struct Plate {
 
 std::size_t count_pieces(const Engine& engine) {
   std::size_t count = 0;
-  const Chronicle& chronicle = engine.now().chronicle;
+  const Chronicle& chronicle = engine.state().chronicle;
   for (std::size_t i = 0; i < chronicle.size(); ++i) count += chronicle[i].value.as<PieceFreed>() != nullptr;
   return count;
 }
@@ -62,10 +62,10 @@ TEST(PieceWatch, ThePieceIsDetachedByTheStrokeThatClosesItsRing) {
       Lockstep run(plate.engine(), {}, 1000);
       if (is_watched) run.watch_pieces(20);
       for (int quarter = 0; quarter < 4; ++quarter) {
-        EXPECT_EQ(run.engine().now().undoable.bodies.size(), 0u) << quarter;
+        EXPECT_EQ(run.engine().state().undoable.bodies.size(), 0u) << quarter;
         for (const haptics::Pose& pose : Plate::stroke(quarter)) run.step(pose);
       }
-      ASSERT_EQ(run.engine().now().undoable.bodies.size(), is_watched ? 1u : 0u);
+      ASSERT_EQ(run.engine().state().undoable.bodies.size(), is_watched ? 1u : 0u);
       EXPECT_EQ(count_pieces(run.engine()), is_watched ? 1u : 0u);
       if (!is_watched) continue;
       EXPECT_EQ(run.pieces()->counts().strokes, 4u);
@@ -75,9 +75,9 @@ TEST(PieceWatch, ThePieceIsDetachedByTheStrokeThatClosesItsRing) {
       // repeated, it detaches the piece again.
       run.undo(), run.undo();
       for (const haptics::Pose& pose : Plate::stroke(0)) run.step(pose);  // already cut
-      EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
+      EXPECT_TRUE(run.engine().state().undoable.bodies.empty());
       for (const haptics::Pose& pose : Plate::stroke(3)) run.step(pose);
-      EXPECT_EQ(run.engine().now().undoable.bodies.size(), 1u);
+      EXPECT_EQ(run.engine().state().undoable.bodies.size(), 1u);
     }
   }
 }
@@ -91,9 +91,9 @@ TEST(PieceWatch, CommandsOfOthersDoNotAffectIt) {
   for (int quarter = 0; quarter < 3; ++quarter)
     for (const haptics::Pose& pose : Plate::stroke(quarter)) run.step(pose);
   EXPECT_FALSE(run.apply_whole({FreePieces{0, 20}, 0}).refused.has_value());
-  EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
+  EXPECT_TRUE(run.engine().state().undoable.bodies.empty());
   for (const haptics::Pose& pose : Plate::stroke(3)) run.step(pose);
-  EXPECT_EQ(run.engine().now().undoable.bodies.size(), 1u);
+  EXPECT_EQ(run.engine().state().undoable.bodies.size(), 1u);
 }
 
 TEST(PieceWatch, SmallerPiecesStay) {
@@ -102,8 +102,8 @@ TEST(PieceWatch, SmallerPiecesStay) {
   run.watch_pieces(2000);
   for (int quarter = 0; quarter < 4; ++quarter)
     for (const haptics::Pose& pose : Plate::stroke(quarter)) run.step(pose);
-  EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
-  EXPECT_EQ(run.engine().now().chronicle.size(), 0u);
+  EXPECT_TRUE(run.engine().state().undoable.bodies.empty());
+  EXPECT_EQ(run.engine().state().chronicle.size(), 0u);
 }
 
 /// The strokes of a live run follow each other immediately.
@@ -123,7 +123,7 @@ TEST(PieceWatch, ALiveRunDetachesThePiece) {
   for (int i = 0; i < 1000 && live.fetch_state().bodies.empty(); ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   live.stop();
-  EXPECT_EQ(live.engine().now().undoable.bodies.size(), 1u);
+  EXPECT_EQ(live.engine().state().undoable.bodies.size(), 1u);
 }
 
 }  // namespace

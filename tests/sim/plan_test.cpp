@@ -54,8 +54,8 @@ TEST(Plan, IsInTheStateOfLockstepAndReplayWithoutItsCase) {
   ASSERT_TRUE(writer.is_ok()) << writer.error().message();
   Lockstep run(Engine(start.value().hands, 1e-3, toys(), {}, plan), {}, 1000, writer.value().get());
   for (int i = 0; i < 300; ++i) run.step(drilling_path(1).at(1e-3 * i));
-  EXPECT_EQ(run.engine().now().dt, 1e-3);
-  EXPECT_NEAR(run.engine().now().seconds(), 0.3, 1e-12);
+  EXPECT_EQ(run.engine().state().dt, 1e-3);
+  EXPECT_NEAR(run.engine().state().seconds(), 0.3, 1e-12);
   EXPECT_EQ(*run.engine().snapshot()->plan, sample_plan());
   ASSERT_FALSE(writer.value()->finish(run.engine()));
 
@@ -65,13 +65,13 @@ TEST(Plan, IsInTheStateOfLockstepAndReplayWithoutItsCase) {
   ASSERT_TRUE(replay.is_ok()) << replay.error().message();
   for (const std::uint64_t tick : {300u, 100u, 0u, 250u}) {
     ASSERT_FALSE(replay.value()->seek(tick)) << tick;
-    const OperationState& state = replay.value()->engine().now();
+    const OperationState& state = replay.value()->engine().state();
     ASSERT_NE(state.plan, nullptr) << tick;
     EXPECT_EQ(*state.plan, sample_plan()) << tick;
     EXPECT_NEAR(state.seconds(), 1e-3 * static_cast<double>(tick), 1e-12);
   }
   // If the operation has no plan, its state has a null pointer.
-  EXPECT_EQ(bench.engine().now().plan, nullptr);
+  EXPECT_EQ(bench.engine().state().plan, nullptr);
 }
 
 /// Returns the measure `found` of the toy module.
@@ -91,7 +91,7 @@ TEST(ModuleResult, IsStaleAfterACutAndAfterUndo) {
     Lockstep run(bench.engine(), {}, 1000, writer.get());
     const auto note = [&] {
       run.step({{0, 0, 40}, {1, 0, 0, 0}, false});
-      expected.emplace_back(run.engine().now().next_tick, found(run.engine()).is_stale);
+      expected.emplace_back(run.engine().state().next_tick, found(run.engine()).is_stale);
     };
     const dvec3 outside(0, 0, 90);  // a flood there removes nothing
     note();

@@ -68,9 +68,10 @@ struct ProcedureBench : ToyBench {
 
 /// Returns the name of the current step; empty without a procedure.
 inline std::string step_of(const Engine& engine) {
-  const ProcedurePosition& position = engine.now().undoable.procedure;
-  return position.step < 0 ? ""
-                           : engine.now().plan->procedure.steps[static_cast<std::size_t>(position.step)].name;
+  const ProcedurePosition& position = engine.state().undoable.procedure;
+  return position.step < 0
+             ? ""
+             : engine.state().plan->procedure.steps[static_cast<std::size_t>(position.step)].name;
 }
 
 /// Returns the events of the procedure from index `first` on as texts, such as "entered drill" or

@@ -44,13 +44,13 @@ struct Facts {
   double found = 0;
 };
 inline Facts facts_of(const Engine& engine) {
-  const ToyUndoable& toy = Toy::toy_undoable(engine.now());
-  return {engine.current().get(),
+  const ToyUndoable& toy = Toy::toy_undoable(engine.state());
+  return {engine.version().get(),
           toy.marks,
           toy.flooded,
           engine.removed_mm3(),
-          engine.now().is_result_stale<ToyFound>(),
-          engine.now().result_of<ToyFound>()->number};
+          engine.state().is_result_stale<ToyFound>(),
+          engine.state().result_of<ToyFound>()->number};
 }
 
 /// Interpreter of procedures. It stores a list of positions per branch, the instruments of the hands as

@@ -70,7 +70,7 @@ class Comparison {
   Comparison(const ProcedureBench& bench, std::uint32_t seed, PlantedFault fault)
       : random_(seed),
         engine_(bench.planned_engine(k_hands)),
-        model_(engine_.now().plan->procedure, k_hands, fault),
+        model_(engine_.state().plan->procedure, k_hands, fault),
         cores_(k_hands, haptics::ServoCore({}, 1e-3)) {
     for (std::size_t h = 0; h < k_hands; ++h) cores_[h] = haptics::ServoCore({}, 1e-3, h);
   }
@@ -93,7 +93,7 @@ class Comparison {
 
   std::vector<std::string> module_events(std::size_t first) const {
     std::vector<std::string> names;
-    const Chronicle& chronicle = engine_.now().chronicle;
+    const Chronicle& chronicle = engine_.state().chronicle;
     for (std::size_t i = first; i < chronicle.size(); ++i)
       if (const Value& value = chronicle[i].value; !value.as<StepEntered>() && !value.as<StepRefused>())
         names.emplace_back(value.name());
@@ -103,9 +103,9 @@ class Comparison {
     if (difference_.empty()) difference_ = text;
   }
   void compare(const std::string& what, std::size_t first) {
-    const ProcedurePosition& position = engine_.now().undoable.procedure;
+    const ProcedurePosition& position = engine_.state().undoable.procedure;
     const Position& expected = model_.now();
-    const std::vector<std::string> events = steps_in(engine_.now().chronicle, first);
+    const std::vector<std::string> events = steps_in(engine_.state().chronicle, first);
     for (const std::string& one : events) (one.starts_with("entered") ? entered : refused) += 1;
     if (events != model_.take_emitted()) differ("events after " + what);
     if (position.step != expected.step) differ("step after " + what);
@@ -134,7 +134,7 @@ class Comparison {
     if (!difference_.empty()) return;
     const std::string name(command.request.name()), gives = given(command);
     const Facts before = facts_of(engine_);
-    const std::size_t first = engine_.now().chronicle.size();
+    const std::size_t first = engine_.state().chronicle.size();
     // The toy module refuses the eleventh mark, which the procedure does not record.
     const bool has_ten = command.request.as<ToyMark>() && before.marks >= 10;
     const bool is_accepted = !has_ten && model_.accepts(command, gives, before);
@@ -185,7 +185,7 @@ class Comparison {
           {{x + 3 * static_cast<double>(h), 0, is_pressed ? 1.5 : 4}, {1, 0, 0, 0}, is_pressed && h == 0});
       const haptics::ServoRecord record = cores_[h].step(*engine_.servo_scene(), input);
       const Facts before = facts_of(engine_);
-      const std::size_t first = engine_.now().chronicle.size();
+      const std::size_t first = engine_.state().chronicle.size();
       const Outcome outcome = engine_.apply(record);
       model_.tick(h, record.tick + 1, record.pose.is_pressed(), module_events(first), before,
                   facts_of(engine_));

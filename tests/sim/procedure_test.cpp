@@ -63,8 +63,8 @@ TEST(Procedure, IsEqualInLockstepReplayAndAfterSeeking) {
     auto writer = is_recorded ? bench.planned_writer(path, with_checkpoint_work(300)) : nullptr;
     Lockstep run(bench.planned_engine(), {}, 1000, writer.get());
     operate(run);
-    states[is_recorded] = run.engine().now().hash();
-    steps = steps_in(run.engine().now().chronicle);
+    states[is_recorded] = run.engine().state().hash();
+    steps = steps_in(run.engine().state().chronicle);
     if (writer) {
       ASSERT_FALSE(writer->finish(run.engine()));
     }
@@ -100,13 +100,13 @@ TEST(Procedure, CostsNothingWhereThePlanHasNone) {
   const ToyBench bench;
   const ProcedureBench planned{volume::SurgicalProcedure()};
   Engine without = bench.engine(), with = planned.planned_engine();
-  EXPECT_EQ(with.now().undoable.procedure, ProcedurePosition());
+  EXPECT_EQ(with.state().undoable.procedure, ProcedurePosition());
   EXPECT_TRUE(with.take_initial_commands().empty());
   const Outcome outcome = without.apply(GoToStep{"drill"});
   ASSERT_TRUE(outcome.refused);
   EXPECT_EQ(outcome.refused->what, "the operation has no procedure");
   EXPECT_FALSE(outcome.is_refusal_recorded);
-  EXPECT_EQ(without.now().chronicle.size(), 0u);
+  EXPECT_EQ(without.state().chronicle.size(), 0u);
   // The header of its session lists no types of procedures. With a procedure the header lists all types.
   SessionHeader header = describe_scene(bench.scene, *bench.method, {}, burr_spec());
   describe(toys(), header);
@@ -149,7 +149,7 @@ TEST(LiveSession, FollowsAProcedureAndReplays) {
   apply(RemoveInstrument{});
   EXPECT_EQ(apply(GoToStep{"inspect"}).step, 2);
   live.stop();
-  const std::uint64_t state = live.engine().now().hash();
+  const std::uint64_t state = live.engine().state().hash();
   ASSERT_FALSE(writer->finish(live.engine()));
   const Verdict verdict = replay(path, bench.scene.base, toys());
   expect_same(verdict);
@@ -159,7 +159,7 @@ TEST(LiveSession, FollowsAProcedureAndReplays) {
 TEST(Procedure, IsUndoneWithTheStrokeThatEndedAStep) {
   const ProcedureBench bench;
   Lockstep run(bench.planned_engine(), {}, 1000);
-  const auto position = [&] { return run.engine().now().undoable.procedure; };
+  const auto position = [&] { return run.engine().state().undoable.procedure; };
   run.step(in_air());
   run.apply(ToyMark{dvec3(1)});
   const ProcedurePosition before = position();
@@ -175,10 +175,11 @@ TEST(Procedure, IsUndoneWithTheStrokeThatEndedAStep) {
   run.apply(RemoveInstrument{});
   ASSERT_FALSE(run.undo().refused);
   ProcedurePosition after = position();
-  EXPECT_EQ(after.first_event, run.engine().now().chronicle.size());  // earlier events do not count any more
+  EXPECT_EQ(after.first_event,
+            run.engine().state().chronicle.size());  // earlier events do not count any more
   after.first_event = before.first_event;
   EXPECT_EQ(after, before);
-  EXPECT_EQ(Toy::toy_undoable(run.engine().now()).marks, 1);
+  EXPECT_EQ(Toy::toy_undoable(run.engine().state()).marks, 1);
   ASSERT_FALSE(run.redo().refused);
   EXPECT_EQ(step_of(run.engine()), "drill");
   EXPECT_EQ(position().visits, (std::vector<std::uint32_t>{1, 1, 0, 0}));
@@ -197,8 +198,8 @@ TEST(Procedure, GivesNoInstrumentThatAnotherStepForbids) {
   engine.apply(ToyMark{dvec3(2)});
   EXPECT_EQ(step_of(engine), "drill");
   engine.apply(engine.run_job(begun.job));
-  EXPECT_EQ(engine.now().settings.hands[0].type, nullptr);
-  const Chronicle& chronicle = engine.now().chronicle;
+  EXPECT_EQ(engine.state().settings.hands[0].type, nullptr);
+  const Chronicle& chronicle = engine.state().chronicle;
   const auto* discarded = chronicle[chronicle.size() - 1].value.as<JobDiscarded>();
   ASSERT_NE(discarded, nullptr);
   EXPECT_NE(discarded->reason.find("kinematic=yes"), std::string::npos) << discarded->reason;
@@ -236,9 +237,9 @@ TEST(Procedure, ACycleOfIssuedCommandsEnds) {
   }
   const ProcedureBench bench(procedure);
   Lockstep run(bench.planned_engine(), {}, 1000);
-  const auto steps = [&] { return steps_in(run.engine().now().chronicle); };
+  const auto steps = [&] { return steps_in(run.engine().state().chronicle); };
   ASSERT_EQ(steps().size(), Engine::k_max_steps_per_tick + 1);
-  const Chronicle& events = run.engine().now().chronicle;
+  const Chronicle& events = run.engine().state().chronicle;
   const auto* refusal = events[events.size() - 1].value.as<StepRefused>();
   ASSERT_NE(refusal, nullptr);
   EXPECT_NE(refusal->reason.find("form a cycle"), std::string::npos) << refusal->reason;
@@ -272,7 +273,7 @@ TEST(Measurements, CountEventsOfOneHandOrAll) {
   EXPECT_EQ(value("events toy-marked", {.hand = 0}), 0);
   EXPECT_EQ(value("events toy-marked", {.hand = 1}), 1);
   EXPECT_EQ(value("events toy-marked", {}), 1);
-  EXPECT_EQ(value("events toy-marked", {.first_event = engine.now().chronicle.size()}), 0);
+  EXPECT_EQ(value("events toy-marked", {.first_event = engine.state().chronicle.size()}), 0);
   EXPECT_EQ(value("visits mark", {}), 1);
   EXPECT_EQ(value("visits drill", {}), 0);
   EXPECT_NEAR(value("step_seconds", {}).value(), 0.01, 1e-9);
@@ -301,7 +302,7 @@ std::vector<LogItem> sample_log(const ProcedureBench& bench) {
   haptics::ServoCore core({}, 1e-3);
   std::vector<LogItem> items;
   const auto add_events = [&](const Outcome& outcome) {
-    const Chronicle& chronicle = engine.now().chronicle;
+    const Chronicle& chronicle = engine.state().chronicle;
     for (std::size_t i = chronicle.size() - outcome.event_count; i < chronicle.size(); ++i)
       items.push_back(EventItem{chronicle[i]});
   };

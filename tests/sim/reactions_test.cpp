@@ -75,7 +75,7 @@ TEST(ModuleReaction, ReceivesCommandsAndRaisesEvents) {
     ASSERT_TRUE(writer.is_ok()) << writer.error().message();
     Lockstep run(Engine(bench.scene, *bench.method, drilling::burr(k_burr), 1e-3, listeners()), {}, 1000,
                  writer.value().get());
-    const auto settings = [&] { return *run.engine().now().persistent_of<ListenerSettings>(); };
+    const auto settings = [&] { return *run.engine().state().persistent_of<ListenerSettings>(); };
     run.step({{0, 0, 40}, {1, 0, 0, 0}, false});
     ASSERT_FALSE(run.apply({ToyMark{dvec3(1)}, 0}).refused);
     ASSERT_FALSE(run.apply({ToyMark{dvec3(2)}, 0}).refused);
@@ -88,7 +88,7 @@ TEST(ModuleReaction, ReceivesCommandsAndRaisesEvents) {
     for (int i = 0; i < 12; ++i) run.apply({ToyMark{dvec3(i)}, 0});
     EXPECT_EQ(settings().noted_marks, 10);
     std::vector<std::string> heard;
-    const Chronicle& chronicle = run.engine().now().chronicle;
+    const Chronicle& chronicle = run.engine().state().chronicle;
     for (std::size_t i = 0; i < chronicle.size(); ++i)
       if (const auto* event = chronicle[i].value.as<Heard>()) heard.push_back(event->command);
     ASSERT_GE(heard.size(), 4u);
@@ -100,7 +100,7 @@ TEST(ModuleReaction, ReceivesCommandsAndRaisesEvents) {
     EXPECT_GE(endless.event_count, 900u);
     EXPECT_LE(endless.event_count, 1000u);
     run.step({{0, 0, 40}, {1, 0, 0, 0}, false});
-    state = run.engine().now().hash();
+    state = run.engine().state().hash();
     ASSERT_FALSE(writer.value()->finish(run.engine()));
   }
   const Verdict verdict = replay(path, bench.scene.base, listeners());

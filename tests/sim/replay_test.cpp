@@ -21,13 +21,13 @@ TEST(Replay, SeeksForwardAndBackToTheSameState) {
   Replay& run = *run_of;
   ASSERT_FALSE(run.seek(1700).has_value());
   EXPECT_EQ(run.next_tick(), 1700u);
-  const std::uint64_t middle = run.engine().current()->content_hash();
+  const std::uint64_t middle = run.engine().version()->content_hash();
   const dvec3 force = run.record().force_world;
   ASSERT_FALSE(run.seek(5000).has_value());
   EXPECT_EQ(run.next_tick(), 3000u);
-  EXPECT_EQ(run.engine().current()->content_hash(), hash);
+  EXPECT_EQ(run.engine().version()->content_hash(), hash);
   ASSERT_FALSE(run.seek(1700).has_value());
-  EXPECT_EQ(run.engine().current()->content_hash(), middle);
+  EXPECT_EQ(run.engine().version()->content_hash(), middle);
   EXPECT_EQ(run.record().force_world, force);
   EXPECT_NE(middle, hash);
   EXPECT_FALSE(run.mismatch().has_value());
@@ -68,14 +68,14 @@ void write_session_with(PlantedFault planted, const std::string& path) {
           std::exchange(planted, planted == PlantedFault::removed_volume ? PlantedFault::none : planted) ==
           PlantedFault::removed_volume;
       items.add(
-          VersionItem{edits.serial(), record.tick, edits.current()->ledger().total() + is_wrong_volume});
+          VersionItem{edits.serial(), record.tick, edits.version()->ledger().total() + is_wrong_volume});
     }
   }
   const Command undo{Undo{}};
   edits.apply(undo);
   items.add(CommandItem{undo});
   items.add(HashItem{edits.serial(),
-                     edits.current()->content_hash() ^ (planted == PlantedFault::voxels ? 1u : 0u)});
+                     edits.version()->content_hash() ^ (planted == PlantedFault::voxels ? 1u : 0u)});
   const std::string log = forged_bytes + items.fetch_bytes().substr(true_bytes.size());
   write_session(path, header, log);
 }
@@ -124,7 +124,7 @@ TEST(Replay, CommandsAfterTheLastTickAreReplayedToo) {
   Replay& run = *run_of;
   ASSERT_FALSE(run.seek(opened.value().tick_count()).has_value());
   EXPECT_EQ(run.engine().removed_mm3(), 0);
-  EXPECT_EQ(run.engine().current()->content_hash(), opened.value().end()->hash);
+  EXPECT_EQ(run.engine().version()->content_hash(), opened.value().end()->hash);
 }
 
 // Recorded live by a g++ 12 release build under load, with 20 undos in contact: every compiler and preset
@@ -190,7 +190,7 @@ TEST(Replay, AnyInterleavingOfServoAndEditsReplaysToTheBit) {
     EXPECT_FALSE(writer->finish(edits).has_value());
     const Verdict v = replay(path);
     expect_same(v);
-    EXPECT_EQ(v.hash, edits.current()->content_hash());
+    EXPECT_EQ(v.hash, edits.version()->content_hash());
   }
   EXPECT_GT(led_ticks, 100);
   EXPECT_GT(commands, 100);

@@ -16,7 +16,7 @@ namespace {
 double too_free(const haptics::TouchScene& scene, const Engine& edits) {
   const volume::OffsetField& used = edits.servo_scene()->hands[0].state.offset(scene, 0);
   const auto fresh = volume::OffsetField::build(scene.items[0].field, *scene.items[0].bits,
-                                                edits.current().get(), scene.tool->radius(), 1)
+                                                edits.version().get(), scene.tool->radius(), 1)
                          .value();
   double worst = -1e9;
   for (int z = 0; z < used.size().z; ++z)
@@ -53,7 +53,7 @@ TEST(RoundSession, DrillsWithItsWholeBallAndItsFieldIsNeverTooFree) {
     EXPECT_GT(contacts, 500);
     EXPECT_GT(stale, 100);  // it hovers over fresh cuts for a while
     EXPECT_GT(run.engine().removed_mm3(), 20);
-    hash = run.engine().current()->content_hash();
+    hash = run.engine().version()->content_hash();
     removed = run.engine().removed_mm3();
     EXPECT_FALSE(writer->finish(run.engine()));
   }
@@ -191,7 +191,7 @@ TEST(RoundSession, LiveUndoneInContactReplaysToTheBit) {
   EXPECT_GT(live.derived_report(DerivedKind::offset_fields).longest_seconds, 0);
   // Two fields, each within its tolerance.
   EXPECT_LT(too_free(bench.scene, live.engine()), 2 * (0.1 + 0.02 * bench.scene.tool->radius()));
-  const std::uint64_t hash = live.engine().current()->content_hash();
+  const std::uint64_t hash = live.engine().version()->content_hash();
   EXPECT_FALSE(writer->finish(live.engine()));
   const Verdict v = replay(path);
   EXPECT_EQ(v.tool_radius, 1.0);

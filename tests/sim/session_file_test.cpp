@@ -266,20 +266,20 @@ TEST(Session, DrillsUndoesAndReplaysInEveryFrameUnitAndMask) {
           EXPECT_TRUE(glm::length(r.force_world) <= 10.0001) << i;
         }
       };
-      const std::uint64_t whole = run.engine().current()->content_hash();
+      const std::uint64_t whole = run.engine().version()->content_hash();
       go(0, 300, true);
       go(300, 350, false);
-      const std::uint64_t drilled = run.engine().current()->content_hash();
+      const std::uint64_t drilled = run.engine().version()->content_hash();
       EXPECT_NE(drilled, whole);
       EXPECT_GT(run.engine().removed_mm3(), 100 * std::pow(scan.unit, 3));
       run.undo();
-      EXPECT_EQ(run.engine().current()->content_hash(), whole);
+      EXPECT_EQ(run.engine().version()->content_hash(), whole);
       go(350, 400, false);
       run.redo();
-      EXPECT_EQ(run.engine().current()->content_hash(), drilled);
+      EXPECT_EQ(run.engine().version()->content_hash(), drilled);
       go(400, 500, true);
       EXPECT_GT(contacts, 200);
-      hash = run.engine().current()->content_hash(), removed = run.engine().removed_mm3();
+      hash = run.engine().version()->content_hash(), removed = run.engine().removed_mm3();
       EXPECT_FALSE(writer->finish(run.engine()));
     }
     const Verdict v = replay(path, scene.base);

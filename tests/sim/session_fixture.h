@@ -17,7 +17,7 @@
 #include "modules/drilling/burr.h"
 #include "sim/drivers/lockstep.h"
 #include "sim/drivers/replay.h"
-#include "sim/session/packed.h"
+#include "sim/session/compression.h"
 #include "sim/session/session_writer.h"
 
 namespace trephine::sim {
@@ -78,7 +78,7 @@ inline void write_session(const std::string& path, const SessionHeader& header, 
   bytes.append(reinterpret_cast<const char*>(layout), sizeof layout);
   std::uint64_t number = 0;
   for (const auto& [kind, payload] :
-       {std::pair(BlockKind::header, encode(header)), std::pair(BlockKind::log, packed(log))}) {
+       {std::pair(BlockKind::header, encode(header)), std::pair(BlockKind::log, compress(log))}) {
     const BlockHead head{k_block_magic, static_cast<std::uint32_t>(kind), number++, 0, payload.size()};
     const std::uint64_t check = block_checksum(head, payload);
     bytes.append(reinterpret_cast<const char*>(&head), sizeof head);
@@ -115,8 +115,8 @@ inline Verdict replay(const std::string& path, std::shared_ptr<const volume::Vol
   }
   v.mismatch = run.mismatch();
   v.counts = run.counts();
-  v.hash = run.engine().current()->content_hash();
-  v.state = run.engine().now().hash();
+  v.hash = run.engine().version()->content_hash();
+  v.state = run.engine().state().hash();
   v.removed = run.engine().removed_mm3();
   return v;
 }
@@ -151,7 +151,7 @@ inline std::uint64_t record_lockstep(const std::string& path, int ticks) {
     if (i % 500 == 250) run.undo();
   }
   EXPECT_FALSE(writer->finish(run.engine()));
-  return run.engine().current()->content_hash();
+  return run.engine().version()->content_hash();
 }
 
 }  // namespace trephine::sim

@@ -62,7 +62,7 @@ void record_live(const std::string& path, int undos, double rate, std::uint64_t*
   }
   EXPECT_EQ(done, undos);
   live.stop();
-  *hash = live.engine().current()->content_hash();
+  *hash = live.engine().version()->content_hash();
   *removed = live.engine().removed_mm3();
   const Status status = writer->finish(live.engine());
   EXPECT_FALSE(status.has_value()) << status->message();
@@ -170,7 +170,7 @@ TEST(Session, AFullRingAndSlowEditsFadeTheForceAndReplay) {
     EXPECT_FALSE(writer->finish(live.engine()));
     const Verdict v = replay(path, nullptr, catalogue);
     expect_same(v);
-    EXPECT_EQ(v.hash, live.engine().current()->content_hash());
+    EXPECT_EQ(v.hash, live.engine().version()->content_hash());
     EXPECT_EQ(v.counts.dropped, report.dropped);
     EXPECT_EQ(report.dropped > 0, is_full);
     // Seeking back and forth plays ticks twice. The replay must count them once, without a mismatch.
@@ -255,7 +255,7 @@ TEST(Session, TwoHandsShareAServoAndAHistory) {
   EXPECT_EQ(trace[trace.size() - 2].faults & haptics::k_latched_faults, 0u);
   const Verdict v = replay(path);
   expect_same(v);
-  EXPECT_EQ(v.hash, live.engine().current()->content_hash());
+  EXPECT_EQ(v.hash, live.engine().version()->content_hash());
 }
 
 TEST(Session, ContinuesWhereItStopped) {
@@ -290,7 +290,7 @@ TEST(Session, ContinuesWhereItStopped) {
   EXPECT_FALSE(writer->finish(live.engine()));
   const Verdict v = replay(path);
   expect_same(v);
-  EXPECT_EQ(v.hash, live.engine().current()->content_hash());
+  EXPECT_EQ(v.hash, live.engine().version()->content_hash());
   EXPECT_GE(v.counts.ticks, first_tick + 400);
 }
 

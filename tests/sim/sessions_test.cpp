@@ -45,7 +45,7 @@ TEST(Lockstep, SameInputSameBits) {
     stroke(run, -4, 400);
     stroke(run, 3, 300);
     forces[i] = run.step({{0, 0, -2}, {1, 0, 0, 0}, true}).force_world;
-    hashes[i] = run.engine().current()->content_hash();
+    hashes[i] = run.engine().version()->content_hash();
   }
   EXPECT_EQ(hashes[0], hashes[1]);
   EXPECT_EQ(forces[0], forces[1]);
@@ -60,30 +60,30 @@ TEST(Lockstep, UndoAndRedoByStrokeAreExact) {
   ASSERT_FALSE(method.prepare(scene).has_value());
   const drilling::Burr burr{4, 30, 20, false};
   Lockstep run(scene, method, drilling::burr(burr), {}, 1000);
-  std::vector<std::uint64_t> hash{run.engine().current()->content_hash()};
+  std::vector<std::uint64_t> hash{run.engine().version()->content_hash()};
   std::vector<double> removed{0};
   for (int i = 0; i < 4; ++i) {
     stroke(run, -6 + 4 * i, 300);
-    hash.push_back(run.engine().current()->content_hash());
+    hash.push_back(run.engine().version()->content_hash());
     removed.push_back(run.engine().removed_mm3());
     EXPECT_GT(removed.back(), removed[removed.size() - 2]);
   }
   EXPECT_EQ(run.engine().stroke_count(), 4u);
   for (int i = 3; i >= 0; --i) {
     EXPECT_TRUE(run.undo().is_changed);
-    EXPECT_EQ(run.engine().current()->content_hash(), hash[static_cast<std::size_t>(i)]);
+    EXPECT_EQ(run.engine().version()->content_hash(), hash[static_cast<std::size_t>(i)]);
     EXPECT_EQ(run.engine().removed_mm3(), removed[static_cast<std::size_t>(i)]);
   }
   EXPECT_FALSE(run.undo().is_changed);
   for (int i = 1; i <= 3; ++i) {
     EXPECT_TRUE(run.redo().is_changed);
-    EXPECT_EQ(run.engine().current()->content_hash(), hash[static_cast<std::size_t>(i)]);
+    EXPECT_EQ(run.engine().version()->content_hash(), hash[static_cast<std::size_t>(i)]);
   }
   // Further drilling discards the strokes that could be redone; older versions are unchanged.
   stroke(run, 8, 200);
   EXPECT_FALSE(run.engine().can_redo());
   run.undo();
-  EXPECT_EQ(run.engine().current()->content_hash(), hash[3]);
+  EXPECT_EQ(run.engine().version()->content_hash(), hash[3]);
 }
 
 TEST(Lockstep, UndoIsLimitedToTheNewestStrokes) {

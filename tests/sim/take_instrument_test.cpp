@@ -34,7 +34,7 @@ struct TrayBench {
   }
 };
 
-std::string tool_of(const Engine& engine) { return std::string(engine.now().settings.hands[0].name()); }
+std::string tool_of(const Engine& engine) { return std::string(engine.state().settings.hands[0].name()); }
 double radius_of(const Engine& engine) { return engine.servo_scene()->hands[0].scene->tool->radius(); }
 
 TEST(TakeInstrument, BringsItsBallAndReplaysToTheBit) {
@@ -57,7 +57,7 @@ TEST(TakeInstrument, BringsItsBallAndReplaysToTheBit) {
     run.step({{0, 0, 12}, {1, 0, 0, 0}, false});
     run.apply(Command(run.engine().run_job(begun.job), 0));
     EXPECT_EQ(tool_of(run.engine()), "perforator");
-    EXPECT_EQ(run.engine().now().settings.hands[0].parameters.as<drilling::Perforator>()->diameter, 13);
+    EXPECT_EQ(run.engine().state().settings.hands[0].parameters.as<drilling::Perforator>()->diameter, 13);
     EXPECT_DOUBLE_EQ(radius_of(run.engine()), radius);
     // The perforator touches with its ball, and its force law is set.
     haptics::ServoRecord record;
@@ -71,9 +71,9 @@ TEST(TakeInstrument, BringsItsBallAndReplaysToTheBit) {
     EXPECT_EQ(tool_of(run.engine()), "burr");
     EXPECT_EQ(radius_of(run.engine()), 0);
     ASSERT_FALSE(run.apply_whole({TakeInstrument{"burr", "diameter=5 removal_rate=30"}, 0}).refused);
-    EXPECT_EQ(run.engine().now().settings.hands[0].parameters.as<drilling::Burr>()->diameter, 5);
+    EXPECT_EQ(run.engine().state().settings.hands[0].parameters.as<drilling::Burr>()->diameter, 5);
     for (int i = 0; i < 30; ++i) run.step({{0, 0, 14}, {1, 0, 0, 0}, false});
-    state = run.engine().now().hash();
+    state = run.engine().state().hash();
     ASSERT_FALSE(writer->finish(run.engine()));
   }
   const Verdict verdict = replay(path, bench.scene.base);

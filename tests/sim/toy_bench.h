@@ -102,7 +102,7 @@ inline Command with_hash(Command command, const Engine& engine) {
     for (const PendingJob& job : engine.jobs())
       if (job.id == adopt->job) {
         const bool fits =
-            !job.type || job.type->is_result_valid(job.parameters->data(), *job.input, engine.now());
+            !job.type || job.type->is_result_valid(job.parameters->data(), *job.input, engine.state());
         adopt->hash = fits ? static_cast<std::int64_t>(job.run()->hash()) : 0;
       }
   return command;

@@ -8,8 +8,8 @@
 
 namespace trephine::sim {
 
-std::string packed(std::string_view bytes);
-/// Error if the bytes are not output of packed().
-Result<std::string> unpacked(std::string_view bytes);
+std::string compress(std::string_view bytes);
+/// Error if the bytes are not output of compress().
+Result<std::string> decompress(std::string_view bytes);
 
 }  // namespace trephine::sim

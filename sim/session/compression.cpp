@@ -1,4 +1,4 @@
-#include "sim/session/packed.h"
+#include "sim/session/compression.h"
 
 #include <zstd.h>
 
@@ -6,7 +6,7 @@
 
 namespace trephine::sim {
 
-std::string packed(std::string_view bytes) {
+std::string compress(std::string_view bytes) {
   std::string out;
   put_number(out, static_cast<std::int64_t>(bytes.size()));
   const std::size_t head = out.size(), bound = ::ZSTD_compressBound(bytes.size());
@@ -19,7 +19,7 @@ std::string packed(std::string_view bytes) {
   return out;
 }
 
-Result<std::string> unpacked(std::string_view bytes) {
+Result<std::string> decompress(std::string_view bytes) {
   const Error broken{.what = "the compressed data of the session are damaged",
                      .expected = "data as trephine wrote them",
                      .remedy = "use an undamaged copy of the session"};
