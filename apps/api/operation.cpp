@@ -83,7 +83,7 @@ struct Operation::Data {
     engine().freeze();
     imaging::Subject subject;
     subject.scan = engine().scene().base;
-    subject.version = engine().current();
+    subject.version = engine().version();
     subject.objects = workbench::objects_of(engine());
     return subject;
   }
@@ -128,7 +128,7 @@ struct Snapshot::Data {
   std::shared_ptr<const char> identity;
 };
 
-std::uint64_t Snapshot::tick() const noexcept { return data_->run.engine().now().next_tick; }
+std::uint64_t Snapshot::tick() const noexcept { return data_->run.engine().state().next_tick; }
 
 Status load_module(const std::string& path) {
   const auto loaded = modules::load_module(path);
@@ -374,7 +374,7 @@ bool Operation::is_whole() const noexcept { return data_->session && data_->sess
 
 bool Operation::is_recorded() const noexcept { return data_->session != nullptr; }
 bool Operation::is_read_only() const noexcept { return is_recorded() || data_->has_ended; }
-std::uint64_t Operation::tick() const noexcept { return data_->engine().now().next_tick; }
+std::uint64_t Operation::tick() const noexcept { return data_->engine().state().next_tick; }
 std::uint64_t Operation::tick_count() const noexcept {
   return data_->session ? data_->session->reader->tick_count() : tick();
 }
@@ -392,7 +392,7 @@ std::vector<std::string> Operation::item_names() const {
 
 std::vector<PlannedLine> Operation::trajectories() const {
   std::vector<PlannedLine> lines;
-  if (const auto& plan = data_->engine().now().plan)
+  if (const auto& plan = data_->engine().state().plan)
     for (const volume::PlannedTrajectory& one : plan->trajectories)
       lines.push_back({one.name, one.entry_world, one.target_world});
   return lines;
@@ -400,7 +400,7 @@ std::vector<PlannedLine> Operation::trajectories() const {
 
 std::vector<PlannedPosition> Operation::landmarks() const {
   std::vector<PlannedPosition> positions;
-  if (const auto& plan = data_->engine().now().plan)
+  if (const auto& plan = data_->engine().state().plan)
     for (const volume::PlannedLandmark& one : plan->landmarks)
       positions.push_back({one.name, one.position_world});
   return positions;
@@ -449,20 +449,20 @@ Result<Score> Operation::score(const std::vector<Judgement>& judgements) {
   return result;
 }
 
-std::size_t Operation::event_count() const noexcept { return data_->engine().now().chronicle.size(); }
+std::size_t Operation::event_count() const noexcept { return data_->engine().state().chronicle.size(); }
 const Event& Operation::event(std::size_t index) const noexcept {
   TREPHINE_ASSERT(index < event_count());
-  return data_->engine().now().chronicle[index];
+  return data_->engine().state().chronicle[index];
 }
 
 std::vector<Body> Operation::bodies() const {
   std::vector<Body> result;
-  for (const sim::Body& source : data_->engine().now().undoable.bodies) {
-    const haptics::Placement place = data_->engine().placement_of(source);
+  for (const sim::Body& source : data_->engine().state().undoable.bodies) {
+    const haptics::Placement placement = data_->engine().placement_of(source);
     const haptics::MeshTree& tree = *source.piece->tree;
     auto surface = std::make_shared<Surface>(Surface{tree.vertices(), tree.triangles()});
-    result.push_back({source.id.value, source.holder, source.piece->mm3, place.position_world, place.rotation,
-                      std::move(surface)});
+    result.push_back({source.id.value, source.holder, source.piece->mm3, placement.position_world,
+                      placement.rotation, std::move(surface)});
   }
   return result;
 }
@@ -489,7 +489,7 @@ Result<std::vector<std::int16_t>> Operation::read(const VoxelRange& range) const
     count *= static_cast<std::size_t>(range.high[a] - range.low[a] + 1);
   }
   std::vector<std::int16_t> intensities(count);
-  volume::read_operated(*data_->engine().current(), {range.low, range.high}, data_->air, intensities.data());
+  volume::read_operated(*data_->engine().version(), {range.low, range.high}, data_->air, intensities.data());
   return intensities;
 }
 
@@ -505,7 +505,7 @@ Result<Surface> Operation::surface(std::size_t item) const {
   source.bits = shape.bits.get();
   // The cuts are those of the anatomy; other volumes cannot be cut.
   if (&shape.field.volume() == data_->engine().scene().base.get())
-    source.version = data_->engine().current().get();
+    source.version = data_->engine().version().get();
   const volume::Mesh mesh = volume::surface_net(source);
   const volume::Frame& frame = shape.field.volume().frame;
   Surface surface;
@@ -521,7 +521,7 @@ Result<Surface> Operation::surface(std::size_t item) const {
 
 std::vector<Sample> Operation::query(std::span<const glm::dvec3> positions_world) const {
   const volume::Volume& base = scan();
-  const volume::Version& version = *data_->engine().current();
+  const volume::Version& version = *data_->engine().version();
   const auto shapes = haptics::base_shapes(data_->engine().scene());
   std::vector<Sample> samples(positions_world.size());
   parallel_for(static_cast<int>((samples.size() + 1023) / 1024), 0, [&](int block) {
@@ -563,7 +563,7 @@ Result<std::vector<ForcePart>> Operation::explain_force(std::uint64_t tick, int 
 
 Result<Image<std::int16_t>> Operation::slice(const ImagePlane& plane) const {
   if (Status error = volume::check(plane)) return *error;
-  ct_viewer::SliceValues values = ct_viewer::slice_values(scan(), *data_->engine().current(), plane, {});
+  ct_viewer::SliceValues values = ct_viewer::slice_values(scan(), *data_->engine().version(), plane, {});
   return Image<std::int16_t>{plane.columns, plane.rows, std::move(values.now)};
 }
 

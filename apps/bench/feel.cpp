@@ -90,7 +90,7 @@ FeelRow measure(const FeelScene& s, Judges& judges, const Contender& contender, 
   row.radius_mm = s.radius_mm;
   row.field_s = s.field_s, row.field_update_s = s.field_update_s;
   if (contender.needs_radius && (s.radius_mm != 2 || s.group != "smooth")) return row;
-  // Peers, and methods without cuts, touch the volume before the hole was drilled.
+  // Peers, and methods without cuts, would touch the volume without the hole: they do not play this scene.
   if (s.drilled && (contender.is_peer || !info.takes_cuts)) return row;
   if (method.prepare(s.scene)) return row;
   const haptics::TouchState touch_state = s.touch_state();

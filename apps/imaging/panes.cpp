@@ -29,7 +29,7 @@ void Panes::show(Subject subject, bool is_changed) {
   is_changed |= is_new_scan || subject.objects.size() != subject_.objects.size();
   for (std::size_t i = 0; !is_changed && i < subject.objects.size(); ++i)
     is_changed = subject.objects[i].tree != subject_.objects[i].tree ||
-                 !(subject.objects[i].place == subject_.objects[i].place);
+                 !(subject.objects[i].placement == subject_.objects[i].placement);
   is_changed |= subject.version != subject_.version;
   const auto is_newer = [&](std::size_t i) { return subject.depths[i].set != subject_.depths[i].set; };
   bool has_newer_depths = subject.depths.size() != subject_.depths.size();

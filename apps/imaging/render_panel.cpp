@@ -127,13 +127,13 @@ Panel Renderer::draw(const Subject& subject, const volume::RaycastRequest& reque
         for (const Object& object : subject.objects) {
           haptics::FacetHit hit;
           int visited = 0;
-          if (!object.tree->cast(object.place.local_from_world(ray.from),
-                                 object.place.local_from_world(ray.from + k_far * ray.along), true, true, hit,
-                                 visited) ||
+          if (!object.tree->cast(object.placement.local_from_world(ray.from),
+                                 object.placement.local_from_world(ray.from + k_far * ray.along), true, true,
+                                 hit, visited) ||
               k_far * hit.t >= static_cast<double>(walls_[n]))
             continue;
           walls_[n] = static_cast<float>(k_far * hit.t);
-          const dvec3 normal = object.place.rotation * hit.normal_world;
+          const dvec3 normal = object.placement.rotation * hit.normal_world;
           const double light = 0.25 + 0.75 * std::max(0.0, glm::dot(normal, lamp));
           const dvec3 colour = light * (colour_of(object.matter));
           for (std::size_t c = 0; c < 3; ++c)

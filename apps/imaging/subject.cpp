@@ -35,7 +35,7 @@ Result<cross_section::Cut> cut_of(const volume::ImagePlane& plane, const Object&
   if (Status error = check_closed(object)) return *error;
   cross_section::SectionMesh mesh;
   for (const glm::dvec3& v : object.tree->vertices())
-    mesh.vertices_world.push_back(object.place.world_from_local(v));
+    mesh.vertices_world.push_back(object.placement.world_from_local(v));
   mesh.triangles = object.tree->triangles();
   auto cut = cross_section::cut_mesh(plane, mesh);
   if (cut) return cut;

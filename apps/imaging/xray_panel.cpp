@@ -66,7 +66,7 @@ std::vector<fluoroscopy::XrayObject> xray_objects(const Subject& subject, double
   for (const Object& object : subject.objects)
     if (object.matter != volume::Matter::scenery)
       objects.push_back(
-          {object.tree, object.place, fluoroscopy::attenuation(object.matter, energy), object.is_piece});
+          {object.tree, object.placement, fluoroscopy::attenuation(object.matter, energy), object.is_piece});
   return objects;
 }
 

@@ -227,19 +227,22 @@ std::optional<double> foot_depth(const BoneTest& is_bone, const FootTool& tool, 
   return deepest;
 }
 
-FootSearch find_hole(const BoneTest& is_bone, const BoneTest& was_bone, const FootTool& tool,
-                     const dvec3& at_world, const dvec3& shaft) {
-  constexpr double k_farthest = 8, k_grid = 1, k_toe = 0.6;  // mm; mm; share of the radius
+namespace {
+/// Finds a pose along `shaft`, within `farthest` mm of `at_world`. `is_open`: becomes true if the hole goes
+/// through the bone.
+FootSearch find_upright(const BoneTest& is_bone, const BoneTest& was_bone, const FootTool& tool,
+                        const dvec3& at_world, const dvec3& shaft, double farthest, bool& is_open) {
+  constexpr double k_grid = 1, k_toe = 0.6;  // mm; share of the radius
   const auto [a, b] = across(shaft);
   std::vector<glm::dvec2> offsets;
-  const int steps = static_cast<int>(k_farthest / k_grid);
+  const int steps = static_cast<int>(farthest / k_grid);
   for (int i = -steps; i <= steps; ++i)
     for (int j = -steps; j <= steps; ++j)
       if (i * i + j * j <= steps * steps) offsets.emplace_back(k_grid * i, k_grid * j);
   std::sort(offsets.begin(), offsets.end(),
             [](const glm::dvec2& x, const glm::dvec2& y) { return glm::dot(x, x) < glm::dot(y, y); });
   constexpr int k_max = 40;  // points at which the foot is fitted
-  bool is_open = false, is_drilled = false;
+  bool is_drilled = false;
   int fitted = 0;
   for (const glm::dvec2& offset : offsets) {
     const dvec3 at = at_world + offset.x * a + offset.y * b;
@@ -270,6 +273,26 @@ FootSearch find_hole(const BoneTest& is_bone, const BoneTest& was_bone, const Fo
                 std::to_string(static_cast<int>(std::ceil(2 * tool.radius))) + " mm."
       : is_drilled ? "the hole is too narrow at its inner end. Widen that end with a burr."
                    : "no burr hole is near. Make one with the perforator first."};
+}
+}  // namespace
+
+FootSearch find_hole(const BoneTest& is_bone, const BoneTest& was_bone, const FootTool& tool,
+                     const dvec3& at_world, const dvec3& shaft) {
+  constexpr double k_farthest = 8, k_near = 3;  // mm
+  bool is_open = false;
+  FootSearch upright = find_upright(is_bone, was_bone, tool, at_world, shaft, k_farthest, is_open);
+  if (upright.pose || !is_open) return upright;
+  const auto [a, b] = across(shaft);
+  constexpr int k_directions = 8;
+  for (const double degrees : {8.0, 16.0, 24.0})
+    for (int i = 0; i < k_directions; ++i) {
+      const double tilt = degrees * k_pi / 180, around = 2 * k_pi * i / k_directions;
+      const dvec3 tilted =
+          std::cos(tilt) * shaft + std::sin(tilt) * (std::cos(around) * a + std::sin(around) * b);
+      FootSearch oblique = find_upright(is_bone, was_bone, tool, at_world, tilted, k_near, is_open);
+      if (oblique.pose) return oblique;
+    }
+  return upright;
 }
 
 }  // namespace trephine::view

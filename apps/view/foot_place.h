@@ -54,8 +54,9 @@ FootSearch find_edge(const BoneTest& is_bone, const FootTool& tool, const glm::d
 std::optional<double> foot_depth(const BoneTest& is_bone, const FootTool& tool, const glm::dvec3& at_world,
                                  const glm::dvec3& shaft);
 
-/// Finds a pose within 8 mm of `at_world` at which a craniotome is perpendicular with its foot below the
-/// inner table. `at_world` is on the surface of the bone as scanned, which `was_bone` describes.
+/// Finds a pose within 8 mm of `at_world` at which a craniotome has its foot below the inner table, along
+/// `shaft` (unit) or, in an oblique hole, tilted from it by up to 24 degrees. `at_world` is on the surface of
+/// the bone as scanned, which `was_bone` describes.
 FootSearch find_hole(const BoneTest& is_bone, const BoneTest& was_bone, const FootTool& tool,
                      const glm::dvec3& at_world, const glm::dvec3& shaft);
 

@@ -39,6 +39,10 @@ class LineGuide {
   };
   /// Returns the pose of the tool in this frame; nullopt: the cursor determines it.
   std::optional<Pose> follow(std::span<const Line> planned, const Input& input);
+  /// Withdraws a held tool to the cursor, because bone changed around it.
+  void withdraw() noexcept {
+    if (state_ == State::held) state_ = State::withdrawn;
+  }
   /// Moves a held tool along its line, mm; negative: back. Returns false if no tool is held.
   bool advance(double mm);
   bool is_holding() const noexcept { return state_ != State::free; }

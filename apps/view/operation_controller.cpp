@@ -60,7 +60,8 @@ OperationController::OperationController(const haptics::TouchScene& scene, const
   if (options.plan)
     for (const volume::PlannedTrajectory& line : options.plan->trajectories)
       planned_lines_.push_back({line.entry_world, line.target_world});
-  if (const auto& plan = live_.engine().now().plan; plan && !plan->procedure.is_empty()) steps_.emplace(plan);
+  if (const auto& plan = live_.engine().state().plan; plan && !plan->procedure.is_empty())
+    steps_.emplace(plan);
   for (int i = 0; i < haptics::item_count(scene); ++i)
     if (const auto& depth = haptics::item_of(scene, i).depth; depth && depth->is_streamed()) scenery_ = i;
 }
@@ -131,6 +132,9 @@ std::string OperationController::fault_text() const {
     return "The tool is in the " + workbench::words_of(live_.engine().forbidden()[at]->name()) + depth +
            remedy;
   }
+  // A mouse renders no force, and a computer is often busy while a scan is opened.
+  constexpr double k_start = 3;  // s
+  if (!options_.device && seconds() < k_start) return {};
   return "The force is off: " + workbench::fault_reasons(faults) +
          (options_.device ? ". Press F to turn it on again." : ". It returns automatically.");
 }
@@ -205,6 +209,9 @@ void OperationController::send_history_steps() {
   for (const HistoryStep step : history_steps_) step == HistoryStep::undo ? live_.undo() : live_.redo();
   history_steps_.clear();
   notices_.dismiss(seconds());
+  if (!job_.empty()) add_notice("The running command was cancelled.", EventLevel::outcome);
+  // Undo ends the insertion of a probe or a catheter, whose track it may close.
+  line_.withdraw();
 }
 
 /// Resets a latched fault of a mouse after half a second. A mouse has no motors, so the user need not confirm

@@ -48,6 +48,8 @@ class OperationController {
       is_lifted_ = true;
       mouse_.release();
     }
+    if (is_down && !is_pressed_ && state_.tool.is_empty() && !options_.device)
+      show_refusal("No tool is in the hand. Choose one in the panel Tool.");
     is_pressed_ = is_down;
     has_click_ = has_click_ || is_down;
   }
@@ -250,6 +252,7 @@ class OperationController {
   std::optional<StepGuide> steps_;
   std::optional<std::size_t> prepared_step_;  ///< the step whose instruments are prepared
   std::chrono::steady_clock::time_point guided_at_;
+  double guide_refused_at_ = -1e9;  ///< s, time of the guide's last refusal
   bool is_over_bone_ = false;       ///< the cursor is over bone
   bool has_drill_stopped_ = false;  ///< the clutch of a perforator released during this press
   /// Time (s), and removed volume (mm³), when a pressed burr last made progress.

@@ -315,8 +315,12 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   const std::optional<ToolGuide::Pose> pose = guide_.follow(bone_in(*version_), bone_in(*untouched_), input);
   viewport_.mark_line(guide_.edge());
   if (std::string reason = guide_.take_message(); !reason.empty())
+    guide_refused_at_ = seconds(),
     notices_.add({seconds(), static_cast<double>(state_.newest.tick) / options_.rate_hz, EventLevel::refusal,
                   "The tool cannot work here: " + reason});
+  // The reason is outdated where the foot fits.
+  if (!guide_.edge().empty() && seconds() - guide_refused_at_ < Notices::k_refusal_seconds)
+    notices_.dismiss(seconds()), guide_refused_at_ = -1e9;
   if (was_holding && !pose) is_lifted_ = true;
   if (!pose) return false;
   mouse_.set(pose->at_world, pose->turn, pose->is_pressed,
@@ -347,8 +351,10 @@ void OperationController::watch_sight(const Ray& ray, bool is_pressed) {
 void OperationController::watch_progress() {
   constexpr double k_seconds = 2, k_least = 0.5;  // s; mm³ in this time
   const haptics::ServoRecord& newest = state_.newest;
-  const bool is_working =
-      newest.pose.is_pressed() && newest.has_contact && state_.tool.name() == drilling::Burr::schema().name;
+  const bool is_in_structure = std::any_of(state_.watches.begin(), state_.watches.end(),
+                                           [](const auto& watch) { return watch.is_inside; });
+  const bool is_working = newest.pose.is_pressed() && newest.has_contact && !is_in_structure &&
+                          state_.tool.as<drilling::Burr>() != nullptr;
   if (!is_working || state_.removed_mm3 >= progress_mm3_ + k_least) {
     progress_at_ = newest.t, progress_mm3_ = state_.removed_mm3;
     return;

@@ -17,12 +17,12 @@ ReplayController::ReplayController(const haptics::TouchScene& scene, sim::Replay
       length_(seconds),
       summary_(std::move(summary)),
       viewport_(scene, window, true) {
-  if (const auto& plan = replay.engine().now().plan; plan && !plan->procedure.is_empty())
+  if (const auto& plan = replay.engine().state().plan; plan && !plan->procedure.is_empty())
     steps_.emplace(plan);
 }
 
 void ReplayController::start() {
-  viewport_.request_all(replay_->engine().current());
+  viewport_.request_all(replay_->engine().version());
   replay_->take_changed();
 }
 
@@ -75,8 +75,8 @@ Status ReplayController::frame(double elapsed) {
     error = seek(now_ + speed_ * elapsed);
     if (now_ >= length_) is_playing_ = false;
   }
-  if (steps_) steps_->show(replay_->engine().now().undoable.procedure);
-  const std::shared_ptr<const volume::Version> version = replay_->engine().current();
+  if (steps_) steps_->show(replay_->engine().state().undoable.procedure);
+  const std::shared_ptr<const volume::Version> version = replay_->engine().version();
   const volume::VoxelBox changed = replay_->take_changed();
   has_changed_ = changed.low.x <= changed.high.x;
   viewport_.request(version, changed);
@@ -88,7 +88,7 @@ Status ReplayController::frame(double elapsed) {
   else
     viewport_.show_stylus(
         record(),
-        appearance_of(replay_->engine().now().settings.hands[static_cast<std::size_t>(hand())].parameters),
+        appearance_of(replay_->engine().state().settings.hands[static_cast<std::size_t>(hand())].parameters),
         *version, viewer);
   update_force_parts();
   if (shown_ != replay_->next_tick()) {  // the engine's overlays are already at the poses of held bodies

@@ -24,7 +24,7 @@ double row_height(const QPainter& painter) { return painter.fontMetrics().height
 
 void write_text(QPainter& painter, const QRectF& area, int flags, const QString& text, const QColor& colour) {
   if (text.isEmpty()) return;
-  painter.fillRect(background_of(painter, area, flags, text), QColor(14, 16, 20, 150));
+  painter.fillRect(background_of(painter, area, flags, text), QColor(14, 16, 20, 205));
   painter.setPen(colour);
   painter.drawText(area, flags, text);
 }

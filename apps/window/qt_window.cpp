@@ -137,9 +137,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
     fit_panel();
     show_assumptions();
     if (!options_.host.interrupted_session.empty())
-      show_message(
-          tr("The last session was interrupted. To continue it: File > Continue the interrupted "
-             "session."));
+      show_message(tr("To continue the interrupted session: File menu."));
     operation_->set_depth(0.5 * depth_->value());
     picture = &operation_->viewport();
   }
@@ -150,9 +148,10 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   // Start after the camera is aimed, because a haptic device begins in front of the camera.
   if (operation_)
     if (const Status error = operation_->start()) show_error(*error);
-  if (options_.side == 0 && options_.summary.work_position)
+  if (options_.side == 0 && !is_from_back && options_.summary.work_position)
     picture->look_at_work(*options_.summary.work_position);
   if (const Status error = picture->set_opacities(std::exchange(options_.opacities, {}))) show_error(*error);
+  picture->view().set_display(options_.display, options_.head_tracker);
   structures_->show_list(picture->structures());
   if (options_.plan) picture->set_plan(workbench::plan_overlays(*options_.plan));
   picture->view().set_text_scale(QApplication::font().pointSizeF() / initial_text_size());
@@ -211,7 +210,7 @@ Viewport* MainWindow::viewport() {
 }
 
 std::shared_ptr<const volume::Version> MainWindow::version() const {
-  return operation_ ? operation_->version() : replay_->engine().current();
+  return operation_ ? operation_->version() : replay_->engine().version();
 }
 
 // ---- user events ----------------------------------------------------------------------------------------

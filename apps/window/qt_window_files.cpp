@@ -115,8 +115,8 @@ void MainWindow::show_assumptions() {
   }
   // Without forbidden structures, as in most scans, a burr in the brain raises no event.
   const sim::Engine& engine = options_.start->engine;
-  if (engine.forbidden().empty() && !engine.now().settings.hands.empty() &&
-      engine.now().settings.hands[0].type != nullptr)
+  if (engine.forbidden().empty() && !engine.state().settings.hands.empty() &&
+      engine.state().settings.hands[0].type != nullptr)
     operation_->note(
         "No structure is watched, since none is marked as forbidden. To be warned of injuries, import the "
         "scan with labels of dura, nerves or vessels, and mark these as forbidden.");

@@ -33,11 +33,17 @@ void MainWindow::tilt(double right, double up) {
   show_message(QString("tilted %1\u00b0").arg(operation_->tilt_angle(), 0, 'f', 0));
 }
 
+void MainWindow::change_display(const std::function<void(DisplayMode&)>& change) {
+  change(options_.display);
+  if (viewport() != nullptr) viewport()->view().set_display(options_.display, options_.head_tracker);
+}
+
 /// Undoes the last change, or explains why this is not possible.
 void MainWindow::undo() {
   const sim::LiveState& state = operation_->state();
   operation_->undo();
-  // If matter was removed, a stroke that is still ending may be undone next: show no refusal.
+  // can_undo may still be false for a stroke that is just ending, which this undo reverts. This is possible
+  // only if matter was removed.
   if (state.can_undo || state.removed_mm3 > 0) return;
   show_refusal(
       tr("There is no change of bone or bodies to undo. Injuries stay recorded; anchors, pins and "

@@ -204,7 +204,7 @@ void MainWindow::show_panes(double elapsed) {
   if (operation_) operation_->show_clip_volumes(sees_depths);
   if (replay_) replay_->show_clip_volumes(sees_depths);
   if (const auto current = operation_ ? std::span(operation_->state().settings)
-                                      : std::span(replay_->engine().now().settings.modules);
+                                      : std::span(replay_->engine().state().settings.modules);
       grid_->arrangement() == Layout::picture && !panes_.is_shot_due(current))
     return panes_.rest(current);
   const haptics::ServoRecord& newest = operation_ ? operation_->state().newest : replay_->record();
@@ -222,9 +222,9 @@ void MainWindow::show_panes(double elapsed) {
   } else {
     replay_overlays = replay_->engine().overlays();
     overlays = &replay_overlays;
-    settings = replay_->engine().now().settings.modules;
+    settings = replay_->engine().state().settings.modules;
     is_changed = replay_->has_changed();
-    const sim::Instrument& tool = replay_->engine().now().settings.hands[0];
+    const sim::Instrument& tool = replay_->engine().state().settings.hands[0];
     is_inserted = tool.type && tool.type->is_working &&
                   tool.type->is_working(tool.parameters.data(), tool.state.data());
     depths = replay_->engine().displayed_depths(0);

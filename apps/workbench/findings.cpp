@@ -144,7 +144,7 @@ sim::Score score_of(sim::Engine& engine, const MotionStats* motion,
                     const std::function<bool(double share)>& progress, std::vector<sim::Finding> additional) {
   std::vector<sim::Finding> findings = findings_of(engine, motion, progress);
   std::move(additional.begin(), additional.end(), std::back_inserter(findings));
-  const volume::SurgicalPlan* const plan = engine.now().plan.get();
+  const volume::SurgicalPlan* const plan = engine.state().plan.get();
   return sim::score(std::move(findings),
                     plan ? volume::score_limits(*plan) : std::vector<volume::ScoreLimit>());
 }

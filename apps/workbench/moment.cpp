@@ -45,13 +45,13 @@ std::vector<Moment::Object> objects_of(const sim::Engine& engine) {
                           model->matter};
     object.screw = data_tools::recognized_screw(object.tree->vertices());
     if (object.screw) {
-      object.screw->entry_world = object.place.world_from_local(object.screw->entry_world);
-      object.screw->tip_world = object.place.world_from_local(object.screw->tip_world);
+      object.screw->entry_world = object.placement.world_from_local(object.screw->entry_world);
+      object.screw->tip_world = object.placement.world_from_local(object.screw->tip_world);
     }
     objects.push_back(std::move(object));
   }
-  const auto* pedicle = engine.now().undoable_of<pedicle::PedicleState>();
-  for (const sim::Body& body : engine.now().undoable.bodies) {
+  const auto* pedicle = engine.state().undoable_of<pedicle::PedicleState>();
+  for (const sim::Body& body : engine.state().undoable.bodies) {
     objects.push_back({format_text(body.is_implant ? "implant %u" : "piece %u", body.id.value),
                        body.piece->tree, engine.placement_of(body), body.matter, !body.is_implant});
     const auto index = pedicle ? pedicle->find_screw(body.id) : std::nullopt;
@@ -71,8 +71,8 @@ Status go_to(Moment& moment, std::uint64_t tick) {
   engine.freeze();
   const haptics::TouchScene& scene = engine.scene();
   moment.scan = scene.base;
-  moment.version = engine.current();
-  if (engine.now().plan) moment.plan = *engine.now().plan;
+  moment.version = engine.version();
+  if (engine.state().plan) moment.plan = *engine.state().plan;
   moment.forbidden.clear();
   for (const auto& structure : engine.forbidden())
     if (structure->shape())
@@ -132,12 +132,12 @@ Result<std::unique_ptr<Moment>> open_moment(const MomentChoice& choice, const Li
   for (const ModelChoice& model_choice : models) {
     auto model = load_model(model_choice, moment->objects.size() + 1, listener);
     if (!model) return model.error();
-    haptics::Placement place;
-    place.position_world = model_choice.at_world;
+    haptics::Placement placement;
+    placement.position_world = model_choice.at_world;
     const char* kind = model_choice.screw ? "screw %zu" : "model %zu";
     moment->objects.push_back(
         {model_choice.name.empty() ? format_text(kind, moment->objects.size() + 1) : model_choice.name,
-         std::move(model).value(), place, model_choice.matter, false, true, model_choice.screw});
+         std::move(model).value(), placement, model_choice.matter, false, true, model_choice.screw});
   }
   return moment;
 }

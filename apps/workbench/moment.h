@@ -19,7 +19,7 @@ struct Moment {
   struct Object {
     std::string name;  ///< chosen name, or "model 1", "piece 2"; never the name of a file
     std::shared_ptr<const haptics::MeshTree> tree;
-    haptics::Placement place;  ///< world
+    haptics::Placement placement;  ///< world
     volume::Matter matter = volume::Matter::titanium;
     bool is_piece = false;     ///< bone that was detached from the scan
     bool is_external = false;  ///< from MomentChoice::models or a case, not from a session
@@ -36,7 +36,7 @@ struct Moment {
   std::vector<volume::Shape> forbidden;  ///< structures of the scan that must not be cut
   double seconds = 0;                    ///< time in the session
 
-  const sim::OperationState* state() const { return session ? &session->replay->engine().now() : nullptr; }
+  const sim::OperationState* state() const { return session ? &session->replay->engine().state() : nullptr; }
 };
 /// Finds a trajectory of the plan of `moment`. The error lists the existing trajectories. `where`: location
 /// that the error states.

@@ -195,7 +195,7 @@ constexpr const char *k_missing = " does not exist at this time",
 
 Result<Place> current_place(const Place& place, const sim::Engine& engine) {
   if (place.body == 0) return place;
-  const sim::Body* body = find_body(place, engine.now());
+  const sim::Body* body = find_body(place, engine.state());
   if (!body) return unknown_position(place, k_missing, k_earlier);
   return place_of(place, *body, engine.placement_of(*body));
 }

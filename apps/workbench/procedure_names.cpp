@@ -41,7 +41,7 @@ std::vector<sim::Measure> initial_measures(const sim::Module* module) {
   const Result<Operation> operation = make_operation(std::move(source), choice);
   if (!operation) return {};
   const sim::Engine engine = operation.value().engine();
-  return module ? module->measures(engine.now()) : engine.measures();
+  return module ? module->measures(engine.state()) : engine.measures();
 }
 
 Result<data_tools::ProcedureFile> open_known_procedure(const std::string& name_or_path) {

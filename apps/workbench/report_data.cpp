@@ -140,14 +140,14 @@ class MomentCollector {
 
   /// Adds moments for the events since the last call.
   void observe(sim::Engine& engine) {
-    const sim::Chronicle& chronicle = engine.now().chronicle;
+    const sim::Chronicle& chronicle = engine.state().chronicle;
     for (; next_ < chronicle.size(); ++next_) observe(chronicle[next_], engine);
   }
   /// Adds a moment for each bad or fair finding with a position, in the state at the time of the finding (at
   /// the end if it has no time). The moment of an event about the same injury is removed. `replay` must be at
   /// the end of the session, and is there again afterward.
   Status add_findings(const sim::Score& score, sim::Replay& replay) {
-    const std::uint64_t end = replay.engine().now().next_tick;
+    const std::uint64_t end = replay.engine().state().next_tick;
     std::vector<ReportMoment> events = std::exchange(found_, {});
     for (const sim::Finding& finding : score.findings) {
       const bool is_bad = finding.verdict == sim::Finding::Verdict::bad;
@@ -194,7 +194,7 @@ class MomentCollector {
   }
 
   void observe(const sim::Event& event, sim::Engine& engine) {
-    const std::shared_ptr<const volume::SurgicalPlan>& plan = engine.now().plan;
+    const std::shared_ptr<const volume::SurgicalPlan>& plan = engine.state().plan;
     const EventText text = plan ? describe_event(event, plan->procedure) : describe_event(event);
     const auto* xray = event.value.as<fluoroscopy::XrayTaken>();
     // When these two events are emitted, the implant or screw is not completely inserted yet.
@@ -213,7 +213,7 @@ class MomentCollector {
   void add(ReportMoment moment, sim::Engine& engine) {
     engine.freeze();
     moment.seconds = static_cast<double>(moment.tick) / rate_hz_;
-    moment.version = engine.current();
+    moment.version = engine.version();
     moment.objects = objects_of(engine);
     found_.push_back(std::move(moment));
   }
@@ -276,7 +276,7 @@ Status judge(ReportData& data, MomentCollector& moments, const Listener& listene
     if (!replay.engine().forbidden().empty())
       clearances.add(record.tick, clearance_of(replay.engine(), record.hand));
     data.paths.resize(std::max<std::size_t>(data.paths.size(), record.hand + 1U));
-    const sim::Instrument& tool = replay.engine().now().settings.hands[record.hand];
+    const sim::Instrument& tool = replay.engine().state().settings.hands[record.hand];
     // A probe or a catheter in its track works without a button.
     const bool is_working =
         record.pose.is_pressed() || (tool.type && tool.type->is_working &&
@@ -326,7 +326,7 @@ Result<ReportData> collect_report(const ReportChoice& choice, const Listener& li
   data.removed_mm3 = end.removed_mm3();
   const std::vector<volume::Field> solids = solids_of(end);
   const auto& forbidden = end.forbidden();
-  const volume::Version& version = *end.current();
+  const volume::Version& version = *end.version();
   data.removal.resize(forbidden.size());
   parallel_for(static_cast<int>(forbidden.size()), 0, [&](int i) {
     const auto index = static_cast<std::size_t>(i);

@@ -336,7 +336,8 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, PictureTaker 
   const auto command_until = [&](double until, double t) {
     for (; next_command < commands_.size() && commands_[next_command].from->at <= until; ++next_command) {
       const TimedCommand& timed = commands_[next_command];
-      const Result<sim::Command> command = has_bodies ? command_at(timed, run.engine().now()) : timed.command;
+      const Result<sim::Command> command =
+          has_bodies ? command_at(timed, run.engine().state()) : timed.command;
       if (!command) {
         watch.record_command(*timed.from, t, command.error());
         continue;

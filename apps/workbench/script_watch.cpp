@@ -221,7 +221,7 @@ std::optional<double> ScriptWatch::value_of(const std::string& measurement, int 
     if (measurement == std::string("proxy_") + "xyz"[axis]) return record.proxy_world[axis];
   if (measurement.starts_with(k_open))
     if (const Place* place = find(*places_, measurement.substr(k_open.size())))
-      return is_open(*place, engine.scene(), *engine.current());
+      return is_open(*place, engine.scene(), *engine.version());
   if (measurement.starts_with(k_thickness))
     if (const Place* place = find(*places_, measurement.substr(k_thickness.size()))) return place->thickness;
   return sim::Measurements(engine, {.hand = h, .accepts_stale = accepts_stale}).value_of(measurement);

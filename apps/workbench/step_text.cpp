@@ -94,6 +94,23 @@ std::optional<double> number_in(const std::string& text) {
   return error == std::errc() ? std::optional(number) : std::nullopt;
 }
 
+/// Returns the action that raises an event, in words: "measure".
+std::string action_of(const std::string& event) {
+  constexpr std::pair<std::string_view, const char*> k_actions[] = {
+      {"measured", "measure"},
+      {"flap cut", "cut the flap"},
+      {"flap judged", "judge the flap"},
+      {"laminectomy judged", "judge the laminectomy"},
+      {"perforator stopped", "drill with the perforator until its clutch releases"},
+      {"catheter popped", "pass the catheter into a ventricle"},
+      {"track made", "make a track with the probe"},
+      {"screw placed", "place a screw"},
+      {"xray taken", "take an X-ray"}};
+  for (const auto& [name, action] : k_actions)
+    if (event == name) return action;
+  return "\"" + event + "\"";
+}
+
 bool is_met(const StepCondition& condition, const std::optional<double>& value) {
   return value && *value >= condition.minimum.value_or(*value) &&
          *value <= condition.maximum.value_or(*value);
@@ -110,7 +127,7 @@ std::string describe_unmet(const StepCondition& condition, const std::optional<d
     return quantity_sentence(condition, "The distance from " + *structure, " mm", value);
   const auto event = rest_after(name, "events ");
   if (event && value == 0.0 && condition.minimum == 1.0)
-    return "\"" + capitalized(*event) + "\" is still missing in this step.";
+    return "Still to do in this step: " + action_of(*event) + ".";
   if (event)
     return quantity_sentence(condition, "The number of events \"" + *event + "\" in this step", "", value);
   if (const auto step = rest_after(name, "visits "))

@@ -51,10 +51,10 @@ Result<std::string> read_decompressed(const std::string& path) {
     text.append(block.data(), static_cast<std::size_t>(count_read));
   const bool is_closed = file && gzclose(file) == Z_OK;
   if (!is_closed || count_read != 0)
-    return Error{.what = "the model file is truncated",
+    return Error{.what = "the model file cannot be read completely",
                  .where = file_name(path),
                  .expected = "a complete .ply, .ply.gz or .obj",
-                 .remedy = "copy it again, and check that you may read it"};
+                 .remedy = "check that you may read it, and copy it again"};
   return text;
 }
 

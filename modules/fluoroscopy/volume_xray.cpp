@@ -136,7 +136,7 @@ Status VolumeXray::add_objects(const View& view, std::span<const XrayObject> obj
     std::vector<dvec3> vertices;
     vertices.reserve(objects[i].tree->vertices().size());
     for (const dvec3& v : objects[i].tree->vertices())
-      vertices.push_back(objects[i].place.world_from_local(v));
+      vertices.push_back(objects[i].placement.world_from_local(v));
     if (!for_crossings(view, {vertices, objects[i].tree->triangles()}, [&](const Crossing& c) {
           hits.push_back({index_of(view, c.column, c.row), c.t, c.into, i});
         }))
@@ -175,7 +175,7 @@ Status VolumeXray::add_objects(const View& view, std::span<const XrayObject> obj
       if (inside == nullptr) continue;
       double integral = inside->attenuation * (hits[i + 1].t - hits[i].t);
       if (inside->is_of_scan) {
-        const haptics::Placement back = inside->place.inverse();
+        const haptics::Placement back = inside->placement.inverse();
         const volume::Frame& frame = scan_->frame;
         integral = lines_.integrate({frame.volume_from_world(back.world_from_local(view.source)),
                                      frame.volume_from_world(back.world_from_local(view.pixel(column, row)))},

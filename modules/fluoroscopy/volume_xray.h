@@ -12,9 +12,9 @@ namespace trephine::fluoroscopy {
 /// Closed object in addition to the scan. It replaces the matter inside it.
 struct XrayObject {
   std::shared_ptr<const haptics::MeshTree> tree;
-  haptics::Placement place;  ///< pose in the world
-  double attenuation = 0;    ///< 1/mm
-  bool is_of_scan = false;   ///< detached bone: attenuates like the scan where it was detached
+  haptics::Placement placement;  ///< pose in the world
+  double attenuation = 0;        ///< 1/mm
+  bool is_of_scan = false;       ///< detached bone: attenuates like the scan where it was detached
 };
 
 /// Border of the scan that cuts through the body on a pixel's ray.

@@ -151,7 +151,7 @@ const sim::Schema& Rongeur::schema() {
       field<&Rongeur::close_time>("close_time", {.unit = "s",
                                                  .low = 0,
                                                  .high = 10,
-                                                 .help = "time to close by the button, without a squeeze",
+                                                 .help = "time in which the jaws close while the button is held; devices with an analogue squeeze do not use it",
                                                  .label = "Closing time",
                                                  .is_expert = true}),
       field<&Rongeur::max_bite>("most", {.unit = "mm3",

@@ -136,6 +136,22 @@ TEST(FootPose, ACraniotomeFitsIntoABurrHole) {
       std::string::npos);
 }
 
+TEST(FootPose, ACraniotomeIsTiltedIntoAnObliqueHole) {
+  const Vault vault;
+  const auto was_bone = [&](const dvec3& p) { return vault.had_bone(p); };
+  const dvec3 up(0, 0, 1), along = glm::normalize(dvec3(std::sin(0.38), 0, std::cos(0.38)));
+  for (const double radius : {2.3, 1.2}) {
+    const auto is_bone = [&](const dvec3& p) {
+      return vault.had_bone(p) && glm::length(glm::cross(p - dvec3(0, 0, 67), along)) > radius;
+    };
+    const FootSearch found = find_hole(is_bone, was_bone, k_craniotome, dvec3(0, 0, 70), up);
+    ASSERT_EQ(found.pose.has_value(), radius > 2) << found.reason;
+    if (!found.pose) continue;
+    EXPECT_TRUE(is_free(is_bone, k_craniotome, *found.pose));
+    EXPECT_GT(glm::dot(found.pose->turn * up, along), std::cos(0.25));
+  }
+}
+
 /// Calls a ToolGuide once per frame, as a window does at 60 frames per second, with a cursor over a position.
 struct Desk {
   BoneTest is_bone, was_bone;

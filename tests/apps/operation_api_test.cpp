@@ -99,7 +99,7 @@ TEST(OperationApi, DrillsTheHeadExactlyAsLockstep) {
   const auto slice = operation.slice(plane);
   ASSERT_TRUE(slice.is_ok());
   const auto values =
-      ct_viewer::slice_values(*built.value().source.volume, *lockstep.engine().current(), plane, {});
+      ct_viewer::slice_values(*built.value().source.volume, *lockstep.engine().version(), plane, {});
   EXPECT_EQ(slice.value().pixels, values.now);
   EXPECT_NE(values.now, values.before);
 
@@ -112,7 +112,7 @@ TEST(OperationApi, DrillsTheHeadExactlyAsLockstep) {
   imaging::Subject subject;
   subject.scan = built.value().source.volume;
   lockstep.engine().freeze();
-  subject.version = lockstep.engine().current();
+  subject.version = lockstep.engine().version();
   imaging::XrayCamera camera;
   const auto panel = camera.shoot(subject, arm, 1);
   ASSERT_TRUE(panel.is_ok());

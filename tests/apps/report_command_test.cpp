@@ -318,7 +318,7 @@ points = [[0, 0, 60, 16, 0], [0.4, 0, 47, 16, 1], [1.2, 0, 24, 16, 1], [1.6, 0, 
     return version.distance(frame.volume_from_world(p)) <= 0;
   };
   const dvec3 later(30, 33, 6);
-  EXPECT_TRUE(is_removed(*data.session->replay->engine().current(), later));
+  EXPECT_TRUE(is_removed(*data.session->replay->engine().version(), later));
   int injuries = 0;
   std::set<std::string> texts;
   for (const workbench::ReportMoment& moment : data.moments) {

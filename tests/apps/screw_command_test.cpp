@@ -43,8 +43,8 @@ TEST_F(Command, PedicleScrewsArePlayedJudgedAndReplayed) {
   }
 }
 
-/// A job that fails changes nothing. The script reports it, since a later undo would remove an earlier
-/// change.
+/// A job that fails adds no change, so a later undo in the script would revert the change before it. The
+/// script therefore reports the failure.
 TEST_F(Command, AScriptReportsAJobThatFails) {
   const std::string head =
       "schema = 1\nscan = \"spine\"\nrate = 250\n[[hands]]\npoints = [[0, 0, 0, 90], [1, 0, 0, 90]]\n"

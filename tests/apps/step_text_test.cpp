@@ -17,7 +17,7 @@ TEST(StepText, DescribesUnmetConditions) {
             "The time in this step must be at least 10 s; it is 3 s.");
   EXPECT_EQ(describe_unmet({"nearest_mm venous_sinus", 2, {}}, 1.5),
             "The distance from venous sinus must be at least 2 mm; it is 1.5 mm.");
-  EXPECT_EQ(describe_unmet({"events flap-cut", 1, {}}, 0), "\"Flap cut\" is still missing in this step.");
+  EXPECT_EQ(describe_unmet({"events flap-cut", 1, {}}, 0), "Still to do in this step: cut the flap.");
   EXPECT_EQ(describe_unmet({"target exposed", 90, {}}, {}),
             "Target exposed must be at least 90; it is unknown, or outdated by a later change.");
 }

@@ -20,7 +20,7 @@ const Catalogue& catalogue() {
   return all;
 }
 
-double erased(const Engine& engine) { return engine.now().undoable_of<EraserTotal>()->amount; }
+double erased(const Engine& engine) { return engine.state().undoable_of<EraserTotal>()->amount; }
 
 TEST(Eraser, ErasesRaisesEventsCountsUndoesAndOpensAnywhere) {
   const Folder folder;
@@ -45,7 +45,7 @@ TEST(Eraser, ErasesRaisesEventsCountsUndoesAndOpensAnywhere) {
     }
     EXPECT_GT(first, 10);
     EXPECT_NEAR(erased(run.engine()), run.engine().removed_mm3(), 1e-6);
-    const Chronicle& events = run.engine().now().chronicle;
+    const Chronicle& events = run.engine().state().chronicle;
     ASSERT_EQ(events.size(), 3u);
     EXPECT_NEAR(events[0].value.as<Erased>()->amount, first, 1e-6);
     EXPECT_EQ(run.engine().measures().back().name, "erased");

@@ -24,8 +24,8 @@ TEST(BoneFlap, AreaWallsAndKerfEqualAShells) {
     // The kerf is centred on the outline: half of it is cut from the flap.
     const double shell = (k_outer * k_outer * k_outer - k_inner * k_inner * k_inner) / 3;
     EXPECT_NEAR(flap.flap_size / (outline.solid_angle() * shell - 0.5 * outline.wall() * 1.6), 1, 0.03);
-    ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
-    EXPECT_EQ(run.engine().now().undoable.bodies[0].piece->mm3, flap.flap_size);
+    ASSERT_EQ(run.engine().state().undoable.bodies.size(), 1u);
+    EXPECT_EQ(run.engine().state().undoable.bodies[0].piece->mm3, flap.flap_size);
   }
 }
 
@@ -105,11 +105,11 @@ TEST(BoneFlap, AFlapIsFoundFromTheBoneNearestToItsCentre) {
         is_ring ? Vault(dvec3(0.9), 6.5, with_hole, 24) : Vault(dvec3(0.9), 6.5, Vault::shell, 24);
     sim::Lockstep run = vault.run();
     ASSERT_EQ(cut(run, one.request), "");
-    ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
+    ASSERT_EQ(run.engine().state().undoable.bodies.size(), 1u);
     const auto voxel = volume::voxel_of(vault.scene.base->frame.volume_from_world(one.outside));
-    EXPECT_TRUE(run.engine().current()->is_kept(voxel));
+    EXPECT_TRUE(run.engine().version()->is_kept(voxel));
     const dvec3 removed = is_ring ? dvec3(10, 0, 73) : dvec3(12, 0, 72.5);
-    EXPECT_FALSE(run.engine().current()->is_kept(
+    EXPECT_FALSE(run.engine().version()->is_kept(
         volume::voxel_of(vault.scene.base->frame.volume_from_world(removed))));
   }
 }
@@ -119,7 +119,7 @@ TEST(BoneFlap, FlapKerfAndRestAddUpToTheOriginalBone) {
   const Vault vault(dvec3(0.9), 8.2, Vault::shell, 20);
   sim::Lockstep run = vault.run();
   ASSERT_EQ(cut(run, outline.request(Saw::w2_4)), "");
-  const volume::Version& left = *run.engine().current();
+  const volume::Version& left = *run.engine().version();
   const auto pyramid = make_pyramid(outline.anchors, outline.height, vault.scene.items[0].field);
   ASSERT_TRUE(pyramid);
   CutSurface sheet;
@@ -284,13 +284,13 @@ TEST(BoneFlap, ReportsReasonAndLocationOfInvalidOutlinesAndCutsNothing) {
     SCOPED_TRACE(one.words);
     const Vault vault(dvec3(0.9), 6.5, one.hounsfield, 24);
     sim::Lockstep run = vault.run();
-    const std::uint64_t before = run.engine().current()->content_hash();
+    const std::uint64_t before = run.engine().version()->content_hash();
     EXPECT_NE(cut(run, one.request).find(one.words), std::string::npos) << cut(run, one.request);
     const auto refusals = events_of<FlapFailed>(run.engine());
     ASSERT_FALSE(refusals.empty());
     EXPECT_LT(glm::length(refusals[0].second - one.place), one.reach);
-    EXPECT_EQ(run.engine().current()->content_hash(), before);
-    EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
+    EXPECT_EQ(run.engine().version()->content_hash(), before);
+    EXPECT_TRUE(run.engine().state().undoable.bodies.empty());
     EXPECT_FALSE(run.engine().can_undo());
     // A warning shows the error.
     bool is_shown = false;
@@ -308,7 +308,7 @@ TEST(BoneFlap, PiecesAreNamedDetachedOrKeptAndRestored) {
       24);
   const Outline outline(11, 6);
   sim::Lockstep run = vault.run();
-  const std::uint64_t before = run.engine().current()->content_hash();
+  const std::uint64_t before = run.engine().version()->content_hash();
   CutFlap request = outline.request();
   request.leave = {{2}};
   ASSERT_EQ(cut(run, request), "");
@@ -319,9 +319,9 @@ TEST(BoneFlap, PiecesAreNamedDetachedOrKeptAndRestored) {
   EXPECT_GT(pieces[1].second.x, 3);
   EXPECT_TRUE(pieces[0].first.is_detached && pieces[0].first.is_seed && !pieces[0].first.is_at_border);
   EXPECT_FALSE(pieces[1].first.is_detached);
-  ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
+  ASSERT_EQ(run.engine().state().undoable.bodies.size(), 1u);
   // The version still has the matter of the kept piece, but not that of the detached piece.
-  const volume::Version& left = *run.engine().current();
+  const volume::Version& left = *run.engine().version();
   const auto is_kept = [&](const dvec3& p) {
     return left.distance(vault.scene.base->frame.volume_from_world(p)) > 0;
   };
@@ -330,33 +330,33 @@ TEST(BoneFlap, PiecesAreNamedDetachedOrKeptAndRestored) {
 
   // PlaceBody, which can be undone, lifts the body. Without a position it returns the body to its pose at the
   // detachment.
-  const sim::Id body = run.engine().now().undoable.bodies[0].id;
+  const sim::Id body = run.engine().state().undoable.bodies[0].id;
   EXPECT_FALSE(run.apply({sim::PlaceBody{body, dvec3(0, 0, 40)}, 0}).refused);
-  EXPECT_EQ(run.engine().now().undoable.bodies[0].placement.position_world, dvec3(0, 0, 40));
+  EXPECT_EQ(run.engine().state().undoable.bodies[0].placement.position_world, dvec3(0, 0, 40));
   EXPECT_FALSE(run.apply({sim::PlaceBody{body}, 0}).refused);
-  EXPECT_EQ(run.engine().now().undoable.bodies[0].placement, haptics::Placement{});
+  EXPECT_EQ(run.engine().state().undoable.bodies[0].placement, haptics::Placement{});
   EXPECT_TRUE(run.apply({sim::PlaceBody{{99}}, 0}).refused);
   EXPECT_TRUE(run.apply({sim::PlaceBody{body, dvec3(0), {2, 0, 0, 0}}, 0}).refused);
   run.undo();
-  EXPECT_EQ(run.engine().now().undoable.bodies[0].placement.position_world, dvec3(0, 0, 40));
+  EXPECT_EQ(run.engine().state().undoable.bodies[0].placement.position_world, dvec3(0, 0, 40));
   run.undo();
-  EXPECT_EQ(run.engine().now().undoable.bodies[0].placement, haptics::Placement{});
-  EXPECT_EQ(run.engine().now().undoable_of<FlapState>()->flaps, 1);
+  EXPECT_EQ(run.engine().state().undoable.bodies[0].placement, haptics::Placement{});
+  EXPECT_EQ(run.engine().state().undoable_of<FlapState>()->flaps, 1);
   run.undo();
-  EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
-  EXPECT_EQ(run.engine().now().undoable_of<FlapState>()->flaps, 0);
-  EXPECT_EQ(run.engine().current()->content_hash(), before);
+  EXPECT_TRUE(run.engine().state().undoable.bodies.empty());
+  EXPECT_EQ(run.engine().state().undoable_of<FlapState>()->flaps, 0);
+  EXPECT_EQ(run.engine().version()->content_hash(), before);
   // A request without `leave` detaches both pieces.
   request.leave.clear();
   ASSERT_EQ(cut(run, request), "");
-  EXPECT_EQ(run.engine().now().undoable.bodies.size(), 2u);
+  EXPECT_EQ(run.engine().state().undoable.bodies.size(), 2u);
 }
 
 TEST(BoneFlap, AnOutlineIsDrawnAnchorByAnchor) {
   const Vault vault(dvec3(0.9), 6.5, Vault::shell, 22);
   const Outline outline(10, 5);
   sim::Lockstep run = vault.run();
-  const auto drawn = [&] { return run.engine().now().persistent_of<FlapSettings>()->anchors; };
+  const auto drawn = [&] { return run.engine().state().persistent_of<FlapSettings>()->anchors; };
   const auto refused = [&](const sim::Command& command, const char* words) {
     const sim::Outcome outcome = run.apply(command);
     return outcome.refused && outcome.refused->what.find(words) != std::string::npos;
@@ -396,7 +396,7 @@ TEST(BoneFlap, AnOutlineIsDrawnAnchorByAnchor) {
   EXPECT_EQ(cut(run, request), "");
   sim::Lockstep whole_run = vault.run();
   EXPECT_EQ(cut(whole_run, outline.request()), "");
-  EXPECT_EQ(run.engine().current()->content_hash(), whole_run.engine().current()->content_hash());
+  EXPECT_EQ(run.engine().version()->content_hash(), whole_run.engine().version()->content_hash());
   EXPECT_FALSE(run.apply({AddAnchor{dvec3(0, 0, 40)}, 0}).refused);
   EXPECT_FALSE(run.apply({ClearAnchors{}, 0}).refused);
   EXPECT_TRUE(drawn().empty());
@@ -420,7 +420,7 @@ TEST(BoneFlap, ARimIsSmoothedAtItsEdges) {
   // and y be the distances from the two sides of the angle, P the normal distribution, and the smoothing the
   // unit of length. A point is removed if (P(x) P(y) - 1/2) sqrt(2 pi) is below minus the spared margin.
   const double spared =
-      Rim::spared(request.smoothing, sharp.engine().current()->lattice()) / request.smoothing;
+      Rim::spared(request.smoothing, sharp.engine().version()->lattice()) / request.smoothing;
   const auto normal = [](double x) { return 0.5 * std::erfc(-x / std::sqrt(2.0)); };
   double share = 0;
   constexpr double k_step = 0.005;
@@ -434,7 +434,7 @@ TEST(BoneFlap, ARimIsSmoothedAtItsEdges) {
               aside = glm::normalize(over - dvec3(0, 0, glm::dot(over, dvec3(0, 0, 1))));
   const auto solid = [&](const sim::Lockstep& run, const dvec3& p) {
     const dvec3 at = vault.scene.base->frame.volume_from_world(p);
-    return run.engine().current()->distance(at) > 0 && vault.scene.items[0].field.value(at) >= 0;
+    return run.engine().version()->distance(at) > 0 && vault.scene.items[0].field.value(at) >= 0;
   };
   const dvec3 wall = 72.0 * over, edge = k_outer * over;
   for (double off = 0; off < 4; off += 0.02) {
@@ -444,7 +444,7 @@ TEST(BoneFlap, ARimIsSmoothedAtItsEdges) {
   // Soft tissue below the kerf stays: the saw ends 1.05 mm below the inner table, and the rim 1.5 samples
   // below the inner table.
   const auto is_kept = [&](const sim::Lockstep& run, double r) {
-    return run.engine().current()->distance(vault.scene.base->frame.volume_from_world(r * over)) > 0;
+    return run.engine().version()->distance(vault.scene.base->frame.volume_from_world(r * over)) > 0;
   };
   for (double deep = 1.6; deep < 4; deep += 0.1) {
     EXPECT_TRUE(is_kept(sharp, k_inner - deep)) << deep;

@@ -100,7 +100,7 @@ Trace press_on(const haptics::TouchScene& scene, const Burr& burr, double rate, 
     if (has_noticed && hand.at.z > 4) break;
     if (trace.ticks.back().depth > 4.5 && stops_deep) break;
   }
-  const sim::Chronicle& all = run.engine().now().chronicle;
+  const sim::Chronicle& all = run.engine().state().chronicle;
   for (std::size_t i = 0; i < all.size(); ++i)
     if (const auto* one = all[i].value.as<Breakthrough>())
       trace.through = *one, trace.through_at = all[i].position_world;
@@ -341,7 +341,7 @@ TEST(Burring, AHoleHasTheBurrsWidth) {
         const double z = std::max(-4.0, start.z - 20e-3 * i);
         run.step(haptics::Pose{{start.x, start.y, z}, {1, 0, 0, 0}, 1});
       }
-      const auto [least, most] = gauge(*run.engine().current(), {start.x, start.y, 4}, {0, 0, 1});
+      const auto [least, most] = gauge(*run.engine().version(), {start.x, start.y, 4}, {0, 0, 1});
       EXPECT_NEAR(least, 4, 0.1) << static_cast<int>(shape) << " " << spacing;
       EXPECT_NEAR(most, 4, 0.1) << static_cast<int>(shape) << " " << spacing;
     }
@@ -454,7 +454,7 @@ TEST(Burring, OtherShapesThanBallsFollowTheForceToo) {
     }
     const double rate = (run.engine().removed_mm3() - at_first) / 8, area = 3.14159265358979 * 4;
     EXPECT_NEAR(rate / documented_rate(tool, hand.thrust, area, 1600), 1, 0.15) << static_cast<int>(shape);
-    const auto [least, most] = gauge(*run.engine().current(), {0.05, -0.1, 5.4}, {0, 0, 1});
+    const auto [least, most] = gauge(*run.engine().version(), {0.05, -0.1, 5.4}, {0, 0, 1});
     EXPECT_GT(least, 3) << static_cast<int>(shape);
     EXPECT_LT(most, 4.3) << static_cast<int>(shape);
   }
@@ -479,7 +479,7 @@ TEST(Burring, ASlidingBurrIsWatchedWhereItTouches) {
     if (!record.has_contact) continue;
     ++count;
     const sim::ToolBall ball = tool.type->body(
-        tool.parameters.data(), run.engine().now().settings.hands[0].state.data(), {record, 1e-3, false});
+        tool.parameters.data(), run.engine().state().settings.hands[0].state.data(), {record, 1e-3, false});
     worst = std::max(worst, glm::length(ball.centre - (record.proxy_world + dvec3(0, 0, 2))));
   }
   EXPECT_GT(count, 1000);

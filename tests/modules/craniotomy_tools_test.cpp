@@ -73,10 +73,10 @@ struct ToolBench {
   }
   template <class State>
   const State& state() const {
-    return *run->engine().now().settings.hands[0].state.as<State>();
+    return *run->engine().state().settings.hands[0].state.as<State>();
   }
   bool is_removed(const dvec3& p) const {
-    return run->engine().current()->distance(scene.base->frame.volume_from_world(p)) <= 0;
+    return run->engine().version()->distance(scene.base->frame.volume_from_world(p)) <= 0;
   }
 };
 
@@ -213,7 +213,7 @@ TEST(Craniotome, StartsOnlyInABurrHole) {
                         1000);
     for (int i = 0; i < 30; ++i) there.step(haptics::Pose{place.at, {1, 0, 0, 0}, i < 5 ? 0u : 1u});
     EXPECT_EQ(there.engine().removed_mm3(), removed);
-    const sim::Chronicle& chronicle = there.engine().now().chronicle;
+    const sim::Chronicle& chronicle = there.engine().state().chronicle;
     for (std::size_t i = 0; i < chronicle.size(); ++i)
       if (const auto* event = chronicle[i].value.as<CraniotomeRefused>()) {
         ++refused;
@@ -362,7 +362,7 @@ TEST(Craniotome, JoinsBurrHolesAndDetachesTheEnclosedPiece) {
       pull(run, glm::normalize(dvec3(-out.y, out.x, 0) - 0.2 * off * out), 8);
     }
     ASSERT_TRUE(has_come()) << side << " " << state.centre.x << " " << state.centre.y;
-    EXPECT_EQ(run.engine().now().undoable.bodies.size(), 0u);
+    EXPECT_EQ(run.engine().state().undoable.bodies.size(), 0u);
     // The top of the bit lags behind: continue until the bit is upright in the hole, and then draw it out.
     for (int i = 0; i < 3000 && glm::length(run.last_record().turn_world) > 0.05; ++i)
       run.step(haptics::Pose{{-side * k_ring, -2 * side, -1}, {1, 0, 0, 0}, 1});
@@ -372,9 +372,9 @@ TEST(Craniotome, JoinsBurrHolesAndDetachesTheEnclosedPiece) {
     ASSERT_GT(run.last_record().proxy_world.z, 10);
   }
   EXPECT_TRUE(bench.events<CraniotomeRefused>().empty());
-  ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
+  ASSERT_EQ(run.engine().state().undoable.bodies.size(), 1u);
   // `disc` is the disc inside the kerf. The piece is smaller, because the burr holes overlap the disc.
-  const double mm3 = run.engine().now().undoable.bodies[0].piece->mm3,
+  const double mm3 = run.engine().state().undoable.bodies[0].piece->mm3,
                disc = 7 * 3.1416 * (k_ring - 1.15) * (k_ring - 1.15);
   EXPECT_LT(mm3, disc);
   EXPECT_GT(mm3, 0.6 * disc);

@@ -119,7 +119,7 @@ TEST(CtViewer, TheCursorIsKeptAndShown) {
   EXPECT_TRUE(run.apply_whole({LookAt{{1, std::nan(""), 3}}, 0}).refused);
   window.width = 0;
   EXPECT_TRUE(run.apply_whole({window, 0}).refused);
-  const auto* kept = run.engine().now().persistent_of<CtViewerState>();
+  const auto* kept = run.engine().state().persistent_of<CtViewerState>();
   ASSERT_NE(kept, nullptr);
   EXPECT_EQ(kept->at, dvec3(1, 2, 3));
   EXPECT_EQ(kept->width, 80);

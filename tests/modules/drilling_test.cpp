@@ -50,7 +50,7 @@ double drill(const haptics::TouchScene& scene, const haptics::PosePath& path, do
   EXPECT_FALSE(method.prepare(scene).has_value());
   sim::Lockstep run(scene, method, burr(options), {}, rate);
   for (const double t : haptics::servo_times(path, rate)) run.step(path.at(t));
-  if (end) *end = run.engine().current();
+  if (end) *end = run.engine().version();
   return run.engine().removed_mm3();
 }
 
@@ -147,13 +147,13 @@ TEST(Drilling, TheProxyNeverFallsThroughDuringDrilling) {
   ASSERT_FALSE(method.prepare(scene).has_value());
   const Burr burr{4, 60, 40, false};
   sim::Lockstep run(scene, method, drilling::burr(burr), {}, 1000);
-  std::shared_ptr<const volume::Version> seen = run.engine().current();
+  std::shared_ptr<const volume::Version> seen = run.engine().version();
   verify::FallThroughJudge judge(scene.base->size, [&](int x, int y, int z) {
     return scene.base->voxels[scene.base->index(x, y, z)] >= 300 && seen->voxel_distance(x, y, z) > 0;
   });
   const haptics::PosePath path = scenes::rough_walk(dvec3(-9, -9, -7), dvec3(9, 9, 3), 0.4, 15000, 21);
   for (const auto& s : path.samples()) {
-    seen = run.engine().current();
+    seen = run.engine().version();
     run.step(s.pose);
     const auto& step = run.last_step();
     judge.judge_step({std::span(step.path_volume.data(), static_cast<std::size_t>(step.waypoint_count)),

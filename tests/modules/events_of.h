@@ -12,7 +12,7 @@ namespace trephine::sim {
 template <class T>
 std::vector<std::pair<T, glm::dvec3>> events_of(const Engine& engine) {
   std::vector<std::pair<T, glm::dvec3>> all;
-  const Chronicle& chronicle = engine.now().chronicle;
+  const Chronicle& chronicle = engine.state().chronicle;
   for (std::size_t i = 0; i < chronicle.size(); ++i)
     if (const T* event = chronicle[i].value.as<T>()) all.emplace_back(*event, chronicle[i].position_world);
   return all;

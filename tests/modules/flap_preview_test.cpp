@@ -12,12 +12,12 @@ TEST(BoneFlap, APreviewShowsTheFlap) {
   for (const dvec3& spacing : {dvec3(0.6), dvec3(0.45, 0.45, 3)}) {
     const Vault vault(spacing, 6.5, Vault::shell, 24);
     sim::Lockstep run = vault.run();
-    const std::uint64_t before = run.engine().current()->content_hash();
+    const std::uint64_t before = run.engine().version()->content_hash();
     for (const dvec3& at : outline.anchors) run.apply({AddAnchor{at}, 0});
     PreviewFlap request;
     request.distance = outline.height;
     ASSERT_FALSE(run.apply_whole({request, 0}).refused);
-    const auto shown = [&] { return *run.engine().now().result_of<FlapPreview>(); };
+    const auto shown = [&] { return *run.engine().state().result_of<FlapPreview>(); };
     EXPECT_FALSE(shown().summary.empty()) << shown().problem;
     const sim::Overlays all = run.engine().overlays();
     ASSERT_EQ(all.size(), 2u);
@@ -37,7 +37,7 @@ TEST(BoneFlap, APreviewShowsTheFlap) {
     EXPECT_NEAR(lid / outline.area(), 1, 0.03);
     EXPECT_GT(wall, outline.wall());  // from above the outer table to under the inner one
     EXPECT_LT(lowest, k_inner);
-    EXPECT_EQ(run.engine().current()->content_hash(), before);
+    EXPECT_EQ(run.engine().version()->content_hash(), before);
     EXPECT_FALSE(run.engine().can_undo());
 
     run.apply({MoveAnchor{1, outline.anchors[0] + dvec3(0, 0, 0.1)}, 0});
@@ -110,7 +110,7 @@ TEST(BoneFlap, ForbiddenStructuresAreCheckedAgainstTheSaw) {
     PreviewFlap preview;
     preview.distance = outline.height;
     run.apply_whole({preview, 0});
-    const std::string seen = run.engine().now().result_of<FlapPreview>()->summary;
+    const std::string seen = run.engine().state().result_of<FlapPreview>()->summary;
     EXPECT_EQ(cut(run, outline.request()), "");
     const auto torn = events_of<sim::StructureTorn>(run.engine());
     EXPECT_TRUE(events_of<sim::StructureTouched>(run.engine()).empty());

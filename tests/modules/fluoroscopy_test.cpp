@@ -274,13 +274,13 @@ TEST(Fluoroscopy, ShotsAreEventsAndCounted) {
   const Fluoroscopy module;
   const sim::Catalogue catalogue({&module});
   sim::Lockstep run(sim::Engine(scene, *method, {}, 1e-3, catalogue), {}, 1000);
-  const std::uint64_t start = run.engine().now().hash();
+  const std::uint64_t start = run.engine().state().hash();
   EXPECT_TRUE(run.apply_whole({Shoot{}, 0}).refused.has_value());
   CArm impossible;
   impossible.to_patient = 2000;
   EXPECT_TRUE(run.apply_whole({impossible, 0}).refused.has_value());
   EXPECT_TRUE(run.apply_whole({Shoot{0, 80, 20}, 0}).refused.has_value());
-  EXPECT_EQ(run.engine().now().hash(), start);
+  EXPECT_EQ(run.engine().state().hash(), start);
   for (const sim::Measure& one : run.engine().measures())
     if (one.name.starts_with("X-ray")) {
       EXPECT_EQ(one.value, 0) << one.name;
@@ -291,12 +291,12 @@ TEST(Fluoroscopy, ShotsAreEventsAndCounted) {
   EXPECT_FALSE(run.apply_whole({Shoot{}, 0}).refused.has_value());
   EXPECT_FALSE(run.apply_whole({Shoot{0.5, 70, 10}, 0}).refused.has_value());
   run.apply_whole({sim::Undo{}, 0});
-  const auto* state = run.engine().now().persistent_of<FluoroscopyState>();
+  const auto* state = run.engine().state().persistent_of<FluoroscopyState>();
   ASSERT_NE(state, nullptr);
   EXPECT_EQ(state->shots, 2);
   EXPECT_NEAR(state->area_product, dose_of(arm, {}).area_product + dose_of(arm, {0.5, 70, 10}).area_product,
               1e-12);
-  const sim::Chronicle& all = run.engine().now().chronicle;
+  const sim::Chronicle& all = run.engine().state().chronicle;
   std::vector<const XrayTaken*> shots;
   for (std::size_t i = 0; i < all.size(); ++i)
     if (const auto* shot = all[i].value.as<XrayTaken>()) shots.push_back(shot);

@@ -71,16 +71,16 @@ TEST(Measurement, IsACommandOfAnOperation) {
   const Measurement module;
   const sim::Catalogue catalogue({&module});
   sim::Lockstep run(sim::Engine(scene, *method, {}, 1e-3, catalogue), {}, 1000);
-  const std::uint64_t start = run.engine().now().hash();
+  const std::uint64_t start = run.engine().state().hash();
   for (const Measure& bad :
        {Measure{Kind::ruler, {dvec3(0)}}, Measure{Kind::angle, {dvec3(0), dvec3(1)}},
         Measure{Kind::tape, {dvec3(0)}}, Measure{Kind::region, {}},
         Measure{Kind::ruler, {dvec3(0), dvec3(NAN)}}, Measure{Kind::tape, {dvec3(0), dvec3(1)}, 5, 7}})
     EXPECT_TRUE(run.apply_whole({bad, 0}).refused.has_value()) << sim::Value(bad).words();
-  EXPECT_EQ(run.engine().now().hash(), start);
+  EXPECT_EQ(run.engine().state().hash(), start);
   EXPECT_TRUE(run.engine().overlays().empty());
   EXPECT_FALSE(run.apply_whole({Measure{Kind::tape, {{40, 0, 0}, {0, 40, 0}}}, 0}).refused.has_value());
-  const auto* last = run.engine().now().result_of<MeasurementState>();
+  const auto* last = run.engine().state().result_of<MeasurementState>();
   ASSERT_NE(last, nullptr);
   EXPECT_NEAR(last->length / last->straight, 3.14159265 / 2 / std::sqrt(2.0), 0.02);
   // The overlay draws the tape as dashes along its whole line, and a label with its length.
@@ -143,7 +143,7 @@ TEST(Measurement, ShowsTheNewestUntilCleared) {
   for (int i = 0; i < 40; ++i)
     ASSERT_FALSE(
         run.apply_whole({Measure{Kind::ruler, {dvec3(0), dvec3(1 + i, 0, 0)}}, 0}).refused.has_value());
-  const auto* kept = run.engine().now().result_of<MeasurementState>();
+  const auto* kept = run.engine().state().result_of<MeasurementState>();
   EXPECT_EQ(kept->length, 40);
   EXPECT_EQ(kept->kinds.size(), MeasurementState::k_shown);
   EXPECT_EQ(kept->lines.size(), 2 * MeasurementState::k_shown);

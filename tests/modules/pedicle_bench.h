@@ -63,8 +63,8 @@ struct ProbeBench {
                                       scene.base, pedicle_catalogue())
         .value();
   }
-  const ProbeState& state() const { return *run->engine().now().settings.hands[0].state.as<ProbeState>(); }
-  const PedicleState& undoable() const { return *run->engine().now().undoable_of<PedicleState>(); }
+  const ProbeState& state() const { return *run->engine().state().settings.hands[0].state.as<ProbeState>(); }
+  const PedicleState& undoable() const { return *run->engine().state().undoable_of<PedicleState>(); }
   template <class Event>
   std::vector<std::pair<Event, dvec3>> events() const {
     return sim::events_of<Event>(run->engine());

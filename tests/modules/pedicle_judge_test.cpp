@@ -272,7 +272,7 @@ TEST(PedicleJudge, TheJobStoresItsJudgementUntilTheScrewIsGone) {
                          .length = Length::l40,
                          .seconds = 0};
   ASSERT_FALSE(bench.run->apply_whole({place, 0}).refused);
-  ASSERT_EQ(bench.run->engine().now().undoable.bodies.size(), 1u);
+  ASSERT_EQ(bench.run->engine().state().undoable.bodies.size(), 1u);
   ASSERT_FALSE(bench.run->apply_whole({JudgeScrew{.vertebra = "box"}, 0}).refused);
   ASSERT_FALSE(bench.run->apply_whole({JudgeScrew{}, 0}).refused);
   const auto judged = bench.events<ScrewJudged>();

@@ -113,8 +113,8 @@ TEST(PedicleProbe, UndoTakesATrackBackAndASessionReplays) {
   auto writer = bench.writer(path);
   bench.start(writer.get());
   bench.move(origin, k_down, -3, 9);
-  const std::uint64_t inside_tick = bench.run->engine().now().next_tick,
-                      inside = bench.run->engine().now().hash();
+  const std::uint64_t inside_tick = bench.run->engine().state().next_tick,
+                      inside = bench.run->engine().state().hash();
   bench.move(origin, k_down, 9, -3);
   EXPECT_GT(bench.run->engine().removed_mm3(), 10);
   EXPECT_EQ(bench.run->engine().stroke_count(), 1u);
@@ -128,7 +128,7 @@ TEST(PedicleProbe, UndoTakesATrackBackAndASessionReplays) {
   bench.run->undo();  // while the probe is in the track
   EXPECT_EQ(bench.run->engine().removed_mm3(), 0);
   bench.move(origin, k_down, 6, -3);
-  const std::uint64_t state = bench.run->engine().now().hash();
+  const std::uint64_t state = bench.run->engine().state().hash();
   ASSERT_FALSE(writer->finish(bench.run->engine()));
   const sim::Verdict verdict = sim::replay(path, bench.scene.base, pedicle_catalogue());
   sim::expect_same(verdict);
@@ -138,7 +138,7 @@ TEST(PedicleProbe, UndoTakesATrackBackAndASessionReplays) {
   auto run = sim::Replay::open(opened.value(), bench.scene.base);
   ASSERT_TRUE(run.is_ok()) << run.error().message();
   ASSERT_FALSE(run.value()->seek(inside_tick));
-  EXPECT_EQ(run.value()->engine().now().hash(), inside);
+  EXPECT_EQ(run.value()->engine().state().hash(), inside);
 }
 
 TEST(PedicleProbe, WallsOfTheCarvedTrackGiveTheSameForce) {

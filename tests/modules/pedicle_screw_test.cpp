@@ -50,9 +50,9 @@ struct ScrewBench : ProbeBench {
     const dvec3 origin(x, y, 9);
     move(origin, k_down, -2, depth + 2, 40), move(origin, k_down, depth + 2, -3, 40);
   }
-  std::size_t bodies() const { return run->engine().now().undoable.bodies.size(); }
+  std::size_t bodies() const { return run->engine().state().undoable.bodies.size(); }
   haptics::Placement place(std::size_t body = 0) const {
-    return run->engine().placement_of(run->engine().now().undoable.bodies[body]);
+    return run->engine().placement_of(run->engine().state().undoable.bodies[body]);
   }
 };
 
@@ -68,18 +68,18 @@ TEST(PedicleScrew, IsTurnedIntoItsTrackByTheClock) {
   ASSERT_FALSE(bench.run->apply_whole({request, 0}).refused);
   const auto placed = bench.events<ScrewPlaced>();
   ASSERT_EQ(placed.size(), 1u);
-  EXPECT_EQ(placed[0].first.body, bench.run->engine().now().undoable.bodies[0].id);
+  EXPECT_EQ(placed[0].first.body, bench.run->engine().state().undoable.bodies[0].id);
   EXPECT_EQ(placed[0].first.track, 1);
   EXPECT_EQ(placed[0].first.diameter, 4.5);
   EXPECT_NEAR(placed[0].first.tip.z, 9 - 20, 0.2);
   EXPECT_NEAR(placed[0].first.beyond_track, 20 - bench.undoable().track_depths[0], 1e-9);
   EXPECT_NEAR(placed[0].first.beyond_track, 20 - 12, 1);
-  const sim::Body& body = bench.run->engine().now().undoable.bodies[0];
+  const sim::Body& body = bench.run->engine().state().undoable.bodies[0];
   EXPECT_EQ(body.matter, volume::Matter::titanium);
   EXPECT_TRUE(body.is_fixed && body.is_implant);
   // The screw starts its whole length above its final position, and covers half of the path in half of the
   // time. It turns once per pitch, so that its thread follows one helix.
-  const std::uint64_t begin = bench.run->engine().now().next_tick;
+  const std::uint64_t begin = bench.run->engine().state().next_tick;
   EXPECT_NEAR(bench.place().position_world.z, 9 + 20, 0.2);
   const auto thread_phase = [&] {
     const haptics::Placement at = bench.place();
@@ -122,7 +122,7 @@ TEST(PedicleScrew, IsTurnedIntoItsTrackByTheClock) {
   // A screw that is discarded as a body is not listed any more.
   ASSERT_FALSE(bench.run->apply({sim::DiscardBody{bench.undoable().screw_bodies[0]}, 0}).refused);
   EXPECT_TRUE(bench.undoable().screw_bodies.empty());
-  const std::uint64_t state = bench.run->engine().now().hash();
+  const std::uint64_t state = bench.run->engine().state().hash();
   ASSERT_FALSE(writer->finish(bench.run->engine()));
   const sim::Verdict verdict = sim::replay(path, bench.scene.base, pedicle_catalogue());
   sim::expect_same(verdict);
@@ -134,7 +134,7 @@ TEST(PedicleScrew, IsTurnedIntoItsTrackByTheClock) {
   for (const std::uint64_t ticks : {400u, 100u, 250u}) {
     ASSERT_FALSE(run.value()->seek(begin + ticks));
     const sim::Engine& engine = run.value()->engine();
-    EXPECT_NEAR(engine.placement_of(engine.now().undoable.bodies.at(0)).position_world.z,
+    EXPECT_NEAR(engine.placement_of(engine.state().undoable.bodies.at(0)).position_world.z,
                 29 - 20 * static_cast<double>(ticks) / 500, 0.2);
   }
 }

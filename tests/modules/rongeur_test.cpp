@@ -43,7 +43,7 @@ struct Lamina {
 template <class Event>
 std::vector<Event> events(const sim::Lockstep& run) {
   std::vector<Event> all;
-  const sim::Chronicle& chronicle = run.engine().now().chronicle;
+  const sim::Chronicle& chronicle = run.engine().state().chronicle;
   for (std::size_t i = 0; i < chronicle.size(); ++i)
     if (const auto* one = chronicle[i].value.as<Event>()) all.push_back(*one);
   return all;

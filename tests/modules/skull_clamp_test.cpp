@@ -75,14 +75,14 @@ void place(sim::Lockstep& run, const Pins& pins) {
   ASSERT_EQ(refusal(run, {ClearPins{}, 0}), "");
   for (const dvec3& p : pins) ASSERT_EQ(refusal(run, {PlacePin{p}, 0}), "");
 }
-const ClampFitted& fitted(const sim::Lockstep& run) { return *run.engine().now().result_of<ClampFitted>(); }
+const ClampFitted& fitted(const sim::Lockstep& run) { return *run.engine().state().result_of<ClampFitted>(); }
 ClampFitted fit(sim::Lockstep& run, const Pins& pins, const FitClamp& request = {}) {
   place(run, pins);
   EXPECT_EQ(refusal(run, {request, 0}), "");
   return fitted(run);
 }
 std::string failure(const sim::Lockstep& run) {
-  const sim::Chronicle& chronicle = run.engine().now().chronicle;
+  const sim::Chronicle& chronicle = run.engine().state().chronicle;
   for (std::size_t i = chronicle.size(); i-- > 0;)
     if (const auto* failed = chronicle[i].value.as<ClampFailed>()) return failed->reason;
   return {};
@@ -475,8 +475,8 @@ TEST(Clamp, ReportsScalpAndPartsInTheHeadByClosedForms) {
     const ClampFitted f = fit(run, pins);
     EXPECT_TRUE(f.is_fitted) << failure(run);
     int touches = 0, warnings = 0;
-    for (std::size_t i = 0; i < run.engine().now().chronicle.size(); ++i)
-      touches += run.engine().now().chronicle[i].value.as<ClampTouchesHead>() != nullptr;
+    for (std::size_t i = 0; i < run.engine().state().chronicle.size(); ++i)
+      touches += run.engine().state().chronicle[i].value.as<ClampTouchesHead>() != nullptr;
     for (const sim::Overlay& overlay : run.engine().overlays())
       for (const auto& label : overlay.labels)
         warnings += label.text.find("touches the head") != std::string::npos;

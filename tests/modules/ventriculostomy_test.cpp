@@ -159,7 +159,7 @@ constexpr auto k_ignore = [](const ServoRecord&, double) {};
 
 using sim::events_of;
 const CatheterState& state_of(const sim::Lockstep& run) {
-  return *run.engine().now().settings.hands[1].state.as<CatheterState>();
+  return *run.engine().state().settings.hands[1].state.as<CatheterState>();
 }
 double measure(const sim::Engine& engine, const std::string& name) {
   for (const sim::Measure& m : engine.measures())
@@ -348,11 +348,11 @@ TEST(Catheter, LockstepReplayAndSeekGiveTheSameState) {
                       writer.value().get());
     drill_hole(run);
     move(run, 1000, 4, -25, 60, k_ignore);
-    inside_tick = run.engine().now().next_tick, inside = run.engine().now().hash();
+    inside_tick = run.engine().state().next_tick, inside = run.engine().state().hash();
     move(run, 1000, -25, -36, 60, k_ignore);
     EXPECT_FALSE(run.apply_whole({JudgeCatheter{}, 1}).refused.has_value());
     move(run, 1000, -36, 4, 100, k_ignore);
-    state = run.engine().now().hash();
+    state = run.engine().state().hash();
     ASSERT_FALSE(writer.value()->finish(run.engine()));
   }
   const sim::Verdict verdict = sim::replay(path, bench.base(), catalogue());
@@ -363,7 +363,7 @@ TEST(Catheter, LockstepReplayAndSeekGiveTheSameState) {
   auto run = sim::Replay::open(opened.value(), bench.base());
   ASSERT_TRUE(run.is_ok()) << run.error().message();
   ASSERT_FALSE(run.value()->seek(inside_tick));
-  EXPECT_EQ(run.value()->engine().now().hash(), inside);
+  EXPECT_EQ(run.value()->engine().state().hash(), inside);
 }
 
 TEST(Ventriculostomy, TheJudgementFollowsClosedForms) {
@@ -371,7 +371,7 @@ TEST(Ventriculostomy, TheJudgementFollowsClosedForms) {
   sim::Lockstep run = bench.run();
   const auto judged = [&](const dvec3& from, const dvec3& tip, const char* trajectory = "") {
     EXPECT_FALSE(run.apply_whole({JudgeCatheter{trajectory, {from, tip}}, 1}).refused.has_value());
-    return *run.engine().now().result_of<CatheterJudged>();
+    return *run.engine().state().result_of<CatheterJudged>();
   };
   const auto crossed = [&] {
     std::map<std::string, CatheterCrossed> all;
@@ -435,12 +435,12 @@ TEST(Ventriculostomy, JudgesTheCatheterInTheHandAndTheOneDrawnOut) {
   move(run, 1000, 4, -36, 40, k_ignore);
   move(run, 1000, -36, -33, 40, k_ignore);
   EXPECT_EQ(refusal({}), "");
-  EXPECT_NEAR(run.engine().now().result_of<CatheterJudged>()->tip.z, -33, 0.1) << "the current position";
+  EXPECT_NEAR(run.engine().state().result_of<CatheterJudged>()->tip.z, -33, 0.1) << "the current position";
   EXPECT_NEAR(measure(run.engine(), "catheter depth from outer table"), 33, 0.15) << "from the intact bone";
   EXPECT_EQ(measure(run.engine(), "catheter tip in ventricle"), 1);
   move(run, 1000, -33, 4, 100, k_ignore);
   EXPECT_EQ(refusal({}), "");
-  EXPECT_NEAR(run.engine().now().result_of<CatheterJudged>()->tip.z, -36, 0.2) << "the deepest position";
+  EXPECT_NEAR(run.engine().state().result_of<CatheterJudged>()->tip.z, -36, 0.2) << "the deepest position";
 }
 
 TEST(Ventriculostomy, LeavesACatheterInPlace) {
@@ -462,8 +462,8 @@ TEST(Ventriculostomy, LeavesACatheterInPlace) {
   move(run, 1000, 4, -36, 40, k_ignore);
   const dvec3 tip = state_of(run).tip(), entry = state_of(run).start;
   ASSERT_FALSE(is_refused({LeaveCatheter{20}, 1}));
-  ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
-  const sim::Body body = run.engine().now().undoable.bodies[0];
+  ASSERT_EQ(run.engine().state().undoable.bodies.size(), 1u);
+  const sim::Body body = run.engine().state().undoable.bodies[0];
   EXPECT_TRUE(body.is_fixed && body.is_implant);
   EXPECT_EQ(body.matter, volume::Matter::soft_tissue);
   // The body is a tube with a diameter of 3 mm and a round tip. It reaches from the tip to 20 mm outside the
@@ -485,22 +485,22 @@ TEST(Ventriculostomy, LeavesACatheterInPlace) {
   // stays.
   EXPECT_TRUE(is_refused({LeaveCatheter{}, 1}));
   run.undo();
-  EXPECT_TRUE(run.engine().now().undoable.bodies.empty());
+  EXPECT_TRUE(run.engine().state().undoable.bodies.empty());
   EXPECT_EQ(measure(run.engine(), "catheters left in place"), 0);
   EXPECT_TRUE(is_refused({sim::RemoveInstrument{}, 1})) << "the catheter is in the hand again";
   run.redo();
-  ASSERT_EQ(run.engine().now().undoable.bodies.size(), 1u);
+  ASSERT_EQ(run.engine().state().undoable.bodies.size(), 1u);
   move(run, 1000, -36, 4, 100, [&](const ServoRecord& r, double) { ASSERT_LT(r.force_world.z, 0.3); });
   EXPECT_FALSE(state_of(run).has_entered);
-  EXPECT_EQ(run.engine().now().undoable.bodies.size(), 1u);
+  EXPECT_EQ(run.engine().state().undoable.bodies.size(), 1u);
   // The catheter that was left in place is judged. Its outer end can be touched.
   ASSERT_FALSE(is_refused({JudgeCatheter{}, 1}));
-  EXPECT_NEAR(glm::distance(run.engine().now().result_of<CatheterJudged>()->tip, tip), 0, 1e-9);
+  EXPECT_NEAR(glm::distance(run.engine().state().result_of<CatheterJudged>()->tip, tip), 0, 1e-9);
   ServoRecord touched;
   for (double z = 24; z > 8; z -= 0.05) touched = tick(run, {0.2, 0.1, z});
   EXPECT_TRUE(touched.has_contact);
   EXPECT_NEAR(touched.proxy_world.z, entry.z + 20, 0.2);
-  const std::uint64_t state = run.engine().now().hash();
+  const std::uint64_t state = run.engine().state().hash();
   ASSERT_FALSE(writer.value()->finish(run.engine()));
   const sim::Verdict verdict = sim::replay(path, bench.base(), catalogue());
   sim::expect_same(verdict);
@@ -521,7 +521,7 @@ TEST(Ventriculostomy, ACatheterThatMovedMeanwhileIsNotLeft) {
     const sim::AdoptJob adopt = run.engine().run_job(begun.job);
     move(run, 1000, -36, z, 100, k_ignore);
     run.apply(adopt);
-    EXPECT_EQ(run.engine().now().undoable.bodies.size(), z < 0 ? 1u : 0u);
+    EXPECT_EQ(run.engine().state().undoable.bodies.size(), z < 0 ? 1u : 0u);
   }
   // If two jobs are pending, one of them leaves the catheter.
   sim::Lockstep run(sim::Engine(bench.hands(), 1e-3, catalogue(), {}, bench.plan), {}, 1000);
@@ -532,7 +532,7 @@ TEST(Ventriculostomy, ACatheterThatMovedMeanwhileIsNotLeft) {
                       adopt_second = run.engine().run_job(second.job);
   run.apply(adopt_first);
   run.apply(adopt_second);
-  EXPECT_EQ(run.engine().now().undoable.bodies.size(), 1u);
+  EXPECT_EQ(run.engine().state().undoable.bodies.size(), 1u);
 }
 
 TEST(Ventriculostomy, ReportsTheDistanceToEachForbiddenStructure) {
@@ -593,7 +593,7 @@ TEST(Ventriculostomy, ThePlansOfTheHeadReachTheirVentricles) {
       ASSERT_FALSE(
           run.apply_whole({JudgeCatheter{"", {found->entry_world - 10.0 * along, found->target_world}}, 0})
               .refused.has_value());
-      const CatheterJudged& j = *run.engine().now().result_of<CatheterJudged>();
+      const CatheterJudged& j = *run.engine().state().result_of<CatheterJudged>();
       EXPECT_EQ(j.trajectory, name);
       EXPECT_EQ(j.ventricle, std::string("ventricle_") + side);
       EXPECT_LT(j.entry_error, 1.5);
@@ -606,7 +606,7 @@ TEST(Ventriculostomy, ThePlansOfTheHeadReachTheirVentricles) {
       const dvec3 beyond = found->target_world + 20.0 * along;
       ASSERT_FALSE(run.apply_whole({JudgeCatheter{"", {found->entry_world - 10.0 * along, beyond}}, 0})
                        .refused.has_value());
-      EXPECT_EQ(run.engine().now().result_of<CatheterJudged>()->trajectory, name);
+      EXPECT_EQ(run.engine().state().result_of<CatheterJudged>()->trajectory, name);
     }
     // A path through the midline crosses the sinus, and an event of the judgement names the sinus.
     const dvec3 vertex = landmarks.vertex;
@@ -614,7 +614,7 @@ TEST(Ventriculostomy, ThePlansOfTheHeadReachTheirVentricles) {
         run.apply_whole(
                {JudgeCatheter{"left ventriculostomy", {vertex + dvec3(0, 30, 20), dvec3(2, 0, 10)}}, 0})
             .refused.has_value());
-    EXPECT_LT(run.engine().now().result_of<CatheterJudged>()->clearance, 0);
+    EXPECT_LT(run.engine().state().result_of<CatheterJudged>()->clearance, 0);
     bool is_named = false;
     for (const auto& [one, at] : events_of<CatheterCrossed>(run.engine()))
       is_named = is_named || (one.structure == "venous_sinus" && one.is_forbidden && one.length > 1);

@@ -194,12 +194,12 @@ TEST(VolumeXray, AnImplantAttenuatesAsTabulated) {
       xray.project(view, std::make_shared<Version>(scan), {&piece, 1}, RaySum::exact, 2).has_value());
   for (std::size_t i = 0; i < without.size(); ++i) ASSERT_NEAR(xray.sums()[i], without[i], 1e-9);
   // The piece, moved 15 mm up, changes nothing at its original position.
-  piece.place.position_world = {0, 0, 15};
+  piece.placement.position_world = {0, 0, 15};
   ASSERT_FALSE(
       xray.project(view, std::make_shared<Version>(scan), {&piece, 1}, RaySum::exact, 2).has_value());
   EXPECT_NEAR(xray.sums()[pixel(-10)], without[pixel(-10)], 1e-9);
   // An object that reaches the source is refused, and the image is kept.
-  rod.place.position_world = view.source;
+  rod.placement.position_world = view.source;
   const std::vector<double> before = xray.sums();
   EXPECT_TRUE(xray.project(view, std::make_shared<Version>(scan), {&rod, 1}, RaySum::exact, 2).has_value());
   EXPECT_EQ(xray.sums(), before);

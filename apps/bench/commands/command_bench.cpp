@@ -132,7 +132,7 @@ void bench_xray(int size, bool is_quick, Outcome& outcome) {
   outcome.print_table(table,
                       "volume = {volume} | filled = {filled:.0%} | threads = {threads} | "
                       "preparing = {preparing_ms:.1f} | exact = {exact_ms:.1f} | Joseph = {joseph_ms:.1f} | "
-                      "plastimatch = {plastimatch_ms:.0f} | times = {ratio:.1f} | "
+                      "plastimatch = {plastimatch_ms:.0f} | ratio = {ratio:.1f} | "
                       "its RMSE = {plastimatch_rmse:.1e} | Joseph's RMSE = {joseph_rmse:.1e} | "
                       "worst ray = {worst_error:.1e}");
   table = Json::array();
@@ -248,12 +248,12 @@ void bench_surface(int size, Outcome& outcome) {
   json["surface_chunk_us"] = to_json(r.surface_chunk);
   json["drilled_chunk_vertices"] = r.drilled_chunk_vertices;
   json["drilled_chunk_us"] = to_json(r.drilled_chunk);
-  outcome.print("whole surface of {size}^3 int16, bits included, compared with VTK FlyingEdges3D",
+  outcome.print("whole surface of {size}^3 int16, occupancy included, compared with VTK FlyingEdges3D",
                 {{"size", size}});
   outcome.print_table(
       json["surfaces"],
       "volume = {volume} | threads = {threads} | ms = {ms:.1f} | peer, ms = {peer_ms:.1f} | "
-      "times = {ratio_to_peer:.2f} | triangles = {triangles} | of the peer = {peer_triangles}");
+      "ratio = {ratio_to_peer:.2f} | triangles = {triangles} | of the peer = {peer_triangles}");
   outcome.print(
       "32^3 chunk with surface: p50 {surface_chunk_us/p50:.1f} us, p99 {surface_chunk_us/p99:.1f} us; under "
       "a burr (up to {drilled_chunk_vertices} vertices): p50 {drilled_chunk_us/p50:.1f} us, p99 "
@@ -284,7 +284,7 @@ void bench_step(int size, Outcome& outcome) {
   json["field_update_ms"] = to_json(r.field_update_ms);
   json["hover_ms"] = to_json(r.hover_ms);
   outcome.print(
-      "implicit step, point, {size}^3 sphere, 100 mm/s: p50 {step_us/p50:.2f} us, p99 {step_us/p99:.2f} us, "
+      "step of method implicit, point, {size}^3 sphere, 100 mm/s: p50 {step_us/p50:.2f} us, p99 {step_us/p99:.2f} us, "
       "p99.9 {step_us/p999:.2f} us, {voxels_a_step:.1f} voxels per step",
       json["implicit"]);
   outcome.print("equal voxels, larger volumes:");
@@ -307,7 +307,7 @@ void bench_step(int size, Outcome& outcome) {
   else
     outcome.print("  built without OpenVDB: no ratio");
   outcome.print(
-      "  over scratches of a ball of 2 voxels in diameter: p50 {p50:.1f} us, p99 {p99:.1f} us, p99.9 {p999:.1f} us",
+      "  the same in bone with scratches, made by a ball of 2 voxels in diameter: p50 {p50:.1f} us, p99 {p99:.1f} us, p99.9 {p999:.1f} us",
       json["removal_tick_over_scratches_us"]);
   outcome.print(
       "a burr of 4 mm at 10 mm/s, voxels of 0.5 mm: update of the offset field p50 {field_update_ms/p50:.1f} "
@@ -363,7 +363,7 @@ Status bench_load(const std::string& src, Outcome& outcome) {
   outcome.json["ratio_to_peer"] = nullptr;
   outcome.print(
       "{name}: first possible touch {seconds/open_to_touch:.2f} s after the process began (start "
-      "{seconds/start_of_process:.2f}, read {seconds/read:.2f}, bits {seconds/bits:.3f})",
+      "{seconds/start_of_process:.2f}, read {seconds/read:.2f}, occupancy {seconds/bits:.3f})",
       {{"name", source.name}});
   outcome.print(
       "memory held: {memory/held_over_voxels:.3f} times the size of the voxels; resident: {resident:.0f} MB",
@@ -475,7 +475,7 @@ Run build_feel(Options& options) {
   options.add("--quick", a->is_quick, "Smaller and fewer scenes: a minute, or two with every peer");
   options.add("--only", a->only, "Only built-in scenes whose name contains this, for example sphere")
       .type("TEXT");
-  options.add("--methods", a->methods, "Only these methods, for example subvoxel mesh").type("NAME");
+  options.add("--methods", a->methods, "Play scenes only with these methods, for example subvoxel mesh; scaling is measured for all").type("NAME");
   options.add("--hand", a->hand, "A recorded hand for one more scene: a session, or a path over SRC")
       .type("FILE");
   options.add("--export", a->export_folder, "Write each scene for other programs: volume, hand, exact result")
@@ -502,7 +502,7 @@ const Command k_flood{"flood", "Floods and components, compared with ITK and Sci
 const Command k_separation{"separation", "Detection of parts that a cut disconnects",
                            "  trephine-bench separation", build_separation};
 const Command k_step{
-    "step", "Times of an implicit step, a chain's step, a tick of removal, and an update of offset fields",
+    "step", "Times of a step of method implicit, a chain's step, a tick of removal, and an update of offset fields",
     "  trephine-bench step --json", build_step};
 const Command k_rays{"rays", "First hits of rays through voxels, compared with NanoVDB",
                      "  trephine-bench rays", build_rays};

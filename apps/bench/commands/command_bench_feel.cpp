@@ -260,8 +260,8 @@ Status bench_feel(const BenchArguments& arguments, Outcome& outcome) {
         return Error{.what = "the results name an unknown scene",
                      .where = data_tools::file_name(arguments.results),
                      .found = id,
-                     .expected = "one of the folders that --export writes",
-                     .remedy = "use the same --quick and --only as for the results"};
+                     .expected = "the name of a folder that --export writes",
+                     .remedy = "use the same --quick and --only as for --export"};
   }
   ProgressLine progress("running scenes");
   options.progress = [&progress](double share) { return progress(share); };

@@ -157,7 +157,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
   live.stop();
   const haptics::ServoReport servo = live.servo_report();
   if (Status error = recorder.value()->finish(live.engine())) return *error;
-  const std::uint64_t hash = live.engine().current()->content_hash();
+  const std::uint64_t hash = live.engine().version()->content_hash();
 
   // Replay.
   notice("replaying ...");
@@ -173,7 +173,7 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
     if (!stepped) return stepped.error();
     if (!stepped.value()) break;
   }
-  const bool is_same = !replay.mismatch() && replay.engine().current()->content_hash() == hash;
+  const bool is_same = !replay.mismatch() && replay.engine().version()->content_hash() == hash;
   const auto file_bytes = static_cast<std::size_t>(std::filesystem::file_size(record.file));
   if (arguments.session.empty() && is_same) {
     std::error_code ignored;

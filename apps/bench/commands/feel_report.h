@@ -14,7 +14,7 @@ using namespace cli;
 Status write_feel_report(const bench::FeelReport& report, const std::string& folder, bool is_quick,
                          const Json& machine);
 
-/// Peers that were played, with their versions; and the duration of a step of method `explicit` by its parts.
+/// Returns the peers that were played, with their versions.
 Json feel_peers(const bench::FeelReport& report);
 /// Returns the parts of the time of a step of method `explicit`.
 Json feel_split(const bench::FeelReport& report);

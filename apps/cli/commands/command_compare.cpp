@@ -27,7 +27,7 @@ Result<view::ComparedState> state_at(sim::Replay& replay, std::uint64_t tick, do
   state.title = format_text("%s, %.1f s, %zu stroke%s", engine.branch().name.c_str(),
                             static_cast<double>(std::min(tick, reader.tick_count())) / rate,
                             engine.stroke_count(), engine.stroke_count() == 1 ? "" : "s");
-  state.version = engine.current();
+  state.version = engine.version();
   state.overlays = engine.overlays();
   return state;
 }
@@ -67,14 +67,14 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
       return untouched;
     }
     auto state = state_at(*session.replay, tick_of(arguments.at), rate, *session.reader);
-    bodies[0] = session.replay->engine().now().undoable.bodies.size();
+    bodies[0] = session.replay->engine().state().undoable.bodies.size();
     return state;
   };
   auto first = first_state();
   if (!first) return first.error();
   auto second = state_at(*session.replay, tick_of(arguments.with), rate, *session.reader);
   if (!second) return second.error();
-  bodies[1] = session.replay->engine().now().undoable.bodies.size();
+  bodies[1] = session.replay->engine().state().undoable.bodies.size();
   if (session.scene().items.empty() || session.scene().items[0].is_mesh())
     return Error{.what = "the session has no bone",
                  .where = "session",

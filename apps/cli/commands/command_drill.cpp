@@ -31,7 +31,7 @@ void report_forbidden(const sim::Engine& engine, double dt, Outcome& outcome) {
     const sim::ForbiddenWatch& watch = engine.watch(0, s);
     const std::string& name = engine.forbidden()[s]->name();
     Json visits = Json::array();
-    const sim::Chronicle& chronicle = engine.now().chronicle;
+    const sim::Chronicle& chronicle = engine.state().chronicle;
     for (std::size_t i = 0; i < chronicle.size(); ++i) {
       const auto* entered = chronicle[i].value.as<sim::ForbiddenEntered>();
       const auto* left = chronicle[i].value.as<sim::ForbiddenLeft>();
@@ -77,7 +77,7 @@ void report_measures(const sim::Engine& engine, Outcome& outcome) {
     if (measure.unit == "K" || measure.name == "deepest plunge")
       outcome.print("{name}: {value:.1f} {unit}", measures.back());
   }
-  const sim::Chronicle& chronicle = engine.now().chronicle;
+  const sim::Chronicle& chronicle = engine.state().chronicle;
   for (std::size_t i = 0; i < chronicle.size(); ++i)
     if (const auto* breakthrough = chronicle[i].value.as<drilling::Breakthrough>()) {
       breakthroughs.push_back({{"position_world_mm", json_of(chronicle[i].position_world)},
@@ -146,7 +146,7 @@ Result<Outcome> run_drill(const DrillArguments& arguments) {
     if (run.last_outcome().is_changed)
       tick_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
   }
-  const volume::Version& version = *run.engine().current();
+  const volume::Version& version = *run.engine().version();
   // A failed recording does not prevent the other outputs.
   const Status not_recorded = recorder.value() ? recorder.value()->finish(run.engine()) : std::nullopt;
   notify_resampled(*source.volume, arguments.output);

@@ -170,12 +170,12 @@ class SessionExport {
   /// Adds what changed since the last tick: instruments, removed volume and events.
   void add_state(std::uint64_t tick) {
     const sim::Engine& engine = session_->replay->engine();
-    if (engine.current() != version_) {
-      version_ = engine.current();
+    if (engine.version() != version_) {
+      version_ = engine.version();
       file_->append(removed_tick_, static_cast<double>(tick));
       file_->append(removed_, engine.removed_mm3());
     }
-    const sim::OperationState& now = engine.now();
+    const sim::OperationState& now = engine.state();
     for (; event_count_ < now.chronicle.size(); ++event_count_) {
       const sim::Event& event = now.chronicle[event_count_];
       events_.add(event.tick, event.hand, event.value.name(), event.value.words(), event.position_world);

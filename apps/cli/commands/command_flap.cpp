@@ -90,7 +90,7 @@ double burr_for(const CutFlap& request) { return 4 * bone_flap::width_of(request
 /// Returns the last event of a type, and its position (mm, world); null if there is no such event.
 template <class T>
 const T* last_event(const sim::Engine& engine, dvec3* at = nullptr) {
-  const sim::Chronicle& chronicle = engine.now().chronicle;
+  const sim::Chronicle& chronicle = engine.state().chronicle;
   for (std::size_t i = chronicle.size(); i-- > 0;)
     if (const T* event = chronicle[i].value.as<T>()) {
       if (at) *at = chronicle[i].position_world;
@@ -115,7 +115,7 @@ Status draw(sim::Lockstep& run, const workbench::Operation& operation, const dve
   if (const dvec3 sideways = from - glm::dot(from, view_normal) * view_normal;
       lift > 0 && glm::length(sideways) > 1e-6)
     from = glm::normalize(view_normal + 1.2 * glm::normalize(sideways));
-  picture.show_still(run.engine().current(), run.engine().overlays(), middle, from, 0.8, 0.5);
+  picture.show_still(run.engine().version(), run.engine().overlays(), middle, from, 0.8, 0.5);
   return view::write_png(surface.value()->window(), path);
 }
 
@@ -138,7 +138,7 @@ volume::Mesh mesh_of(const std::vector<sim::Body>& bodies) {
 Status report_flap(const sim::Engine& engine, Outcome& outcome) {
   Json& json = outcome.json;
   const auto& cut = *last_event<bone_flap::FlapCut>(engine);
-  const auto& flap = *engine.now().undoable_of<bone_flap::FlapState>();
+  const auto& flap = *engine.state().undoable_of<bone_flap::FlapState>();
   json["area_mm2"] = cut.area;
   json["kerf_mm3"] = cut.kerf_size;
   json["rim_mm3"] = cut.rim_size;
@@ -152,7 +152,7 @@ Status report_flap(const sim::Engine& engine, Outcome& outcome) {
       "{walls_mm2:.0f} mm² of walls",
       {{"area_cm2", cut.area / 100}});
   json["pieces"] = Json::array();
-  const sim::Chronicle& chronicle = engine.now().chronicle;
+  const sim::Chronicle& chronicle = engine.state().chronicle;
   for (std::size_t i = 0; i < chronicle.size(); ++i) {
     const auto* piece = chronicle[i].value.as<FlapPiece>();
     if (piece == nullptr) continue;
@@ -315,9 +315,9 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   if (is_interrupted())
     return interrupted("the flap", recorder.value() && !recorder.value()->finish(run.engine()));
   const double seconds = seconds_since(begin);
-  if (arguments.lift > 0 && !run.engine().now().undoable.bodies.empty()) {
-    const dvec3 up = arguments.lift * run.engine().now().undoable_of<bone_flap::FlapState>()->normal;
-    const std::vector<sim::Body> bodies = run.engine().now().undoable.bodies;
+  if (arguments.lift > 0 && !run.engine().state().undoable.bodies.empty()) {
+    const dvec3 up = arguments.lift * run.engine().state().undoable_of<bone_flap::FlapState>()->normal;
+    const std::vector<sim::Body> bodies = run.engine().state().undoable.bodies;
     for (const sim::Body& body : bodies) run.apply({sim::PlaceBody{body.id, up}, 0});
   }
   const Status not_recorded = recorder.value() ? recorder.value()->finish(run.engine()) : std::nullopt;
@@ -330,7 +330,7 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   json["anchors_world_mm"] = Json::array();
   for (const dvec3& p : request.anchors) json["anchors_world_mm"].push_back(json_of(p));
   const sim::Engine& engine = run.engine();
-  const std::vector<sim::Body> pieces = engine.now().undoable.bodies;
+  const std::vector<sim::Body> pieces = engine.state().undoable.bodies;
   dvec3 middle(0), normal(0);
   if (dvec3 at; const auto* no_flap = last_event<bone_flap::FlapFailed>(engine, &at)) {
     json["refused"] = {
@@ -344,18 +344,18 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
                  .found = discarded ? discarded->reason : "no piece became free",
                  .remedy = "choose another outline, or lower the least volume of a piece (--smallest)"};
   } else {
-    const auto& flap = *engine.now().undoable_of<bone_flap::FlapState>();
+    const auto& flap = *engine.state().undoable_of<bone_flap::FlapState>();
     middle = flap.centre, normal = flap.normal;
     if (Status error = report_flap(engine, outcome)) return *error;
   }
   json["seconds"] = seconds;
-  json["content_hash"] = hash_text(engine.current()->content_hash());
-  json["memory"] = memory_report(*operation.scene(), *engine.current());
+  json["content_hash"] = hash_text(engine.version()->content_hash());
+  json["memory"] = memory_report(*operation.scene(), *engine.version());
 
   if (outcome.exit_code == exit_done) {
     notify_resampled(*operation.source.volume, arguments.output);
     outputs.write(arguments.output,
-                  [&] { return data_tools::write_operated(arguments.output, *engine.current()); });
+                  [&] { return data_tools::write_operated(arguments.output, *engine.version()); });
     outputs.write(arguments.flap,
                   [&] { return data_tools::write_mesh(arguments.flap, mesh_of(pieces), volume::Frame()); });
   }

@@ -227,7 +227,7 @@ void report_contacts(const sim::Engine& engine, const volume::VertebraFrame& fra
     for (std::size_t h = 0; h < engine.hand_count(); ++h)
       nearest = std::min(nearest, engine.watch(h, s).nearest);
     Json contacts = Json::array(), slices = Json::array();
-    const sim::Chronicle& chronicle = engine.now().chronicle;
+    const sim::Chronicle& chronicle = engine.state().chronicle;
     for (std::size_t i = 0; i < chronicle.size(); ++i) {
       const auto* entered = chronicle[i].value.as<sim::ForbiddenEntered>();
       if (entered == nullptr || entered->structure != name) continue;
@@ -269,11 +269,11 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
   sim::Engine& engine = vertebra.engine();
   const volume::Field& bone = vertebra.bone();
   const int label = vertebra.label;
-  const auto judged = laminectomy::judge(bone, label, vertebra.canal_or_null(), *engine.current());
+  const auto judged = laminectomy::judge(bone, label, vertebra.canal_or_null(), *engine.version());
   if (!judged) return no_canal(judged.error(), "laminectomy");
   const laminectomy::Outcome& o = judged.value();
   const Judgement j = laminectomy::judgement_of(o, arguments.vertebra);
-  const SectionDrawer drawer(o, bone, *engine.current());
+  const SectionDrawer drawer(o, bone, *engine.version());
   Outcome outcome("laminectomy");
   Json& json = outcome.json;
   const auto located = [&](Json row, const dvec3& at) {
@@ -326,7 +326,7 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
   // Plunges beyond the bone, in the whole operation.
   double plunge = 0;
   int plunges = 0;
-  const sim::Chronicle& chronicle = engine.now().chronicle;
+  const sim::Chronicle& chronicle = engine.state().chronicle;
   for (std::size_t i = 0; i < chronicle.size(); ++i)
     if (const auto* breakthrough = chronicle[i].value.as<drilling::Breakthrough>())
       ++plunges, plunge = std::max(plunge, breakthrough->plunge);

@@ -186,17 +186,17 @@ Result<Outcome> run_screw(const ScrewArguments& arguments) {
   if (!opened) return opened.error();
   OpenedVertebra& vertebra = opened.value();
   sim::Engine& engine = vertebra.engine();
-  const auto* state = engine.now().undoable_of<pedicle::PedicleState>();
+  const auto* state = engine.state().undoable_of<pedicle::PedicleState>();
   if (state == nullptr || state->screw_bodies.empty())
     return Error{
         .what = "the session has no screws at this time",
         .where = "session",
         .expected = "a session in which place-screw was run",
         .remedy = "record one: trephine run docs/examples/pedicle-screw.toml --record spine.session"};
-  const std::shared_ptr<const volume::Volume>& scan = engine.current()->shared_base();
+  const std::shared_ptr<const volume::Volume>& scan = engine.version()->shared_base();
   const auto bone = pedicle::find_bone(scan, vertebra.bone(), vertebra.label, vertebra.canal_or_null());
   if (!bone) return no_canal(bone.error(), "screw");
-  const volume::SurgicalPlan* plan = engine.now().plan.get();
+  const volume::SurgicalPlan* plan = engine.state().plan.get();
   std::vector<Finding> findings;
   for (std::size_t i = 0; i < state->screw_bodies.size(); ++i) {
     auto judged = pedicle::judge(pedicle::judged_screw(*state, i), bone.value(), plan, {});

@@ -42,7 +42,7 @@ volume::Mesh surface_of(const sim::Engine& engine) {
   std::vector<volume::Mesh> parts;
   for (const haptics::TouchItem& item : scene.items)
     if (!item.is_mesh() && &item.field.volume() == scene.base.get())
-      parts.push_back(volume::surface_net({&item.field, engine.current().get(), item.bits.get()}));
+      parts.push_back(volume::surface_net({&item.field, engine.version().get(), item.bits.get()}));
   std::size_t vertices = 0, triangles = 0;
   for (const volume::Mesh& part : parts) vertices += part.vertices.size(), triangles += part.triangles.size();
   volume::Mesh all{Buffer<glm::vec3>(vertices), Buffer<std::uint32_t>(triangles)};
@@ -140,7 +140,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   }
   const double seconds = seconds_since(start);
   const sim::Engine& engine = replay.engine();
-  const std::uint64_t hash = engine.current()->content_hash();
+  const std::uint64_t hash = engine.version()->content_hash();
   std::optional<sim::Mismatch> mismatch = replay.mismatch();
   if (session.reader->is_damaged() && !mismatch)
     mismatch = sim::Mismatch{tick_count, "file",
@@ -153,7 +153,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
   outputs.write(arguments.steps, [&] { return data_tools::write_file_atomically(arguments.steps, csv); });
   notify_resampled(*session.source.volume, arguments.output);
   outputs.write(arguments.output,
-                [&] { return data_tools::write_operated(arguments.output, *engine.current()); });
+                [&] { return data_tools::write_operated(arguments.output, *engine.version()); });
   outputs.write(arguments.mesh, [&] {
     return data_tools::write_mesh(arguments.mesh, surface_of(engine), session.scene().base->frame);
   });
@@ -163,7 +163,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
     options.screenshot = arguments.screenshot;
     options.title = session.source.written_name();
     options.is_offscreen = true;
-    options.version = engine.current();
+    options.version = engine.version();
     options.replay = session.replay.get();
     options.plan = std::make_shared<const volume::SurgicalPlan>(session.reader->header().plan);
     auto summary = workbench::summarize_session(arguments.session);

@@ -197,7 +197,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   json["open_to_touch_seconds"] = first_touch_seconds;
   json["read_seconds"] = source.read_seconds;
   json["making_seconds"] = operation.build_seconds;
-  json["memory"] = memory_report(scene, *engine.current());
+  json["memory"] = memory_report(scene, *engine.version());
   outcome.print("{steps} steps, {step_us/contact/count} in contact, strongest force {max_force_n:.2f} N");
   outcome.print("fell through the surface: {fall_throughs} times; stuck at rest: {stuck} steps");
   if (returned.bound() > 0)

@@ -34,7 +34,7 @@ class ScriptPictures {
   Status write(const data_tools::ScriptPicture& request, const workbench::ScriptMoment& moment,
                const std::string& caption) {
     const auto begin = Clock::now();
-    const volume::Version& version = *moment.engine.current();
+    const volume::Version& version = *moment.engine.version();
     const bool is_opaque = request.opacities.empty();
     if (!picture_ || request.opacities != opacities_) {
       auto surface = view::make_offscreen(1200, 900);
@@ -44,16 +44,16 @@ class ScriptPictures {
       opacities_ = request.opacities;
       picture_.emplace(*run_->operation().scene(), surface_->window(), !is_opaque);
       if (Status error = picture_->set_opacities(opacities_of(request))) return error;
-      picture_->request_all(moment.engine.current());
+      picture_->request_all(moment.engine.version());
     } else {
-      picture_->request(moment.engine.current(), moment.changed);
+      picture_->request(moment.engine.version(), moment.changed);
     }
     picture_->wait();
     if (Status error = aim(request, moment.engine)) return error;
     const auto h = static_cast<std::size_t>(request.hand);
     const haptics::ServoRecord& hand = moment.hands[h];
     if (request.has_tool)
-      picture_->show_stylus(hand, view::appearance_of(moment.engine.now().settings.hands[h].parameters),
+      picture_->show_stylus(hand, view::appearance_of(moment.engine.state().settings.hands[h].parameters),
                             version, from_);
     else
       picture_->view().show(view::StylusState{.is_visible = false});

@@ -72,7 +72,7 @@ Result<fluoroscopy::SurfaceXray> surface_image(const workbench::Moment& moment, 
     if (source.matter == volume::Matter::scenery) continue;
     fluoroscopy::SurfaceObject& object = objects.emplace_back();
     for (const dvec3& v : source.tree->vertices())
-      object.vertices_world.push_back(source.place.world_from_local(v));
+      object.vertices_world.push_back(source.placement.world_from_local(v));
     object.triangles = source.tree->triangles();
     object.normals_world = fluoroscopy::vertex_normals({object.vertices_world, object.triangles});
     object.weight = source.is_piece ? bone_weight : fluoroscopy::attenuation(source.matter, energy);

@@ -280,8 +280,8 @@ std::string origin_html(const ReportPage& page) {
   row("arithmetic revision",
       format_text("%u of the session, %u of this program", header.revision, sim::k_replay_revision));
   if (!header.case_name.empty()) row("case", header.case_name);
-  row("hash of the final state", hash_text(data.engine().now().hash()));
-  row("hash of the removed matter", hash_text(data.engine().current()->content_hash()));
+  row("hash of the final state", hash_text(data.engine().state().hash()));
+  row("hash of the removed matter", hash_text(data.engine().version()->content_hash()));
   row("duration",
       format_text("%.1f s at %g Hz, hands: %zu", data.seconds, header.rate_hz, header.hands.size()));
   if (const auto& mismatch = data.session->replay->mismatch())
@@ -290,7 +290,7 @@ std::string origin_html(const ReportPage& page) {
                       mismatch->what);
   else
     row("replay", "no difference from the recording was found");
-  if (page.expert) row("expert's final state", hash_text(page.expert->engine().now().hash()));
+  if (page.expert) row("expert's final state", hash_text(page.expert->engine().state().hash()));
   return "<p>The session was replayed from its inputs; all values, charts and pictures are of this replay.</p>\n" +
          table.finish();
 }

@@ -86,7 +86,7 @@ Status add_states(const workbench::ReportData& data, ReportPictures& pictures) {
   const haptics::TouchScene& scene = data.engine().scene();
   if (scene.items.empty() || scene.items[0].is_mesh() || !scene.base) return std::nullopt;
   auto panels = view::comparison_panels(scene, {"before", data.engine().untouched(), {}},
-                                        {"after", data.engine().current(), data.overlays});
+                                        {"after", data.engine().version(), data.overlays});
   if (!panels) return panels.error();
   std::vector<Panel>& all = panels.value();
   all[2].title = "removed or detached";  // replaces a title with a volume, which the page prints itself
