@@ -284,7 +284,7 @@ FeelSplit split_of_explicit(const FeelScene& s) {
 }
 
 void measure_scaling(bool is_quick, FeelReport& report) {
-  for (const bool is_density_rising : {false, true})
+  for (const bool has_smaller_voxels : {false, true})
     for (const int n : {50, 100, 200, 400, 800}) {
       if (n > (is_quick ? 200 : 800)) continue;
       const auto voxels =
@@ -293,7 +293,7 @@ void measure_scaling(bool is_quick, FeelReport& report) {
       data_tools::PhantomOptions o;
       o.size = glm::ivec3(n);
       o.psf_sigma_voxels = 1.5;
-      o.spacing_mm = dvec3(is_density_rising ? 12.0 / n : 12.0 / 50);
+      o.spacing_mm = dvec3(has_smaller_voxels ? 12.0 / n : 12.0 / 50);
       o.parameters = {{"radius", 4.5}};
       haptics::TouchScene scene = scenes::phantom_scene("sphere", o);
       scene.items[0].material = {0.5, 0.001, 0, 0};
@@ -313,7 +313,7 @@ void measure_scaling(bool is_quick, FeelReport& report) {
             if (step.has_contact) minima.add(i, us);
           }
         }
-        report.scaling.push_back({info.name, is_density_rising, n, minima.result()});
+        report.scaling.push_back({info.name, has_smaller_voxels, n, minima.result()});
       }
     }
 }

@@ -76,7 +76,7 @@ struct FeelRow {
 
 struct FeelScaling {
   std::string method;
-  bool is_density_rising =
+  bool has_smaller_voxels =
       false;  ///< one box in voxels of decreasing size; otherwise equal voxels in boxes of increasing size
   int size = 0;
   StepTimes time_us;
@@ -105,8 +105,9 @@ struct FeelOptions {
   /// Called with a method's results for a scene, a proxy per step.
   std::function<void(const FeelScene&, const std::string& method, const std::vector<glm::dvec3>& proxies)>
       on_results;
-  std::string only;                  ///< play built-in scenes whose id contains this, and measure no scaling; empty: all
-  std::vector<std::string> methods;  ///< play these methods and peers; scaling is measured for all methods; empty: all
+  std::string only;  ///< play built-in scenes whose id contains this, and measure no scaling; empty: all
+  std::vector<std::string>
+      methods;  ///< play these methods and peers; scaling is measured for all methods; empty: all
   std::optional<FeelResults> results;
   /// Called with each scene before it is played, for example to export it. A failure ends the run.
   std::function<Status(const FeelScene&)> inspect;

@@ -476,7 +476,7 @@ std::vector<EnergyRow> run_energy_test() {
               static_cast<double>(contacts) / k_ticks;
           (has_controller ? row.max_generated_with_controller : row.max_generated) = result.largest;
           (has_controller ? row.balance_with_controller : row.balance_without_controller) = least;
-          (has_controller ? row.one_step : row.one_step_without_controller) = one_step;
+          (has_controller ? row.most_work_with_controller : row.most_work) = one_step;
           row.share_cut = static_cast<double>(controller.limited_ticks()) / k_ticks;
         }
         rows.push_back(row);

@@ -23,8 +23,8 @@ struct StiffnessRow {
   double theory = 0;                     ///< N/mm, exact for a sampled spring, at the worst frequency
   double rule = 0;                       ///< N/mm, by the rules of run_stiffness_maps()
 };
-/// Rules, with period T and damping b: stable without a hand up to K = b / (T / 2 + delay); passive for any
-/// hand up to K = 2 b / (T + 2 delay) (Colgate and Schenkel 1997), and with an encoder of step d and Coulomb
+/// Rules, with period T and damping b: passive for any hand up to K = 2 b / (T + 2 delay) (Colgate and
+/// Schenkel 1997), which is also the limit of stability without a hand; with an encoder of step d and Coulomb
 /// friction f at most 2 f / d (Abbott and Okamura 2005). The delay includes that of smoothing, T (1 - alpha)
 /// / alpha, with the weight alpha per tick at this rate. The device has a mass of 0.05 kg and b = 0.002 N
 /// s/mm.
@@ -46,9 +46,8 @@ struct EnergyRow {
   /// Largest rise, above its minimum so far, of E = energy given by the surface + energy stored in its spring
   /// - loss of the device, N mm. Without the controller, and with it.
   double max_generated = 0, max_generated_with_controller = 0;
-  double one_step = 0,
-         one_step_without_controller =
-             0;            ///< largest work of one tick, N mm, with and without the controller
+  /// Largest work of one tick, N mm, without the controller and with it.
+  double most_work = 0, most_work_with_controller = 0;
   double share_cut = 0;    ///< share of ticks in which the controller limited the force
   double force_scale = 1;  ///< least factor, 0 to 1, by which the controller reduced the stiffness
 };

@@ -66,7 +66,7 @@ void release(const trephine_scene* scene) noexcept {
 Status check_item(const trephine_scene* scene, int shape) {
   if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
   if (shape < 0 || shape >= haptics::item_count(scene->touch))
-    return bad("unknown shape", std::to_string(shape), "an index of a window or mesh");
+    return bad("unknown shape", std::to_string(shape), "an index of a window, label or mesh");
   return std::nullopt;
 }
 
@@ -78,7 +78,7 @@ haptics::Material& material_in(trephine_scene& scene, int shape) {
 Status check_shape(const trephine_scene* scene, int shape) {
   if (scene == nullptr) return bad("there is no scene", "NULL", "a scene from trephine_scene_create");
   if (shape < 0 || shape >= haptics::item_count(scene->touch) || item_of(scene->touch, shape).is_mesh())
-    return bad("unknown shape", std::to_string(shape), "an index of a window");
+    return bad("unknown shape", std::to_string(shape), "an index of a window or label");
   return std::nullopt;
 }
 
@@ -99,7 +99,8 @@ int add_shape(trephine_scene* scene, const char* name, volume::Shape shape, trep
     if (scene->touch.items.size() == haptics::TouchScene::k_max_shapes)
       return bad("there are too many shapes", "a ninth shape", "at most 8");
     if (!scene->touch.items.empty() && scene->touch.items.back().is_mesh())
-      return bad("a window comes after a mesh", name ? name : "", "windows first, then meshes");
+      return bad("a window or label comes after a mesh", name ? name : "",
+                 "windows and labels first, then meshes");
     shape.name = name ? name : "";
     scene->touch.items.push_back({volume::Field(*scene->base, shape), nullptr, {}, haptics::Side::front});
     scene->is_prepared = false;

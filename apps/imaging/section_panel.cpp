@@ -178,7 +178,7 @@ Panel section_panel(const std::vector<SectionObject>& objects, const std::vector
     if (object.kind != Kind::bone && object.cut.area > 0)
       list(words_of(object.name) + (object.kind == Kind::structure ? " (do not cut)" : ""), object.colour);
   for (const SectionTissue& tissue : tissues) list(tissue.name, tissue.colour);
-  if (has_cancellous) list("bone", k_cancellous);
+  if (has_cancellous) list("bone below the threshold, by labels", k_cancellous);
   if (outside_pixels > 0) list("outside bone", k_outside_bone);
   return panel;
 }

@@ -27,8 +27,9 @@ class MouseDevice final : public haptics::Device {
 
   /// Sets the requested position (world, mm), the orientation of the tool (unit), and the button. Ignores a
   /// request that is not finite, such as one from a window of size zero. `press_world`: part of the request
-  /// by which the tool is pressed into bone. `jump_world`: the tool is lifted over to this free point,
-  /// without smoothing, instead of moving along a straight line.
+  /// by which the tool is pressed into bone. `jump_world`: the pose jumps to the request, without
+  /// smoothing and at first without the press, and the proxy starts again at this free point (fetch_jump());
+  /// no straight motion connects the two poses.
   void set(const glm::dvec3& request_world, const glm::dquat& turn, bool is_pressed,
            const std::optional<glm::dvec3>& jump_world = {},
            const glm::dvec3& press_world = glm::dvec3(0.0)) noexcept;

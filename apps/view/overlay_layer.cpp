@@ -127,7 +127,7 @@ vtkSmartPointer<vtkPolyData> make_lines(const std::vector<std::array<dvec3, 2>>&
   return data;
 }
 
-vtkSmartPointer<vtkPolyData> make_skin(const std::vector<std::array<dvec3, 3>>& triangles) {
+vtkSmartPointer<vtkPolyData> make_triangles(const std::vector<std::array<dvec3, 3>>& triangles) {
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> cells;
   for (const auto& triangle : triangles) {
@@ -270,8 +270,8 @@ void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const 
       place(actor, placement);
       add(actor);
     }
-    if (!overlay.skin.empty()) {
-      const auto actor = make_actor(make_skin(overlay.skin), colour);
+    if (!overlay.translucent_triangles.empty()) {
+      const auto actor = make_actor(make_triangles(overlay.translucent_triangles), colour);
       actor->GetProperty()->LightingOff();
       actor->GetProperty()->SetOpacity(0.28);
       place(actor, placement);

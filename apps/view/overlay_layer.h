@@ -38,7 +38,7 @@ class OverlayLayer {
   /// Clips loose bone and models: draws only the side to which `normal_world` points. Implants remain whole,
   /// so that a cut face shows them in the bone. A zero normal ends the clipping.
   void set_clip(const glm::dvec3& origin_world, const glm::dvec3& normal_world);
-  /// Number of drawn objects: surfaces, sets of lines, skins, handles and labels.
+  /// Number of drawn objects: surfaces, sets of lines, sets of translucent triangles, handles and labels.
   std::size_t size() const noexcept;
   /// Labels of the overlays. Call LabelLayer::lay_out() before each frame.
   LabelLayer& labels() noexcept;

@@ -140,7 +140,8 @@ void PaneController::rest(std::span<const std::shared_ptr<const sim::Value>> set
 /// Adds reported live exposures that the operation has executed to the known shots. Their images were shown
 /// live, so these shots need no image.
 void PaneController::confirm_live_shots(std::int64_t shots) {
-  // In a replay, and after an undo, adopt the number of shots without images.
+  // At the first call and in a replay, adopt the number: no further image is due. In a replay, follow() has
+  // already taken the image.
   if (!shots_ || !apply || shots < *shots_) shots_ = shots;
   for (; *shots_ < shots && unconfirmed_shots_ > 0; ++*shots_) --unconfirmed_shots_;
 }

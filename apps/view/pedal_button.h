@@ -1,4 +1,4 @@
-// PedalButton: a foot pedal as a second button of the mouse.
+// PedalButton: the first button of a foot pedal, which acts as the left button of the mouse.
 #pragma once
 
 #include <memory>

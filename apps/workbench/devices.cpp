@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "apps/workbench/source.h"
+#include "data-tools/cases/device_file.h"
 #include "haptics/device/composite_device.h"
 #include "haptics/device/mapped_device.h"
 
@@ -98,7 +99,31 @@ haptics::DeviceHost device_host(const Listener& listener) {
   return host;
 }
 
-Result<ChosenDevices> make_devices(const DeviceChoice& choice, const Listener& listener) {
+namespace {
+
+/// Completes a choice without a device by the user's devices.toml, or else by the mouse.
+Result<DeviceChoice> completed(DeviceChoice choice, const Listener& listener) {
+  if (!choice.device.empty()) return choice;
+  choice.device = "mouse";
+  const std::string folder = device_host(listener).settings_folder;
+  if (folder.empty()) return choice;
+  const auto settings = data_tools::read_device_settings(folder + "/devices.toml");
+  if (!settings) return settings.error();
+  if (!settings.value()) return choice;
+  if (!settings.value()->device.empty()) choice.device = settings.value()->device;
+  if (choice.pedal.empty()) choice.pedal = settings.value()->pedal;
+  if (choice.scale == 1 && choice.device != "mouse") choice.scale = settings.value()->scale;
+  listener.notice("note: devices.toml selects " + choice.device +
+                  (choice.pedal.empty() ? "" : " and " + choice.pedal) + " (override it with --device)");
+  return choice;
+}
+
+}  // namespace
+
+Result<ChosenDevices> make_devices(const DeviceChoice& requested, const Listener& listener) {
+  const auto completed_choice = completed(requested, listener);
+  if (!completed_choice) return completed_choice.error();
+  const DeviceChoice& choice = completed_choice.value();
   ChosenDevices chosen;
   if (!choice.pedal.empty()) {
     auto pedal = make_hardware(choice.pedal, false, listener);

@@ -12,8 +12,9 @@
 namespace trephine::workbench {
 
 struct DeviceChoice {
-  std::string device =
-      "mouse";        ///< "mouse", "falcon", "touch", "spacemouse:1", "playback:PATH.csv", "virtual:PATH.csv"
+  /// "mouse", "falcon", "touch", "spacemouse:1", "playback:PATH.csv", "virtual:PATH.csv"; empty: that of the
+  /// user's devices.toml, or else the mouse.
+  std::string device;
   std::string pedal;  ///< "pedal", "pedal:1", "pedal:/dev/input/event5"; empty: no pedal
   double scale = 1;   ///< motion of the tool per motion of the device; 1 for devices that are not hardware
 };

@@ -28,8 +28,8 @@ Status choose_procedure(const OperationChoice& choice, sim::SceneDescription& sp
 /// Returns the measures of one module, or of all modules if `module` is null, in an operation on a small cube
 /// before its first command.
 std::vector<sim::Measure> initial_measures(const sim::Module* module = nullptr);
-/// Returns the measurements in conditions of the procedure that a new operation does not have. They are
-/// measures that a module returns only later, or misspelt names. Builds a small operation.
+/// Returns the names of measures that conditions of the procedure use and a new operation lacks: a module
+/// returns them only later, or they are misspelt. Builds a small operation.
 std::vector<std::string> late_measures_of(const volume::SurgicalProcedure& procedure);
 
 }  // namespace trephine::workbench

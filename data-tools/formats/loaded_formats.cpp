@@ -13,7 +13,7 @@ constexpr double k_seconds_per_item = 60;
 constexpr int k_min_items = 24;  // loading the library takes as long as reading this number of pictures
 
 struct LibraryName {
-  const char *file, *entry, *task, *package;
+  const char *file, *entry, *task, *library;
 };
 /// Returns the names of a library; `task` completes "the library that ...".
 LibraryName name_of_library(LoadedFormat format) {
@@ -39,8 +39,8 @@ const void* functions_of(const LibraryName& name) {
 Error not_installed(const LibraryName& name, const std::string& where) {
   return {.what = std::string("the library that ") + name.task + " is not installed",
           .where = where,
-          .expected = name.package,
-          .remedy = "install trephine-formats, or use another format",
+          .expected = std::string("the library ") + name.library,
+          .remedy = "install the package trephine-formats, or use another format",
           .kind = ErrorKind::missing_here};
 }
 
@@ -58,7 +58,11 @@ Status with_library(LoadedFormat format, int count, const std::string& where,
                     const std::function<std::string(int)>& name_of) {
   const LibraryName name = name_of_library(format);
   const auto missing_flag = SharedBytes::make(1);
-  if (!missing_flag) return too_large(1, where);
+  if (!missing_flag)
+    return Error{.what = "no shared memory could be allocated",
+                 .where = where,
+                 .remedy = "close other programs",
+                 .kind = ErrorKind::missing_here};
   const void* functions = nullptr;
   const SubprocessResult result = run_in_subprocess(
       count,

@@ -39,7 +39,7 @@ class VoxMap {
   static VoxMap of(const MeshTree& mesh, double voxel_mm, Interior interior, int layers = 1);
 
   Voxel at(const glm::ivec3& v) const noexcept;
-  /// Returns true if all voxels of the box are free, or outside.
+  /// Returns true if all voxels of the box are of type `free`, or outside the map; proximity voxels are not.
   bool is_free(const glm::ivec3& low, const glm::ivec3& high) const noexcept;
   const glm::ivec3& size() const noexcept { return size_; }
   const volume::Frame& frame() const noexcept { return frame_; }

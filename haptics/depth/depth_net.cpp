@@ -12,7 +12,7 @@ DepthNet::DepthNet(DepthCube cube, Thin thin) : cube_(std::move(cube)), thin_(th
   words_ = static_cast<std::size_t>(size.x + 63) / 64;
   bits_.assign(words_ * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z), 0);
   set_by_rays();
-  if (thin != Thin::held) return;
+  if (thin != Thin::joined) return;
   set_by_ends();
   hold_thin_matter();
 }

@@ -16,12 +16,12 @@ class DepthNet {
  public:
   /// Treatment of walls one lattice point thick that touch at their edges only.
   enum class Thin : std::uint8_t {
-    apart,  ///< they are separate, as in the surface net of a volume: a path leads between them
+    separate,  ///< they are separate, as in the surface net of a volume: a path leads between them
     /// They are joined. Matter between two points that contains neither makes both solid, unless three free
     /// edges next to it lead around it, as at a sharp edge.
-    held
+    joined
   };
-  explicit DepthNet(DepthCube cube, Thin thin = Thin::held);
+  explicit DepthNet(DepthCube cube, Thin thin = Thin::joined);
 
   const DepthCube& cube() const noexcept { return cube_; }
   /// Returns true if a lattice point is solid; false beyond the lattice.
@@ -40,7 +40,7 @@ class DepthNet {
   /// surface; both points are in the lattice.
   template <class Use>
   void for_crossed_edges(int axis, int z, const Use& use) const;
-  bool joins_solid() const noexcept { return thin_ == Thin::held; }
+  bool joins_solid() const noexcept { return thin_ == Thin::joined; }
   /// Returns the number of edges between two points that were made solid for thin matter.
   std::size_t thin_edges() const noexcept { return thin_edges_; }
   std::size_t bytes() const noexcept { return cube_.bytes() + bits_.capacity() * sizeof(std::uint64_t); }

@@ -25,7 +25,7 @@ Status DepthProxy::prepare(const TouchScene& scene) {
     DepthCube& cube = cubes.value()[i];
     const dvec3 mm = cube.frame().spacing();
     using Thin = depth::DepthNet::Thin;
-    nets_.emplace_back(std::move(cube), scene.items[i].is_mesh() ? Thin::held : Thin::apart);
+    nets_.emplace_back(std::move(cube), scene.items[i].is_mesh() ? Thin::joined : Thin::separate);
     gap_ = std::min(gap_, k_facet_gap * std::min({mm.x, mm.y, mm.z}));
   }
   return std::nullopt;

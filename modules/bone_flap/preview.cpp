@@ -112,12 +112,12 @@ sim::Overlay preview_overlay(const FlapPreview& preview) {
   };
   for (std::size_t i = 0; i < lines; ++i) {
     for (std::size_t k = 0; k < rings; ++k) {
-      overlay.skin.push_back({at(i, k), at(i, k + 1), at(i + 1, k + 1)});
-      if (k > 0) overlay.skin.push_back({at(i, k), at(i + 1, k + 1), at(i + 1, k)});
+      overlay.translucent_triangles.push_back({at(i, k), at(i, k + 1), at(i + 1, k + 1)});
+      if (k > 0) overlay.translucent_triangles.push_back({at(i, k), at(i + 1, k + 1), at(i + 1, k)});
     }
     const dvec3 &bottom = preview.depth[i], &next_bottom = preview.depth[(i + 1) % lines];
-    overlay.skin.push_back({at(i, rings), bottom, at(i + 1, rings)});
-    overlay.skin.push_back({at(i + 1, rings), bottom, next_bottom});
+    overlay.translucent_triangles.push_back({at(i, rings), bottom, at(i + 1, rings)});
+    overlay.translucent_triangles.push_back({at(i + 1, rings), bottom, next_bottom});
     overlay.lines.push_back({at(i, rings), at(i + 1, rings)});
     overlay.lines.push_back({bottom, next_bottom});
   }

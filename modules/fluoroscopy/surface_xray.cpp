@@ -13,7 +13,8 @@ Result<SurfaceXray> project_surfaces(const View& view, std::span<const SurfaceOb
   SurfaceXray image{std::vector<double>(count, 0), std::vector<double>(count, 0), 0};
   std::vector<std::int64_t> depth(count), edge(count);
   std::vector<std::int32_t> balance(count);
-  constexpr double k_steps = 0x1p44;  // per length of a ray, and per edge term
+  constexpr double k_steps =
+      0x1p44;  // fixed point: units per length of a ray in `depth`, and per 1 in `edge`
   for (const SurfaceObject& object : objects) {
     std::fill(depth.begin(), depth.end(), 0), std::fill(edge.begin(), edge.end(), 0);
     std::fill(balance.begin(), balance.end(), 0);
@@ -23,7 +24,7 @@ Result<SurfaceXray> project_surfaces(const View& view, std::span<const SurfaceOb
                                     static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(c.row);
           depth[pixel] -= c.into * std::llround(c.t * k_steps);
           balance[pixel] += c.into;
-          if (object.edge <= 0 || (!object.is_wall.empty() && object.is_wall[c.triangle])) return;
+          if (object.edge <= 0 || (!object.is_on_border.empty() && object.is_on_border[c.triangle])) return;
           const std::uint32_t* corner = object.triangles.data() + 3 * std::size_t{c.triangle};
           const dvec3 normal = c.a * object.normals_world[corner[0]] + c.b * object.normals_world[corner[1]] +
                                c.c * object.normals_world[corner[2]];

@@ -13,7 +13,7 @@ struct SurfaceObject {
   std::vector<glm::dvec3> vertices_world, normals_world;  ///< mm; unit normals, one per vertex
   std::vector<std::uint32_t> triangles;                   ///< three indices per triangle
   /// Per triangle: true on the border of the scan, where there is no edge term; may be empty.
-  std::vector<std::uint8_t> is_wall = {};
+  std::vector<std::uint8_t> is_on_border = {};
   double weight = 0.02;  ///< attenuation, 1/mm
   double edge = 0;       ///< edge term of a grazing ray (no unit); the term is 0 for a ray along the normal
 };

@@ -23,7 +23,7 @@ struct Measure {
 /// A measurement. Emitted at the first point of `line`; at the origin if `line` is empty after a failure.
 struct Measured {
   Kind kind = Kind::ruler;
-  bool is_any = false;  ///< something was measured
+  bool is_any = false;  ///< a measurement was requested; it may have failed, see problem
   double length = 0;    ///< mm from end to end; of a tape or an outline: along the surface
   double straight = 0;  ///< mm from end to end of a ruler or a tape, in a straight line
   double taut = 0;      ///< mm, of a tape pulled taut, which bridges grooves

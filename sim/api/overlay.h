@@ -37,8 +37,8 @@ struct Overlay {
   bool is_detached = false;                          ///< an object that was part of the anatomy
   std::shared_ptr<const haptics::MeshTree> surface;  ///< null: no surface
   std::vector<std::array<glm::dvec3, 2>> lines;
-  bool is_in_front = false;                     ///< bone does not hide its lines and labels
-  std::vector<std::array<glm::dvec3, 3>> skin;  ///< translucent triangles, visible from both sides
+  bool is_in_front = false;                                      ///< bone does not hide its lines and labels
+  std::vector<std::array<glm::dvec3, 3>> translucent_triangles;  ///< visible from both sides
   std::vector<Label> labels;
   std::vector<Handle> handles;
   haptics::Placement placement;  ///< of its frame in the world

@@ -39,9 +39,11 @@ class Command : public ::testing::Test {
   /// display unless `prefix` provides one.
   ProcessResult run(const std::string& arguments, const std::string& prefix = "env -u DISPLAY") const {
     const bool is_bench = arguments.starts_with("bench ");
-    const std::string command = "cd '" + folder_.string() + "' && export XDG_STATE_HOME=\"$PWD/.state\" && " +
-                                prefix + (is_bench ? " '" TREPHINE_BENCH "' " : " '" TREPHINE_COMMAND "' ") +
-                                arguments.substr(is_bench ? 6 : 0) + " >.out 2>.err </dev/null";
+    const std::string command =
+        "cd '" + folder_.string() +
+        "' && export XDG_STATE_HOME=\"$PWD/.state\" XDG_CONFIG_HOME=\"$PWD/.config\" && " + prefix +
+        (is_bench ? " '" TREPHINE_BENCH "' " : " '" TREPHINE_COMMAND "' ") +
+        arguments.substr(is_bench ? 6 : 0) + " >.out 2>.err </dev/null";
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read(file(".out")),
             read(file(".err"))};

@@ -20,7 +20,7 @@ TEST_F(Command, PedicleScrewsArePlayedJudgedAndReplayed) {
   EXPECT_LT(planned["plan"]["angle_error_degrees"], 0.1);
   EXPECT_EQ(medial["side"], "right");
   EXPECT_EQ(medial["wall"], "medial");
-  EXPECT_NEAR(medial["breach_mm"].get<double>(), 4.1, 0.5);
+  EXPECT_NEAR(medial["breach_mm"].get<double>(), 4.9, 0.5);
   EXPECT_LT(medial["score"], planned["score"]);
   // In a section the screws fill their tracks. Only the part of the right screw in the canal is outside bone.
   const Json section = json("section s.session --trajectory \"L4 left pedicle\" --width 90");

@@ -409,6 +409,53 @@ TEST_F(Command, DevicesAreCheckedAndUnknownOnesAreRefused) {
   EXPECT_EQ(run("simulator --device flacon --screenshot t.png").exit_code, 2);
 }
 
+/// A simulated hand is measured like a device: rate, duration of a read, and the test of its force.
+TEST_F(Command, DoctorMeasuresADevice) {
+  write("hand.csv", "t,x,y,z\n0,0,0,0\n1,20,0,0\n2,0,0,0\n");
+  const ProcessResult r = run("doctor --device virtual:hand.csv --seconds 0.5 --json");
+  ASSERT_EQ(r.exit_code, 0) << r.out << r.err;
+  const Json report = Json::parse(r.out);
+  std::map<std::string, std::string> found;
+  for (const Json& f : report["findings"]) found[f["name"]] = f["found"];
+  EXPECT_TRUE(found["device"].starts_with("virtual: 6 degrees of freedom, force 8.0 N")) << found["device"];
+  EXPECT_NE(found["device rate"].find("a new pose every"), std::string::npos) << found["device rate"];
+  EXPECT_NE(found["device read"].find("us"), std::string::npos);
+  EXPECT_FALSE(found.contains("device answers"));
+  const ProcessResult felt = run("doctor --device virtual:hand.csv --seconds 0.2 --feel <<< $'y\\nn\\ny'");
+  EXPECT_NE(felt.out.find("upward: not perceived"), std::string::npos) << felt.out << felt.err;
+  EXPECT_NE(felt.out.find("toward you: perceived"), std::string::npos) << felt.out;
+  EXPECT_EQ(felt.exit_code, 3);
+  write("still.csv", "t,x,y,z\n0,0,0,0\n");
+  EXPECT_NE(run("doctor --device playback:still.csv --seconds 0.1").out.find("the hand did not move"),
+            std::string::npos);
+  for (const auto& [options, text] : std::initializer_list<std::pair<const char*, const char*>>{
+           {"--feel", "no device is selected"},
+           {"--device mouse", "not measured"},
+           {"--device playback:hand.csv --feel --seconds 0.1", "has no force"},
+           {"--device flacon", "unknown device"},
+           {"--device virtual:hand.csv --devices", "by itself"}}) {
+    const ProcessResult refused = run(std::string("doctor ") + options);
+    EXPECT_EQ(refused.exit_code, 2) << options;
+    EXPECT_NE(refused.err.find(text), std::string::npos) << refused.err;
+  }
+}
+
+/// devices.toml selects the devices of a user unless the command line does.
+TEST_F(Command, TheDevicesOfAUserAreRead) {
+  std::filesystem::create_directories(folder_ / ".config/trephine");
+  const auto settings = [&](const std::string& text) { write(".config/trephine/devices.toml", text); };
+  settings("device = \"falcon:first\"\n");
+  EXPECT_NE(run("view head --screenshot t.png").err.find("index of the device is invalid"),
+            std::string::npos);
+  EXPECT_EQ(run("view head --device mouse --screenshot t.png").exit_code, 0);
+  settings("device = \"spacemouse\"\nscale = 20\n");
+  EXPECT_NE(run("view head --screenshot t.png").err.find("from 0.1 to 10"), std::string::npos);
+  settings("devise = \"falcon\"\n");
+  const ProcessResult misspelt = run("view head --screenshot t.png");
+  EXPECT_EQ(misspelt.exit_code, 2);
+  EXPECT_NE(misspelt.err.find("unknown key"), std::string::npos) << misspelt.err;
+}
+
 TEST_F(Command, DoctorReportsFaultsWithRemediesAndDrawsTheTimer) {
   const ProcessResult r = run("doctor --seconds 0.3 --json -o t.svg");
   EXPECT_EQ(r.exit_code, 3) << "there is no display here";

@@ -270,6 +270,19 @@ TEST_F(TranslucentPicture, FollowsCuts) {
   expect_mix(at(middle_), brain, brain, 1);
 }
 
+/// Through an opening of the shell, the camera goes to the brain behind it, not into it toward the far side.
+TEST_F(TranslucentPicture, ZoomStopsAtAStructureInAnOpening) {
+  const auto untouched = haptics::untouched(*scene_);
+  volume::RemovalEditor editor(untouched, {scene_->items[0].field});
+  const auto report = editor.remove({k_middle - dvec3(0, 24, 0), k_middle - dvec3(0, 12, 0), 6});
+  const auto opened = editor.publish();
+  picture_->request(opened, report.box);
+  picture_->view().aim_camera(k_middle, {0, -1, 0}, {0, 0, 1}, 150);
+  for (int i = 0; i < 20; ++i) picture_->zoom(*opened, 1.15, 0.5, 0.5);
+  const volume::Camera camera = picture_->camera();
+  EXPECT_NEAR(camera.at.y, k_middle.y - 8 - 20, 1.5) << "20 mm in front of the brain";
+}
+
 /// Half of the shell is clipped: the picture shows the cut faces of bone and brain, and between them the
 /// inner side of the far half.
 TEST_F(TranslucentPicture, ClippedBoneAndStructuresHaveCutFaces) {

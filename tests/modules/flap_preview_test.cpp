@@ -24,7 +24,7 @@ TEST(BoneFlap, APreviewShowsTheFlap) {
     EXPECT_EQ(all[0].handles.size(), outline.anchors.size());
     // The lid is 0.6 mm above the skull, so that it is visible. The walls reach through the skull.
     double lid = 0, wall = 0, lowest = k_outer;
-    for (const auto& [a, b, c] : all[1].skin) {
+    for (const auto& [a, b, c] : all[1].translucent_triangles) {
       const double area = 0.5 * glm::length(glm::cross(b - a, c - a));
       const double nearest = std::min({glm::length(a), glm::length(b), glm::length(c)});
       (nearest > k_outer - 0.5 ? lid : wall) += area;

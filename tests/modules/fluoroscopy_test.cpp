@@ -175,7 +175,7 @@ TEST(SurfaceXray, OfBoxesEqualsTheirChordAndEdgesShowWhereRaysGraze) {
             << pose;
   }
   // A tube that is seen from the side has edges along its rims, and no edge in its middle. Triangles on the
-  // border of the scan (is_wall) have no edge.
+  // border of the scan (is_on_border) have no edge.
   const haptics::MeshTree tube = cylinder({0, 0, -30}, {0, 0, 30}, 15, 200);
   SurfaceObject round{tube.vertices(), vertex_normals({tube.vertices(), tube.triangles()}), tube.triangles()};
   round.edge = 1;
@@ -189,7 +189,7 @@ TEST(SurfaceXray, OfBoxesEqualsTheirChordAndEdgesShowWhereRaysGraze) {
   EXPECT_LT(edge_at(image, 0), 0.01);
   EXPECT_GT(edge_at(image, 14.2), 1.2);
   EXPECT_EQ(edge_at(image, 20), 0);
-  round.is_wall.assign(round.triangles.size() / 3, 1);
+  round.is_on_border.assign(round.triangles.size() / 3, 1);
   EXPECT_EQ(edge_at(project_surfaces(view, {&round, 1}).value(), 14.2), 0);
 }
 

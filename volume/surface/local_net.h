@@ -30,7 +30,9 @@ class LocalNet {
 
   int config(const glm::ivec3& cell) const noexcept { return config_of(samples_, cell); }
 
-  /// Patches of a cell, flipped on a face where both of its cells would pinch.
+  /// Returns the patches of a cell. They separate solid corners on ambiguous faces; but if the cells on both
+  /// sides of such a face would each have one patch that meets it twice (a pinch), they separate air corners
+  /// there.
   const NetCase& case_of(const glm::ivec3& cell) const noexcept {
     const std::size_t bits = table_bits(cell);
     const NetCase* net = &k_net_cases[0][bits];

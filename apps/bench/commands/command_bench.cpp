@@ -103,8 +103,8 @@ void bench_flood(int size, Outcome& outcome) {
 
 /// X-ray images compared with those of plastimatch.
 void bench_xray(int size, bool is_quick, Outcome& outcome) {
-  // Largest allowed difference, relative to the largest sum. Plastimatch treats matter at the border
-  // differently.
+  // Largest allowed RMS difference, relative to the largest line integral of the image. Plastimatch treats
+  // matter at the border differently.
   const auto max_rmse = [](const bench::XrayRow& row) {
     return row.volume == "solid" ? 0.25 / row.size : 1e-6;
   };
@@ -472,10 +472,15 @@ Run build_feel(Options& options) {
   auto a = std::make_shared<BenchArguments>();
   options.add("SRC", a->source, "A scan, for one more scene");
   options.add("-o,--output", a->output, "Folder for the tables and charts").type("DIR");
-  options.add("--quick", a->is_quick, "Smaller and fewer scenes: a minute, or two with every peer");
+  options.add("--quick", a->is_quick,
+              "Smaller and fewer scenes: one minute, or two if all peers are installed");
   options.add("--only", a->only, "Only built-in scenes whose name contains this, for example sphere")
       .type("TEXT");
-  options.add("--methods", a->methods, "Play scenes only with these methods, for example subvoxel mesh; scaling is measured for all").type("NAME");
+  options
+      .add(
+          "--methods", a->methods,
+          "Play scenes only with these methods, for example subvoxel mesh; times over the size of the volume are still measured for all methods")
+      .type("NAME");
   options.add("--hand", a->hand, "A recorded hand for one more scene: a session, or a path over SRC")
       .type("FILE");
   options.add("--export", a->export_folder, "Write each scene for other programs: volume, hand, exact result")
@@ -502,7 +507,8 @@ const Command k_flood{"flood", "Floods and components, compared with ITK and Sci
 const Command k_separation{"separation", "Detection of parts that a cut disconnects",
                            "  trephine-bench separation", build_separation};
 const Command k_step{
-    "step", "Times of a step of method implicit, a chain's step, a tick of removal, and an update of offset fields",
+    "step",
+    "Times of a step of method implicit, a chain's step, a tick of removal, and an update of offset fields",
     "  trephine-bench step --json", build_step};
 const Command k_rays{"rays", "First hits of rays through voxels, compared with NanoVDB",
                      "  trephine-bench rays", build_rays};
@@ -521,7 +527,8 @@ const Command k_open{"open", "Opening a long session at random ticks",
 const Command k_depth{"depth", "Contact by depth images", "  trephine-bench depth", build_depth};
 const Command k_feel{"feel", "Error and time of contact methods and of other libraries, with charts",
                      "  trephine-bench feel -o out/ --quick", build_feel};
-const Command k_stability{"stability", "Random attacks, stability maps and energy",
-                          "  trephine-bench stability SCANS/HEAD --steps 100000000 -o out/", build_stability};
+const Command k_stability{
+    "stability", "Random motions that try to pass surfaces, largest stable stiffness, and generated energy",
+    "  trephine-bench stability SCANS/HEAD --steps 100000000 -o out/", build_stability};
 
 }  // namespace trephine::bench

@@ -107,10 +107,11 @@ Status bench_dicom(const BenchArguments& arguments, Outcome& outcome) {
       int found = 0;
       const double seconds = peers.gdcm_scan(disk.c_str(), found);
       if (is_own && (found != series || found_series != static_cast<std::size_t>(series)))
-        return Error{.what = "the disk was read incorrectly",
-                     .found = std::to_string(found_series) + " and " + std::to_string(found) + " series",
-                     .expected = std::to_string(series),
-                     .remedy = "report this with the data"};
+        return Error{
+            .what = "the disk was read incorrectly",
+            .found = "trephine: " + std::to_string(found_series) + " series, GDCM: " + std::to_string(found),
+            .expected = std::to_string(series),
+            .remedy = "report this with the data"};
       if (round > 0) scan_peer.push_back(seconds);
     }
     if (!is_own) continue;

@@ -177,18 +177,18 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
                                       {"delay_ticks", row.delay_ticks},
                                       {"balance_without_controller", row.balance_without_controller},
                                       {"balance_with_controller", row.balance_with_controller},
-                                      {"one_step", row.one_step},
+                                      {"most_work_with_controller", row.most_work_with_controller},
                                       {"share_cut", row.share_cut},
-                                      {"softness", row.force_scale}});
+                                      {"least_stiffness_factor", row.force_scale}});
     table.push_back(outcome.json["energy"].back());
-    table.back()["one_step_without_controller"] = row.one_step_without_controller;
+    table.back()["most_work"] = row.most_work;
   }
   outcome.print("energy, N mm:");
   outcome.print_table(
       table,
       "surface = {surface} | K/bound = {stiffness_over_bound:.1f} | delay = {delay_ticks} | "
       "generated without controller = {max_generated:.3f} | generated with controller = {max_generated_with_controller:.3f} | "
-      "largest work of one tick = {one_step_without_controller:.3f}");
+      "largest work of one tick = {most_work:.3f}");
   outcome.exit_code = failures > 0 ? exit_check_failed : exit_done;
   if (arguments.output.empty()) return std::nullopt;
   const auto path = [&](const char* name) {

@@ -196,17 +196,17 @@ view::Chart scaling_chart(const FeelReport& report) {
   view::Chart chart{
       "A step in contact, by the size of the volume", "voxels along an edge", "p50 (us)", true, true, {}};
   for (const auto& info : haptics::method_catalogue())
-    for (const bool is_density_rising : {false, true}) {
+    for (const bool has_smaller_voxels : {false, true}) {
       view::ChartSeries line{
-          std::string(info.name) + (is_density_rising ? ", smaller voxels" : ", larger volume"),
+          std::string(info.name) + (has_smaller_voxels ? ", smaller voxels" : ", larger volume"),
           {},
           {},
           true,
           color_of(info.name),
           2.5f,
-          is_density_rising};
+          has_smaller_voxels};
       for (const auto& point : report.scaling)
-        if (point.method == info.name && point.is_density_rising == is_density_rising)
+        if (point.method == info.name && point.has_smaller_voxels == has_smaller_voxels)
           line.x.push_back(point.size), line.y.push_back(point.time_us.p50);
       if (std::string(info.name) == "plane" || std::string(info.name) == "gradient") continue;
       chart.series.push_back(line);
@@ -515,7 +515,7 @@ Status write_feel_report(const FeelReport& report, const std::string& folder, bo
   json["split"] = feel_split(report);
   for (const auto& s : report.scaling)
     json["scaling"].push_back({{"method", s.method},
-                               {"density", s.is_density_rising ? "rising" : "fixed"},
+                               {"grows", s.has_smaller_voxels ? "resolution" : "volume"},
                                {"size", s.size},
                                {"p50_us", s.time_us.p50},
                                {"p999_us", s.time_us.p999}});

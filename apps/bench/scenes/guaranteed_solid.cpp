@@ -55,7 +55,7 @@ GuaranteedSolid::GuaranteedSolid(const MethodInfo& method, const haptics::TouchS
     // net. Models that are touched by images are not judged here, but by their triangles.
     using namespace haptics::depth;
     const DepthNet net(DepthCube::of_voxels(shape.field, *shape.bits, glm::ivec3(1)).value(),
-                       DepthNet::Thin::apart);
+                       DepthNet::Thin::separate);
     const volume::Mesh mesh = verify::mesh_of_cells(volume::LocalNet{DepthSamples(net)}, net.cube().size());
     lattice_ = net.cube().frame();
     triangles_ = std::make_unique<verify::MeshWall>(mesh.vertices.span(), mesh.triangles.span());

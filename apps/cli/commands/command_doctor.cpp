@@ -1,8 +1,10 @@
 // doctor: checks this machine for what the programs need, and suggests remedies.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
@@ -10,7 +12,7 @@
 #include <thread>
 #include <time.h>
 
-#include "apps/cli/commands.h"
+#include "apps/cli/commands/doctor_device.h"
 #include "apps/view/render_window.h"
 #include "apps/workbench/devices.h"
 #include "data-tools/files/atomic_file.h"
@@ -24,13 +26,9 @@ namespace {
 
 struct DoctorArguments {
   std::string output;
-  bool has_only_devices = false;
+  bool has_only_devices = false, has_feel_test = false;
+  workbench::DeviceChoice device;
   double seconds = 3;
-};
-
-struct Finding {
-  std::string name, found, remedy;
-  bool is_fault = false;
 };
 
 /// Measures the lateness (us, sorted) of a 1 kHz timer, in a thread with the servo's priority if the system
@@ -173,6 +171,35 @@ Outcome outcome_of(const std::vector<Finding>& findings) {
   return outcome;
 }
 
+/// Measures one device.
+Result<Outcome> examine_device(const DoctorArguments& arguments) {
+  auto chosen = workbench::make_devices(arguments.device, terminal_listener());
+  if (!chosen) return chosen.error();
+  if (!chosen.value().device)
+    return Error{.what = "the mouse of the window is not measured",
+                 .where = "--device",
+                 .found = arguments.device.device,
+                 .expected = "a haptic device or a 3-D mouse",
+                 .remedy = "choose one that trephine doctor --devices lists"};
+  haptics::Device& device = *chosen.value().device;
+  notice(format_text("Move the hand for %.1f s ...", arguments.seconds));
+  auto findings = measure_device(device, arguments.seconds);
+  if (!findings) return findings.error();
+  if (is_interrupted()) return interrupted("the check of the device");
+  if (arguments.has_feel_test) {
+    notice("Hold the hand loosely. Three gentle pushes follow; each lasts two seconds.");
+    auto felt = test_feel(device, [](const std::string& question) {
+      std::fputs(question.c_str(), stderr);
+      std::string answer;
+      std::getline(std::cin, answer);
+      return answer;
+    });
+    if (!felt) return felt.error();
+    findings.value().insert(findings.value().end(), felt.value().begin(), felt.value().end());
+  }
+  return outcome_of(findings.value());
+}
+
 Result<Outcome> run_doctor(const DoctorArguments& arguments) {
   if (!(arguments.seconds >= 0.1 && arguments.seconds <= 3600))
     return Error{.what = "the time is out of range",
@@ -180,6 +207,17 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
                  .found = rounded_text(arguments.seconds),
                  .expected = "0.1 to 3600 s"};
   std::vector<Finding> findings;
+  if (arguments.has_feel_test && arguments.device.device.empty())
+    return Error{.what = "no device is selected for the test of its force",
+                 .where = "--feel",
+                 .remedy = "pass --device, such as --device falcon"};
+  if (!arguments.device.device.empty()) {
+    if (!arguments.output.empty() || arguments.has_only_devices)
+      return Error{.what = "a single device is measured by itself",
+                   .where = "--device",
+                   .remedy = "omit --output and --devices"};
+    return examine_device(arguments);
+  }
   if (arguments.has_only_devices) {
     if (!arguments.output.empty())
       return Error{.what = "the picture needs a measurement of the timer",
@@ -267,14 +305,23 @@ Run build_doctor(Options& options) {
   auto a = std::make_shared<DoctorArguments>();
   options.add("-o,--output", a->output, "Picture of the timer's lateness as a chart").type("OUT.svg");
   options.add("--devices", a->has_only_devices, "Check only haptic devices, 3-D mice and pedals");
-  options.add("--seconds", a->seconds, "Duration of the measurement of the timer").shows_default();
+  options
+      .add("--device", a->device.device,
+           "Measure rate, regularity and reads of this device while the hand moves: falcon, touch, omega, "
+           "inverse3, spacemouse, virtual:PATH.csv")
+      .type("NAME");
+  options.add(
+      "--feel", a->has_feel_test,
+      "With --device: push the hand gently along three axes, and ask whether each push was perceived");
+  options.add("--seconds", a->seconds, "Duration of the measurement of the timer or of the device")
+      .shows_default();
   return run_with(a, run_doctor);
 }
 
 }  // namespace
 
-const Command k_doctor{"doctor", "Check this machine, and suggest remedies for its faults",
-                       "  trephine doctor\n  trephine doctor --devices\n  trephine doctor --json",
-                       build_doctor};
+const Command k_doctor{
+    "doctor", "Check this machine, and suggest remedies for its faults",
+    "  trephine doctor\n  trephine doctor --devices\n  trephine doctor --device falcon --feel", build_doctor};
 
 }  // namespace trephine::cli

@@ -286,8 +286,10 @@ Run build_import(Options& options) {
            "Labels of the scan: .seg.nrrd or DICOM SEG with names, or any label map, on any grid")
       .type("FILE");
   options
-      .add("--name", a->name,
-           "Name of the case, never of a patient; pictures and sessions show it (default: case)")
+      .add(
+          "--name", a->name,
+          "Name of the case, never of a patient; pictures and sessions show it (default: the name of the case or "
+          "phantom that is imported, else case)")
       .type("NAME");
   options.add("-o,--output", a->output, "A new folder").required().type("CASE");
   return run_with(a, run_import);

@@ -149,7 +149,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
                              "everything before that is the same"};
   // A session that was truncated after its header has nothing to compare; this counts as a mismatch.
   if (!mismatch && end > 0 && replay.counts().ticks == 0 && replay.counts().commands == 0)
-    mismatch = sim::Mismatch{0, "session", "neither ticks nor commands", "something to compare"};
+    mismatch = sim::Mismatch{0, "session", "neither ticks nor commands", "nothing to compare"};
   outputs.write(arguments.steps, [&] { return data_tools::write_file_atomically(arguments.steps, csv); });
   notify_resampled(*session.source.volume, arguments.output);
   outputs.write(arguments.output,

@@ -43,8 +43,8 @@ fluoroscopy::SurfaceObject surface_of(const volume::Volume& scan, const volume::
   }
   bone.triangles.assign(net.triangles.span().begin(), net.triangles.span().end());
   for (std::size_t t = 0; t + 2 < bone.triangles.size(); t += 3)
-    bone.is_wall.push_back(is_border[bone.triangles[t]] || is_border[bone.triangles[t + 1]] ||
-                           is_border[bone.triangles[t + 2]]);
+    bone.is_on_border.push_back(is_border[bone.triangles[t]] || is_border[bone.triangles[t + 1]] ||
+                                is_border[bone.triangles[t + 2]]);
   bone.normals_world = fluoroscopy::vertex_normals({bone.vertices_world, bone.triangles});
   bone.weight = weight;
   return bone;

@@ -173,7 +173,8 @@ void replace_name(std::string& text, const std::string& name, const std::string&
 
 namespace {
 
-/// True for options whose value is a file or folder, existing or not.
+/// True for options whose value always counts as the name of a file or folder. Values of other options count
+/// only if they exist or contain "/" or ".".
 bool is_file_option(const std::string& name) {
   for (const char* option : {"SRC", "SESSION", "SCRIPT", "--output", "--scan", "--case", "--path", "--record",
                              "--labels", "--write-labels", "--mesh", "--depth", "--screenshot", "--results",
@@ -207,7 +208,7 @@ std::vector<std::pair<std::string, std::string>> Options::names_given() const {
         add_name(it->path(), "a file of " + option->shown);
     }
   }
-  for (const std::string& name : data_tools::sensitive_names()) add_name(name, "a file in it");
+  for (const std::string& name : data_tools::sensitive_names()) add_name(name, "a file in the input");
   // Longest first: a name may be a part of a longer name.
   std::stable_sort(names.begin(), names.end(),
                    [](const auto& a, const auto& b) { return a.first.size() > b.first.size(); });
@@ -303,8 +304,8 @@ void add_devices(Options& options, workbench::DeviceChoice& devices) {
           "--device", devices.device,
           "Source of the hand's motion: mouse, falcon, touch, omega, inverse3, spacemouse (spacemouse:1 is the "
           "second one), playback:PATH.csv (follows the path exactly), or virtual:PATH.csv (a simulated hand "
-          "that follows the path with a spring and yields to forces)")
-      .shows_default()
+          "that follows the path with a spring and yields to forces); default: that of "
+          "~/.config/trephine/devices.toml, else mouse")
       .type("NAME");
   options
       .add("--pedal", devices.pedal,

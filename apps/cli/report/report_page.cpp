@@ -195,17 +195,18 @@ std::string injuries_html(const ReportData& data) {
 std::string removal_html(const ReportData& data) {
   std::string html =
       "<p>" +
-      escaped(format_text("Removed: %.1f mm\u00b3. The bars and the table also count detached pieces, "
-                          "whose edge voxels can lie inside a structure that no tool entered.",
-                          data.removed_mm3)) +
+      escaped(
+          format_text("Removed: %.1f mm\u00b3. The bars and the table also count detached pieces. "
+                      "Voxels at the edge of a piece may lie inside a structure although no tool entered it.",
+                      data.removed_mm3)) +
       "</p>\n";
   if (data.removal.empty()) return html + "<p>No structure is forbidden in this session.</p>\n";
   HtmlTable table({{"structure"},
                    {"inside, mm\u00b3", true},
-                   {"below 1 mm", true},
-                   {"below 3 mm", true},
-                   {"below 5 mm", true},
-                   {"20 mm or more", true}});
+                   {"nearer than 1 mm or inside, mm\u00b3", true},
+                   {"nearer than 3 mm or inside, mm\u00b3", true},
+                   {"nearer than 5 mm or inside, mm\u00b3", true},
+                   {"20 mm away or more, mm\u00b3", true}});
   html += "<div class=\"multiples\">\n";
   for (const workbench::RemovalDistances& one : data.removal) {
     html += "<figure>" + svg_of(one) + "</figure>\n";

@@ -2,8 +2,8 @@
 
     class StopAtTheDura(Procedure):
         def observe(self, observation):
-            if any(event.name == "structure-touched" for event in observation.events):
-                self.complete("The burr touched the dura.")
+            if any(event.name == "forbidden-entered" for event in observation.events):
+                self.complete("The burr entered a forbidden structure.")
                 return [Command("remove-instrument")]
             return []
 

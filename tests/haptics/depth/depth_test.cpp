@@ -154,7 +154,8 @@ TEST(DepthNet, OfAVolumeEqualsItsSurfaceNet) {
   for (const char* phantom : {"gyroid", "shell"}) {
     const TouchScene scene = scenes::phantom_scene(phantom, grid(48, 0.7, 12));
     const TouchItem& item = scene.items[0];
-    const DepthNet net(DepthCube::of_voxels(item.field, *item.bits, ivec3(1)).value(), DepthNet::Thin::apart);
+    const DepthNet net(DepthCube::of_voxels(item.field, *item.bits, ivec3(1)).value(),
+                       DepthNet::Thin::separate);
     const volume::Mesh shown = verify::mesh_of_cells(volume::LocalNet{DepthSamples(net)}, net.cube().size()),
                        whole = volume::surface_net({&item.field, nullptr, item.bits.get(), false, true});
     EXPECT_TRUE(is_closed(shown)) << phantom;
