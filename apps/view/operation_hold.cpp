@@ -1,4 +1,5 @@
-// Hand of a mouse in OperationController: instrument, shaft, tilt, tip moved by keys, guide, held pieces.
+// OperationController: the hand that the mouse moves. Its instrument, shaft, tilt, tip moved by keys, guide,
+// and held pieces.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>

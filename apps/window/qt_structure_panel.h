@@ -1,5 +1,5 @@
-// StructurePanel: list of bone and structures, each with a box to show it and, except for bones without a label,
-// a slider for its opacity.
+// StructurePanel: list of bone and structures, each with a box to show it and, except for bones without a
+// label, a slider for its opacity.
 #pragma once
 
 #include <QWidget>

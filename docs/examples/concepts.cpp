@@ -51,8 +51,8 @@ int main() {
   }
 
   // Command
-  stop_on(operation.command("note", "text=\"first hole\""));      // by words
-  stop_on(operation.command(trephine::sim::Note{"first hole"}));  // by struct
+  stop_on(operation.command("note", "text=\"first hole\""));              // by words
+  stop_on(operation.command(trephine::sim::Note{"first hole"}));          // by struct
   const trephine::Status error = operation.command("bur", "diameter=3");  // unknown: lists the commands
   std::puts(error ? error->message().c_str() : "");
 

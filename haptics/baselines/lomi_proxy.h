@@ -8,13 +8,13 @@
 namespace trephine::haptics::baselines {
 
 /// The published method: a search along the motion at the desired resolution, the nearest free voxel of a
-/// local occupancy map that is never stored, and that voxel divided by 27 four times. prepare() draws the
-/// images of each item with pixels of the desired resolution; volumes are drawn as they are before any cut.
-/// The force points from the HIP to the final position. Friction points from the final position to the
-/// temporary position, the last free one of the motion. It opposes the sliding in this step and is limited
-/// by the friction cone of the material. Surfaces behind the outermost layers are not touched, and the proxy
-/// may pass through matter thinner than the resolution. Cost: some hundred look-ups per item, whatever the
-/// item's size.
+/// local occupancy map that is never stored, and four refinements of that voxel, each into 27 parts.
+/// prepare() draws the images of each item with pixels of the desired resolution; volumes are drawn as they
+/// are before any cut. The force points from the HIP to the final position. Friction points from the final
+/// position to the temporary position, the last free one of the motion. It opposes the sliding in this step
+/// and is limited by the friction cone of the material. Surfaces behind the outermost layers are not touched,
+/// and the proxy may pass through matter thinner than the resolution. Cost: some hundred look-ups per item,
+/// whatever the item's size.
 class LomiProxy : public ProxyMethod {
  public:
   static constexpr double k_resolution = 0.2;  ///< mm, as published

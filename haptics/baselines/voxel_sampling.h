@@ -25,7 +25,7 @@ class VoxelSampling {
   };
   struct Contact {
     Wrench on_tool;                 ///< torque about the position of the tool
-    glm::dvec3 perpendicular{0.0};  ///< N, sum of the parts of all forces perpendicular to the torque
+    glm::dvec3 perpendicular{0.0};  ///< N, component of the summed force that is perpendicular to the torque
     int points = 0;                 ///< points that push
     int interior = 0;               ///< points in the interior
     int tests = 0;                  ///< points and nodes that were tested

@@ -13,9 +13,9 @@ namespace {
 // In voxels of the scene's frame (SceneLayout::frame()).
 constexpr double k_least_gap = 5e-4;  // least distance at the end of a motion that a wall stops
 constexpr double k_landing = 1e-3;    // largest distance from a wall at the end of a searched motion
-// A unit of margins spans at most this many samples. A box that extends 0.45 units to each side of a point,
-// the largest margin of a shell, then meets at most 27 cubes.
-constexpr double k_steps_per_margin = 2.2;
+// Largest number of samples in a unit of margins. The largest margin of a shell is 0.45 units, less than one
+// sample. A box of this margin around a point thus meets at most 3 x 3 x 3 cubes.
+constexpr double k_samples_per_margin_unit = 2.2;
 constexpr double k_least_margin = 0.1;  // units of margins; instead of a smaller margin, points are left out
 constexpr int k_most_cubes = 27;        // in the box around a point and its margin
 constexpr double k_shorter = 0.3;  // share of a motion that is tried next if it requires too many searches
@@ -27,7 +27,7 @@ NearPoints::NearPoints(const TouchScene& scene, SceneWalls& walls, ProxyCounters
       walls_(walls),
       counters_(counters),
       voxel_(walls.frame().spacing().x),
-      margin_unit_(std::min(voxel_, k_steps_per_margin * walls.sample_mm())) {}
+      margin_unit_(std::min(voxel_, k_samples_per_margin_unit * walls.sample_mm())) {}
 
 /// Returns true if no shape but `skipped` is within `mm` of p.
 bool NearPoints::is_free_within(const dvec3& p, double mm, int skipped) noexcept {

@@ -14,7 +14,8 @@ struct Burr {
   double removal_rate = 0;    ///< mm^3/s in contact; 0: by contact force, speed and bone (removal_rate())
   double feed_limit = 40;     ///< mm/s, fastest motion through matter
   bool is_kinematic = false;  ///< the burr follows the hand and removes all that it sweeps, without contact
-  bool is_round = false;      ///< all of the burr touches; its centre is at the position of the hand; false: a point touches
+  bool is_round =
+      false;  ///< all of the burr touches; its centre is at the position of the hand; false: a point touches
   Shape shape = Shape::sphere;
   Grade grade = Grade::cutting;
   double rpm = 60000;   ///< 1/min, of the spindle

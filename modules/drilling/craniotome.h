@@ -15,7 +15,8 @@ struct Craniotome {
   static const sim::Schema& schema();
 };
 
-/// State of a craniotome. The bit and the rim of the foot touch. The position of the hand is that of the top of the foot.
+/// State of a craniotome. The bit and the rim of the foot touch. The position of the hand is that of the top
+/// of the foot.
 struct CraniotomeState : BurrState {
   bool has_started = false, is_refused = false;  ///< since the button was pressed
   glm::dvec3 heading{0.0};                       ///< unit, direction of the cut, across the bit; 0: not set

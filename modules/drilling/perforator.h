@@ -15,7 +15,8 @@ struct Perforator {
   static const sim::Schema& schema();
 };
 
-/// State of a perforator. The ball of the inner drill touches. The position of the hand is that of the centre of this ball.
+/// State of a perforator. The ball of the inner drill touches. The position of the hand is that of the centre
+/// of this ball.
 struct PerforatorState : BurrState {
   bool has_begun = false;     ///< bone was cut since the button was pressed
   bool has_stopped = false;   ///< the clutch released; true until the button is released

@@ -55,7 +55,7 @@ volume::VoxelWeights weights_of_hounsfield(double energy_kev) noexcept {
   const double water = attenuation(Matter::soft_tissue, energy_kev),
                bone = attenuation(Matter::bone, energy_kev);
   volume::VoxelWeights weights;
-  weights.none = k_air_below, weights.zero = -1000, weights.knee = 0;
+  weights.highest_weightless = k_air_below, weights.zero = -1000, weights.knee = 0;
   weights.below = static_cast<float>(water / 1000);
   weights.above = static_cast<float>((bone - water) / bone_hu);
   return weights;

@@ -113,7 +113,7 @@ std::vector<ivec3> RemovedMatter::update(const volume::LineIntegrals& lines,
         if (!version->has_brick(lattice.low_of({box.low.x, y, z}), lattice.high_of({last.x, y, z}))) continue;
         for (int x = box.low.x; x <= last.x; ++x) {
           const std::int16_t intensity = base.voxels[base.index(x, y, z)];
-          if (intensity <= lines.weights().none) continue;
+          if (intensity <= lines.weights().highest_weightless) continue;
           const double share = removed_share(*version, {x, y, z}, softness);
           if (!(share > 0)) continue;
           const double decrease = lines.weights().of(intensity) - fill_attenuation_;

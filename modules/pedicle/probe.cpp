@@ -51,7 +51,8 @@ class ProbeTick {
   }
 
  private:
-  /// Returns the tip. The hand holds the tip of a probe on a line, else the centre of its lowest ball.
+  /// Returns the tip. The proxy is the tip if a line guides the probe, and the centre of its lowest ball if
+  /// the walls of the track guide it.
   dvec3 tip() const {
     return p_.guide == Guide::line
                ? tick_.proxy_world
@@ -226,8 +227,10 @@ Status check(const Probe& p, const haptics::TouchScene& scene) {
   } else if (scene.tool->is_six_dof()) {
     return Error{.what = "a probe on a line touches with its tip",
                  .where = "probe guide",
-                 .found = std::to_string(scene.tool->balls().size()) + " balls",
-                 .expected = "a point or one ball",
+                 .found = scene.tool->balls().empty()
+                              ? "the surface of a whole tool"
+                              : "a rigid set of balls: " + std::to_string(scene.tool->balls().size()),
+                 .expected = "a point, or a ball centred on the tip",
                  .remedy = "take the probe with take-instrument"};
   }
   if (p.diameter >= scene.smallest_burr) return std::nullopt;

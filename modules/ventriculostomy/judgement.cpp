@@ -282,7 +282,8 @@ const sim::Schema& CatheterJudged::schema() {
       field<&CatheterJudged::ventricle>("ventricle",
                                         {.help = "label of the ventricle that contains the tip"}),
       field<&CatheterJudged::in_ventricle>("in_ventricle", {.unit = "mm", .help = "length in ventricles"}),
-      field<&CatheterJudged::nearest>("nearest", {.help = "nearest forbidden structure other than dura, brain and ventricles"}),
+      field<&CatheterJudged::nearest>(
+          "nearest", {.help = "nearest forbidden structure other than dura, brain and ventricles"}),
       field<&CatheterJudged::clearance>(
           "clearance", {.unit = "mm", .help = "distance of the catheter's wall from that structure"}),
       field<&CatheterJudged::entry>("entry", {.unit = "mm"}),
@@ -296,7 +297,8 @@ const sim::Schema& CatheterCrossed::schema() {
       field<&CatheterCrossed::structure>("structure"),
       field<&CatheterCrossed::length>("length",
                                       {.unit = "mm", .help = "length of the path in the structure"}),
-      field<&CatheterCrossed::is_forbidden>("forbidden", {.help = "the structure is forbidden, and is not dura, brain or a ventricle"})};
+      field<&CatheterCrossed::is_forbidden>(
+          "forbidden", {.help = "the structure is forbidden, and is not dura, brain or a ventricle"})};
   static constexpr sim::Schema table{"catheter-crossed", 1, fields};
   return table;
 }

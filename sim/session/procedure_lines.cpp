@@ -117,7 +117,7 @@ std::optional<bool> read_step_line(std::string_view key, std::string_view value,
   return std::nullopt;
 }
 
-/// Keys of the limits of a score: of the score of the case, and of that of the procedure.
+/// Prefixes of the lines with score limits: those of the case, and those of its procedure.
 constexpr std::string_view k_score = "score", k_procedure_score = "procedure_score";
 
 void add_score(std::string& out, std::string_view prefix, const std::vector<ScoreLimit>& score) {

@@ -228,7 +228,8 @@ TEST_F(PictureLayout, ASectionShowsAndListsOtherLabels) {
   std::set<std::string> names;
   for (const imaging::Panel::Line& line : panel.lines) names.insert(line.name);
   names.erase("");
-  EXPECT_EQ(names, (std::set<std::string>{"venous sinus (do not cut)", "deep tumour", "bone"}));
+  EXPECT_EQ(names, (std::set<std::string>{"venous sinus (do not cut)", "deep tumour",
+                                          "bone below the threshold, by labels"}));
 }
 
 TEST_F(PictureLayout, LabelsAreSeparateAndWithinThePicture) {

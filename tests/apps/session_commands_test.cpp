@@ -421,10 +421,11 @@ TEST_F(Command, DoctorMeasuresADevice) {
   EXPECT_NE(found["device rate"].find("a new pose every"), std::string::npos) << found["device rate"];
   EXPECT_NE(found["device read"].find("us"), std::string::npos);
   EXPECT_FALSE(found.contains("device answers"));
-  const ProcessResult felt = run("doctor --device virtual:hand.csv --seconds 0.2 --feel <<< $'y\\nn\\ny'");
-  EXPECT_NE(felt.out.find("upward: not perceived"), std::string::npos) << felt.out << felt.err;
-  EXPECT_NE(felt.out.find("toward you: perceived"), std::string::npos) << felt.out;
-  EXPECT_EQ(felt.exit_code, 3);
+  write("answers.txt", "y\nn\ny\n");
+  const ProcessResult pushes = run("doctor --device virtual:hand.csv --seconds 0.2 --feel < answers.txt");
+  EXPECT_NE(pushes.out.find("upward: not perceived"), std::string::npos) << pushes.out << pushes.err;
+  EXPECT_NE(pushes.out.find("toward you: perceived"), std::string::npos) << pushes.out;
+  EXPECT_EQ(pushes.exit_code, 3);
   write("still.csv", "t,x,y,z\n0,0,0,0\n");
   EXPECT_NE(run("doctor --device playback:still.csv --seconds 0.1").out.find("the hand did not move"),
             std::string::npos);

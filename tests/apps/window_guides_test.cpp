@@ -212,7 +212,7 @@ TEST_F(ToolWindow, ABurrRemovesBoneWhereTheLineOfSightGrazesIt) {
     return hand().viewport().distance_to_solid(*version, ray_at(p));
   };
   int count = 0;
-  for (const double z : {2.0, 5.0, 8.0, -28.0, -25.0})
+  for (const double z : {-12.0, -8.0, -4.0, 24.0, 28.0, 32.0})
     for (const double side : {-1.0, 1.0}) {
       // The outermost position at a side of the spinous process. Beyond it, the line of sight meets no bone,
       // or meets bone 10 mm deeper.

@@ -72,7 +72,8 @@ TEST_F(Outputs, AreNeverInputsNorEachOther) {
   put("scan/1.dcm", "slice");
   put("a.hdr", "x"), put("a.img", "x"), put("other.img", "x");
   put("b.mhd", "ElementDataFile = b-%02d.csv 1 9 1\n"), put("b-01.csv", "x");
-  // The library reads field names of NRRD headers in any case, with tabs.
+  // ITK accepts NRRD field names in any letter case, followed by tabs: the voxels' file of such headers is
+  // found, too.
   put("c.nhdr", "NRRD0004\nData File:\tc.raw\n\n"), put("c.raw", "x");
   fs::create_hard_link(folder_ / "scan/1.dcm", folder_ / "same.csv");
   fs::create_symlink("scan", folder_ / "linked");

@@ -76,7 +76,7 @@ LineIntegrals::LineIntegrals(const Volume& volume, const VoxelWeights& weights, 
     view.slabs.size_a = volume.size[view.a], view.slabs.size_b = volume.size[view.b];
     view.slabs.last = static_cast<std::int32_t>((view.slabs.size_a - 1) * stride[view.a] +
                                                 (view.slabs.size_b - 1) * stride[view.b]);
-    view.slabs.none = weights.none;
+    view.slabs.highest_weightless = weights.highest_weightless;
     view.slabs.zero = weights.zero, view.slabs.knee_above = weights.knee - weights.zero;
     view.slabs.below = weights.below, view.slabs.above = weights.above;
     view.words = (blocks_[view.a] + 63) / 64, view.rows = blocks_[view.b];
@@ -106,7 +106,8 @@ void LineIntegrals::find_filled(int threads) {
           for (std::size_t x = 0; x < maximum.size(); ++x) maximum[x] = std::max(maximum[x], row[x]);
         }
       for (std::size_t x = 0; x < maximum.size(); ++x)
-        if (maximum[x] > weights_.none) filled[index_of(static_cast<int>(x) / k_block, by, bz)] = 1;
+        if (maximum[x] > weights_.highest_weightless)
+          filled[index_of(static_cast<int>(x) / k_block, by, bz)] = 1;
     }
   });
   for (View& view : views_) {
@@ -322,7 +323,7 @@ double LineIntegrals::integrate(const Ray& ray, double t_begin, double t_end) co
   if (!is_traceable(ray.start) || !is_traceable(ray.end) || ray.start == ray.end) return 0;
   return sum_along(ray, t_begin, t_end, {ivec3(0), volume_->size - 1}, [this](const ivec3& v) {
     const std::int16_t intensity = volume_->voxels[volume_->index(v.x, v.y, v.z)];
-    return intensity > weights_.none ? weights_.of(intensity) : 0.0;
+    return intensity > weights_.highest_weightless ? weights_.of(intensity) : 0.0;
   });
 }
 

@@ -12,14 +12,14 @@
 
 namespace trephine::volume {
 
-/// Weight per mm of a voxel by its intensity. It is 0 up to the larger of `zero` and `none`. Above this, it
-/// is linear in the intensity above `zero`, with a change of slope at `knee`.
+/// Weight per mm of a voxel by its intensity. It is 0 up to the larger of `zero` and `highest_weightless`.
+/// Above this, it is linear in the intensity above `zero`, with a change of slope at `knee`.
 struct VoxelWeights {
-  std::int16_t none = -1000, zero = -1000, knee = 0;  ///< intensities; zero <= knee
-  float below = 1e-3f, above = 1e-3f;                 ///< weight per step of intensity, below and above knee
+  std::int16_t highest_weightless = -1000, zero = -1000, knee = 0;  ///< intensities; zero <= knee
+  float below = 1e-3f, above = 1e-3f;  ///< weight per step of intensity, below and above knee
 
   double of(std::int32_t intensity) const noexcept {
-    if (intensity <= none) return 0;
+    if (intensity <= highest_weightless) return 0;
     const int over = std::max(0, intensity - zero), low = std::min(over, knee - zero);
     return static_cast<double>(below) * low + static_cast<double>(above) * (over - low);
   }
@@ -57,7 +57,7 @@ double sum_along(const Ray& ray, double t_begin, double t_end, const VoxelBox& b
 class LineIntegrals {
  public:
   /// Borrows the volume. Makes one pass over it, to find the empty blocks: those of 8 x 8 x 8 voxels
-  /// without an intensity above VoxelWeights::none. threads 0 = all cores.
+  /// without an intensity above VoxelWeights::highest_weightless. threads 0 = all cores.
   LineIntegrals(const Volume& volume, const VoxelWeights& weights, int threads = 0,
                 const LineKernels& kernels = best_line_kernels());
 
@@ -74,7 +74,7 @@ class LineIntegrals {
   double integrate(const Ray& ray, double t_begin = 0, double t_end = 1) const noexcept;
 
   const VoxelWeights& weights() const noexcept { return weights_; }
-  /// Returns true if any voxel of the block (voxel >> 3) is above VoxelWeights::none.
+  /// Returns true if any voxel of the block (voxel >> 3) is above VoxelWeights::highest_weightless.
   bool is_filled(const glm::ivec3& block) const noexcept {
     return views_[2].bits[views_[2].word(block.z, block.y, block.x >> 6)] >> (block.x & 63) & 1u;
   }

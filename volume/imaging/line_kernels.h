@@ -14,10 +14,10 @@ struct SlabVolume {
   std::int64_t stride_d;  ///< voxels from one slab to the next
   std::int32_t stride_a, stride_b;
   std::int32_t size_a, size_b;
-  std::int32_t last;              ///< largest offset within a slab
-  std::int32_t none;              ///< intensities up to this have weight 0
-  std::int32_t zero, knee_above;  ///< intensity above which weights increase; knee relative to `zero`
-  float below, above;             ///< weight per step of intensity, below and above the knee
+  std::int32_t last;                ///< largest offset within a slab
+  std::int32_t highest_weightless;  ///< intensities up to this have weight 0
+  std::int32_t zero, knee_above;    ///< intensity above which weights increase; knee relative to `zero`
+  float below, above;               ///< weight per step of intensity, below and above the knee
 };
 
 /// Eight rays that cross every slab. Descending coordinates along a and b are mirrored, so that all ascend

@@ -5,9 +5,10 @@ struct Crossing {
   Lanes::I voxel, fraction;
 };
 
-/// Computes the crossing in double precision. `start`, `slope`, `mirror`: of RayPacket. exact_in() computes
-/// one crossing per axis and call, and advances it in fixed point from slab to slab. A call has at most 8
-/// slabs, so that the accumulated error is bounded.
+/// Computes the crossing in double precision. `start`: coordinates of the rays in the plane d = 0
+/// (RayPacket::a or b; joseph_in() shifts them by half a voxel); `slope`, `mirror`: those of RayPacket along
+/// the same axis. joseph_in() computes every crossing. exact_in() computes one per axis and call, and
+/// advances it in fixed point; a call has at most 8 slabs, which bounds the accumulated error.
 inline Crossing crossing_at(const double* start, const double* slope, const std::int32_t* mirror, double k) {
   Crossing crossing;
   Lanes::split(start, slope, k, crossing.voxel, crossing.fraction);
@@ -21,7 +22,7 @@ inline Lanes::F weigh(const SlabVolume& volume, Lanes::I intensity) {
   const Lanes::I over = Lanes::max(Lanes::sub(intensity, Lanes::all(volume.zero)), zero);
   const Lanes::I low = Lanes::min(over, Lanes::all(volume.knee_above));
   return Lanes::keep_where(
-      Lanes::is_above(intensity, volume.none),
+      Lanes::is_above(intensity, volume.highest_weightless),
       Lanes::add(Lanes::mul(Lanes::real(low), Lanes::all(volume.below)),
                  Lanes::mul(Lanes::real(Lanes::sub(over, low)), Lanes::all(volume.above))));
 }

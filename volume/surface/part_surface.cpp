@@ -24,8 +24,8 @@ struct HashOfBits {
 
 PartSurface part_surface(const Field& field, const Occupancy& bits,
                          const std::shared_ptr<const Version>& version, const SolidParts& parts, int part) {
-  // Other parts are removed up to two voxels outside the box: the net reads one voxel beyond it, and matter in
-  // the second voxel would leave triangles there.
+  // Other parts are removed up to two voxels outside the box: the net reads one voxel beyond it, and matter
+  // in the second voxel would leave triangles there.
   const VoxelBox& box = parts.parts()[static_cast<std::size_t>(part)].box;
   std::vector<std::uint8_t> is_other(parts.parts().size(), 1);
   is_other[static_cast<std::size_t>(part)] = 0;

@@ -1,5 +1,5 @@
 // bench open: durations of opening a recorded session at random ticks and of scoring the session, and its
-// bytes per tick.
+// bytes per tick and hand.
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
@@ -15,7 +15,7 @@ namespace trephine::bench {
 using namespace cli;
 
 namespace {
-double part_of(const std::vector<double>& sorted, double share) {
+double quantile(const std::vector<double>& sorted, double share) {
   return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
 }
 /// Returns strokes over the crown of the built-in head for some minutes. In each stroke the hand moves down
@@ -139,31 +139,32 @@ Status bench_open(const BenchArguments& arguments, Outcome& outcome) {
   }
   std::sort(milliseconds.begin(), milliseconds.end());
 
-  std::uint64_t of_checkpoints = 0;
+  std::uint64_t all_checkpoint_bytes = 0;
   for (const sim::CheckpointIndex& one : reader.checkpoints()) {
-    for (const sim::CheckpointIndex::Link& link : one.links) of_checkpoints += link.bytes.length;
-    of_checkpoints += one.events.length + one.trails.length + one.history.length + one.rest.length;
+    for (const sim::CheckpointIndex::Link& link : one.links) all_checkpoint_bytes += link.bytes.length;
+    all_checkpoint_bytes += one.events.length + one.trails.length + one.history.length + one.rest.length;
   }
-  const double per_tick = static_cast<double>(ticks) * static_cast<double>(replay.engine().hand_count()),
-               checkpoint_bytes = static_cast<double>(of_checkpoints) / per_tick,
-               log_bytes = static_cast<double>(reader.log_bytes()) / per_tick;
+  const double hand_ticks = static_cast<double>(ticks) * static_cast<double>(replay.engine().hand_count()),
+               checkpoint_bytes_per_tick = static_cast<double>(all_checkpoint_bytes) / hand_ticks,
+               log_bytes_per_tick = static_cast<double>(reader.log_bytes()) / hand_ticks;
   outcome.json["ticks"] = ticks;
   outcome.json["checkpoints"] = reader.checkpoints().size();
   outcome.json["opened_by_checkpoint"] = replay.counts().opened;
   outcome.json["most_ticks_played"] = max_played;
   outcome.json["open_ms"] = {{"count", k_seek_count},
-                             {"p50", part_of(milliseconds, 0.5)},
-                             {"p99", part_of(milliseconds, 0.99)},
+                             {"p50", quantile(milliseconds, 0.5)},
+                             {"p99", quantile(milliseconds, 0.99)},
                              {"max", milliseconds.back()}};
   outcome.json["slowest"] = {
       {"ms", slowest.milliseconds}, {"tick", slowest.tick}, {"ticks_played", slowest.played}};
-  outcome.json["bytes_per_tick"] = {{"log", log_bytes}, {"checkpoints", checkpoint_bytes}};
+  outcome.json["bytes_per_tick_and_hand"] = {{"log", log_bytes_per_tick},
+                                             {"checkpoints", checkpoint_bytes_per_tick}};
   outcome.print(
       "{ticks} ticks, {checkpoints} checkpoints: opened at {open_ms/count} random ticks in p50 "
       "{open_ms/p50:.1f} ms, p99 {open_ms/p99:.1f} ms, at most {open_ms/max:.1f} ms; at most "
       "{most_ticks_played} ticks played");
   outcome.print(
-      "bytes per tick and hand: {bytes_per_tick/log:.1f} in the log, {bytes_per_tick/checkpoints:.1f} in "
+      "bytes per tick and hand: {bytes_per_tick_and_hand/log:.1f} in the log, {bytes_per_tick_and_hand/checkpoints:.1f} in "
       "checkpoints");
   const auto start = Clock::now();
   const auto score = workbench::score_session(session, {}, terminal_listener());

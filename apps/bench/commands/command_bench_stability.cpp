@@ -178,7 +178,7 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
                                       {"balance_without_controller", row.balance_without_controller},
                                       {"balance_with_controller", row.balance_with_controller},
                                       {"most_work_with_controller", row.most_work_with_controller},
-                                      {"share_cut", row.share_cut},
+                                      {"share_limited_by_controller", row.share_cut},
                                       {"least_stiffness_factor", row.force_scale}});
     table.push_back(outcome.json["energy"].back());
     table.back()["most_work"] = row.most_work;

@@ -37,7 +37,8 @@ Status run_tool(const ToolArguments& arguments, Outcome& outcome) {
         row.slide_us.p50, row.slide_us.p99, row.slide_us.p999, row.hole_us.p50, row.hole_us.p99,
         row.hole_us.p999));
     outcome.print(format_text(
-        "       published voxel sampling (sum of the points' forces), us: %.1f / %.1f / %.1f; it tests %.0f %% of the points",
+        "       published voxel sampling (sum of the points' forces), us: %.1f / %.1f / %.1f; it tests points and nodes "
+        "of its tree, %.0f %% of the number of points",
         row.sampling_us.p50, row.sampling_us.p99, row.sampling_us.p999, 100 * row.tested));
     if (row.fcl_us.count > 0)
       outcome.print(format_text("       FCL, one collision query, us: %.0f / %.0f / %.0f", row.fcl_us.p50,

@@ -16,13 +16,14 @@ struct Finding {
   bool is_fault = false;
 };
 
-/// Opens a device, reads it 1000 times per second for a time without force, and closes it. Returns what was
-/// measured. Error: the device cannot be opened.
+/// Opens a device, reads it 1000 times per second for `seconds` while its force is 0, and closes it. Returns
+/// the measured intervals and durations. Error: the device cannot be opened.
 Result<std::vector<Finding>> measure_device(haptics::Device& device, double seconds);
 
-/// Pushes the hand to the right, upward and toward the user, with at most 1 N or a quarter of the device's
-/// largest force, and asks after each push for its direction. `ask`: shows a question, and returns the
-/// answer: y, n, or empty to end the test. Error: the device has no force or cannot be opened.
+/// Pushes the hand to the right, upward and toward the user with 1 N, or with a quarter of the device's
+/// largest force if that is less. After each push, asks whether the hand was pushed in that direction. `ask`:
+/// shows the question and returns the answer: y, n, or empty to end the test. Error: the device has no force
+/// or cannot be opened.
 Result<std::vector<Finding>> test_feel(haptics::Device& device,
                                        const std::function<std::string(const std::string& question)>& ask);
 

@@ -202,7 +202,7 @@ TEST(Lomi, PartsOfAConcaveObjectMissNothing) {
   }
 }
 
-TEST(Lomi, TheInsideOfACalabashIsTouchedOnlyByItsParts) {
+TEST(Lomi, OnlyLomiPartsTouchesTheCavityOfACalabash) {
   Model calabash = ball(dvec3(0), 20, 300);
   calabash.add(ball(dvec3(0), 15, 300).inward());
   for (const bool is_whole : {true, false}) {
