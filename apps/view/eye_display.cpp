@@ -161,12 +161,14 @@ bool EyeDisplay::render(BoneLayer& bone, const std::function<bool()>& draw) {
 bool EyeDisplay::is_complete() const { return are_eyes_complete_ && centre_view() == drawn_view_; }
 double EyeDisplay::drawn_share() const { return centre_view() == drawn_view_ ? share_ : 0; }
 
-/// Keeps the finished picture of an eye, and draws the combined picture over it. A frame that the window
-/// system draws on its own shows both eyes the same picture until the next render().
+/// Keeps the finished picture of an eye, and draws the combined picture over it. A frame that is drawn
+/// outside render(), by the window system or for a file, shows the last pictures of the eyes. If the view has
+/// changed since, it shows both eyes the same picture until the next render().
 void EyeDisplay::end_frame() {
   const int* size = window_->GetSize();
+  const bool is_outdated = eye_ < 0 && centre_view() != drawn_view_;
   for (int i = 0; i < 2; ++i)
-    if (eye_ < 0 || eye_ == i) pictures_->eyes[static_cast<std::size_t>(i)].save(size[0], size[1]);
+    if (is_outdated || eye_ == i) pictures_->eyes[static_cast<std::size_t>(i)].save(size[0], size[1]);
   const bool has_two = mode_.eyes != DisplayMode::Eyes::one;
   const auto& eyes = pictures_->eyes;
   const PictureCache &left = eyes[0], &right = eyes[has_two && eyes[1].is_filled() ? 1 : 0];

@@ -106,6 +106,10 @@ class StereoPicture : public testing::Test {
 
   std::vector<Pixel> pixels() {
     EXPECT_TRUE(picture_->complete());
+    return read_pixels();
+  }
+  /// Returns what the window shows, without drawing.
+  std::vector<Pixel> read_pixels() {
     vtkNew<vtkUnsignedCharArray> data;
     surface_->window()->GetPixelData(0, 0, k_columns - 1, k_lines - 1, 0, data);
     std::vector<Pixel> result;
@@ -157,6 +161,13 @@ TEST_F(StereoPicture, SideBySideShowsEachEyeItsView) {
   EXPECT_NEAR(2 * left.x, column(-half), 2);
   EXPECT_NEAR(2 * right.x - k_columns, column(half), 2);
   EXPECT_NEAR(left.y, plain.y, 1);
+  // A frame for a picture file, which is drawn outside the loop of the window, is the same.
+  surface_->window()->Render();
+  const std::vector<Pixel> file = pixels();
+  EXPECT_NEAR(middle_of_ball(file, 0, k_columns / 2).x, left.x, 0.5);
+  const std::string png = png_of(surface_->window());
+  EXPECT_GT(png.size(), 1000u);
+  EXPECT_NEAR(middle_of_ball(read_pixels(), 0, k_columns / 2).x, left.x, 0.5);
 }
 
 /// Red comes from the left eye and green and blue from the right one, weighted as published.

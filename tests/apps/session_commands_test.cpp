@@ -422,7 +422,8 @@ TEST_F(Command, DoctorMeasuresADevice) {
   EXPECT_NE(found["device read"].find("us"), std::string::npos);
   EXPECT_FALSE(found.contains("device answers"));
   write("answers.txt", "y\nn\ny\n");
-  const ProcessResult pushes = run("doctor --device virtual:hand.csv --seconds 0.2 --feel < answers.txt");
+  const ProcessResult pushes = run("doctor --device virtual:hand.csv --seconds 0.2 --feel",
+                                   "env -u DISPLAY sh -c '\"$@\" < answers.txt' sh");
   EXPECT_NE(pushes.out.find("upward: not perceived"), std::string::npos) << pushes.out << pushes.err;
   EXPECT_NE(pushes.out.find("toward you: perceived"), std::string::npos) << pushes.out;
   EXPECT_EQ(pushes.exit_code, 3);
