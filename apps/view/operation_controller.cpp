@@ -132,9 +132,6 @@ std::string OperationController::fault_text() const {
     return "The tool is in the " + workbench::words_of(live_.engine().forbidden()[at]->name()) + depth +
            remedy;
   }
-  // A mouse renders no force, and a computer is often busy while a scan is opened.
-  constexpr double k_start = 3;  // s
-  if (!options_.device && seconds() < k_start) return {};
   return "The force is off: " + workbench::fault_reasons(faults) +
          (options_.device ? ". Press F to turn it on again." : ". It returns automatically.");
 }

@@ -82,40 +82,6 @@ TEST_F(WholeOperation, AProbeMakesATrackAlongThePlanForAScrewThatIsJudged) {
   save_screenshot(*window_, "screw-judged");
 }
 
-/// After undo and redo the probe would be in a track that it did not make, and would meet no resistance
-/// there.
-TEST_F(WholeOperation, UndoWithdrawsAProbe) {
-  workbench::SourceChoice source("spine");
-  source.uses_plan = true;
-  open(source, pedicle::probe({}));
-  QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
-  let_run(200);
-  const auto& planned = operation_->spec.plan.trajectories;
-  const auto trajectory =
-      std::find_if(planned.begin(), planned.end(), [](const auto& t) { return t.name == "L4 left pedicle"; });
-  ASSERT_NE(trajectory, planned.end());
-  const dvec3 entry = trajectory->entry_world, ahead = glm::normalize(trajectory->target_world - entry);
-  const auto depth = [&] { return glm::dot(hand().state().newest.proxy_world - entry, ahead); };
-  const auto push_to = [&](double mm) {
-    QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(entry));
-    EXPECT_TRUE(reaches([&] { return depth() > mm; }));
-    QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(entry));
-    let_run(300);
-  };
-  point_at(entry);
-  ASSERT_TRUE(reaches([&] { return glm::dot(shaft(), -ahead) > 0.9999; }));
-  push_to(12);
-  const double removed = hand().state().removed_mm3;
-  ASSERT_GT(removed, 50);
-  QTest::keyClick(window_.get(), Qt::Key_Z, Qt::ControlModifier);
-  ASSERT_TRUE(reaches([&] { return hand().state().removed_mm3 == 0; }));
-  QTest::keyClick(window_.get(), Qt::Key_Y, Qt::ControlModifier);
-  ASSERT_TRUE(reaches([&] { return hand().state().removed_mm3 == removed; }));
-  ASSERT_TRUE(reaches([&] { return depth() < 0; })) << "the probe is withdrawn";
-  push_to(20);
-  EXPECT_GT(hand().state().removed_mm3, removed + 30) << "the track is extended";
-}
-
 TEST_F(WholeOperation, APressWithoutAToolIsExplained) {
   OperationWindow::open("head", {}, "craniotomy");
   ASSERT_TRUE(hand().tool().is_empty());
