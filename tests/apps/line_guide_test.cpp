@@ -42,6 +42,19 @@ struct InsertionDesk {
   }
 };
 
+TEST(LineGuide, AWithdrawnToolLeavesItsTrack) {
+  InsertionDesk desk(3);
+  desk.frames(1);
+  desk.input.is_pressed = true;
+  desk.frames(120);
+  EXPECT_GT(desk.guide.inserted_depth(), 10);
+  desk.input.is_pressed = false;
+  desk.frames(2);
+  desk.guide.withdraw();
+  desk.frames(60);
+  EXPECT_EQ(desk.guide.inserted_depth(), 0);
+}
+
 TEST(LineGuide, StandsOnAPlannedTrajectoryAndFollowsIt) {
   InsertionDesk desk(3);
   const dvec3 ahead = glm::normalize(dvec3(10, 0, -40));
