@@ -23,16 +23,13 @@
 
 namespace trephine::view {
 
+using glm::dvec3;
 using workbench::Clock;
 using workbench::seconds_since;
 
-using glm::dvec3;
-
 namespace {
-
 constexpr double k_rest_seconds = 0.12;  // time without motion before drawing at full detail starts
 constexpr double k_batch_ms = 30;        // time for the triangles that one frame draws at full detail
-
 }  // namespace
 
 class BoneLayer::Painter {
@@ -55,6 +52,7 @@ class BoneLayer::Painter {
   bool render(bool always);
   void complete_next_drawing();
   void set_eye(int eye);
+  void begin_new_picture();
   /// Makes the next frame begin a new picture.
   void forget_view() {
     kept_view_ = {}, ++revision_;
@@ -189,6 +187,14 @@ BoneLayer::Painter::~Painter() {
   if (!window_->IsCurrent()) return;
   kept_.release(), pending_.release();
   if (other_eye_) other_eye_->kept.release(), other_eye_->pending.release();
+}
+
+void BoneLayer::Painter::begin_new_picture() {
+  set_eye(0);
+  window_->MakeCurrent();
+  if (other_eye_ && window_->IsCurrent()) other_eye_->kept.release(), other_eye_->pending.release();
+  other_eye_.reset();
+  forget_view();
 }
 
 void BoneLayer::Painter::set_eye(int eye) {
@@ -475,7 +481,7 @@ void BoneLayer::set_opacity(double opacity, std::function<void()> restore_behind
 void BoneLayer::blend() { painter_->blend(); }
 void BoneLayer::set_clip(const dvec3& origin, const dvec3& normal) { painter_->set_clip(origin, normal); }
 void BoneLayer::set_room(const dvec3& low, const dvec3& high) { painter_->set_room(low, high); }
-void BoneLayer::begin_new_picture() { painter_->forget_view(); }
+void BoneLayer::begin_new_picture() { painter_->begin_new_picture(); }
 void BoneLayer::set_eye(int eye) { painter_->set_eye(eye); }
 void BoneLayer::complete_next_drawing() { painter_->complete_next_drawing(); }
 bool BoneLayer::render(bool always) { return painter_->render(always); }

@@ -51,7 +51,7 @@ class BoneLayer {
   /// Draws one frame of the window. Returns false, without drawing, if the picture would not change, unless
   /// `always`.
   bool render(bool always = false);
-  /// Makes the next frame begin a new picture.
+  /// Makes the next frame begin a new picture, and frees the picture of the second eye.
   void begin_new_picture();
   /// Selects the eye, 0 or 1, of the next frames, with the camera of that eye. Each eye has a kept picture of
   /// its own; the second one costs nothing before it is selected.

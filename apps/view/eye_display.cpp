@@ -109,11 +109,13 @@ EyeDisplay::~EyeDisplay() {
   for (PictureCache& picture : pictures_->eyes) picture.release();
 }
 
-/// Returns the position of an eye as move_to_eye() takes it. `picture_width`: of the plane through the focal
-/// point, mm; `distance`: of the camera from the focal point, mm.
-dvec3 EyeDisplay::eye_position(int eye, double picture_width, double distance) const {
+/// Returns the position of an eye as move_to_eye() takes it. `head`: newest position of the tracker.
+/// `picture_width`: of the plane through the focal point, mm; `distance`: of the camera from the focal point,
+/// mm.
+dvec3 EyeDisplay::eye_position(int eye, const std::optional<dvec3>& head, double picture_width,
+                               double distance) const {
   const double side = mode_.eyes == DisplayMode::Eyes::one ? 0 : eye == 0 ? -0.5 : 0.5;
-  if (const std::optional<dvec3> head = tracker_ ? tracker_->position() : std::nullopt) {
+  if (head) {
     // The screen shows `picture_width` mm of the scene on `screen_width` mm.
     const double scale = picture_width / mode_.screen_width;
     constexpr double k_nearest = 100;  // mm
@@ -140,10 +142,11 @@ bool EyeDisplay::render(BoneLayer& bone, const std::function<bool()>& draw) {
   const double angle = camera->GetViewAngle(), distance = glm::length(position - focus);
   const double width = 2 * distance * std::tan(0.5 * glm::radians(angle)) * aspect;
   drawn_view_ = centre_view();
+  const std::optional<dvec3> head = tracker_ ? tracker_->position() : std::nullopt;  // the same for both eyes
   bool is_drawn = false;
   are_eyes_complete_ = true, share_ = 1;
   for (eye_ = 0; eye_ < (mode_.eyes == DisplayMode::Eyes::one ? 1 : 2); ++eye_) {
-    move_to_eye(camera, aspect, eye_position(eye_, width, distance));
+    move_to_eye(camera, aspect, eye_position(eye_, head, width, distance));
     bone.set_eye(eye_);
     is_drawn |= draw();
     are_eyes_complete_ &= bone.is_complete();

@@ -5,6 +5,7 @@
 #include <functional>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <optional>
 
 #include "apps/view/display_mode.h"
 #include "apps/view/head_tracker.h"
@@ -44,7 +45,8 @@ class EyeDisplay {
   double drawn_share() const;
 
  private:
-  glm::dvec3 eye_position(int eye, double picture_width, double distance) const;
+  glm::dvec3 eye_position(int eye, const std::optional<glm::dvec3>& head, double picture_width,
+                          double distance) const;
   std::array<double, 18> centre_view() const;
   void end_frame();
 

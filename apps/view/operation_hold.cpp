@@ -315,10 +315,11 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   input.version = version_;
   const std::optional<ToolGuide::Pose> pose = guide_.follow(bone_in(*version_), bone_in(*untouched_), input);
   viewport_.mark_line(guide_.edge());
-  if (std::string reason = guide_.take_message(); !reason.empty())
-    guide_refused_at_ = seconds(),
+  if (std::string reason = guide_.take_message(); !reason.empty()) {
+    guide_refused_at_ = seconds();
     notices_.add({seconds(), static_cast<double>(state_.newest.tick) / options_.rate_hz, EventLevel::refusal,
                   "The tool cannot work here: " + reason});
+  }
   // The reason is outdated where the foot fits.
   if (!guide_.edge().empty() && seconds() - guide_refused_at_ < Notices::k_refusal_seconds)
     notices_.dismiss(seconds()), guide_refused_at_ = -1e9;

@@ -250,11 +250,6 @@ void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const 
         surface = {overlay.surface,
                    make_actor(make_surface(*overlay.surface, is_coloured ? shade_bone : nullptr), colour)};
         if (is_coloured) surface.actor->GetMapper()->ScalarVisibilityOn();
-        // A detached piece is drawn in front of the bone at its place, until the bone is drawn without it.
-        if (overlay.is_detached) {
-          surface.actor->GetMapper()->SetResolveCoincidentTopologyToPolygonOffset();
-          surface.actor->GetMapper()->SetRelativeCoincidentTopologyPolygonOffsetParameters(-2, -2);
-        }
         surface.group = group_of(overlay);
         p.apply_opacity(surface);
         p.apply_clip(surface);

@@ -137,7 +137,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
     fit_panel();
     show_assumptions();
     if (!options_.host.interrupted_session.empty())
-      show_message(tr("To continue the interrupted session: File menu."));
+      show_message(tr("A session was interrupted. Continue it in the File menu."));
     operation_->set_depth(0.5 * depth_->value());
     picture = &operation_->viewport();
   }

@@ -19,6 +19,7 @@ constexpr double k_pedicle_height = 0.62;  ///< ratio of a pedicle's width to it
 constexpr double k_joint_gap = 1.6;        ///< gap between facets, mm
 constexpr double k_sac = 6.6;              ///< radius of the dural sac, mm
 constexpr double k_most_sway = 6;          ///< greatest distance of the sac's centre line from x = 0, mm
+constexpr double k_reach_front = -24;      ///< lower limit of y of a vertebra's bone, mm
 constexpr double k_reach_z = 46;           ///< upper limit of |z| of a vertebra's bone, mm
 
 /// Returns the distance to the spinal canal, mm, in the local frame.
@@ -159,7 +160,8 @@ std::array<double, 3> SpinePhantom::bone_distances(const dvec3& world) const noe
   for (std::size_t i = 0; i < 3; ++i) {
     dvec3 p = vertebrae_[i].local(world);
     p.x = std::abs(p.x);
-    own[i] = std::abs(p.z) > k_reach_z ? 1e3 : vertebrae_[i].scale * bone(vertebrae_[i], p);
+    own[i] =
+        std::abs(p.z) > k_reach_z || p.y < k_reach_front ? 1e3 : vertebrae_[i].scale * bone(vertebrae_[i], p);
   }
   // Neighbouring vertebrae are separated by a gap, half on each side.
   for (std::size_t i = 0; i < 3; ++i) {

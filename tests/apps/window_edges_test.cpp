@@ -47,7 +47,6 @@ TEST_F(ToolWindow, ABurrThatSlidesBehindBoneStops) {
       let_run(100);
     }
   EXPECT_GE(slides, 1);
-  std::printf("%d slides\n", slides);
 }
 
 /// A burr that is pressed too lightly rubs and hardly cuts. The window reports the force, and how to

@@ -9,14 +9,12 @@
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
-#include <thread>
-#include <time.h>
+#include <utility>
 
 #include "apps/cli/commands/doctor_device.h"
 #include "apps/view/render_window.h"
 #include "apps/workbench/devices.h"
 #include "data-tools/files/atomic_file.h"
-#include "haptics/servo/servo_loop.h"
 #include "volume/base/percentile.h"
 #include "volume/base/text.h"
 
@@ -35,23 +33,13 @@ struct DoctorArguments {
 /// allows it (`is_realtime`).
 std::vector<double> watch_timer(double seconds, bool& is_realtime) {
   std::vector<double> lateness_us;
-  std::thread watcher([&] {
-    is_realtime = haptics::request_realtime(80);
-    timespec due{};
-    clock_gettime(CLOCK_MONOTONIC, &due);
-    const auto count = static_cast<std::size_t>(seconds * 1000);
-    lateness_us.reserve(count);
-    for (std::size_t i = 0; i < count && !is_interrupted(); ++i) {
-      due.tv_nsec += 1'000'000;
-      if (due.tv_nsec >= 1'000'000'000) due.tv_nsec -= 1'000'000'000, ++due.tv_sec;
-      while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, nullptr) != 0 && !is_interrupted()) {}
-      timespec now{};
-      clock_gettime(CLOCK_MONOTONIC, &now);
-      lateness_us.push_back(1e6 * static_cast<double>(now.tv_sec - due.tv_sec) +
-                            1e-3 * static_cast<double>(now.tv_nsec - due.tv_nsec));
-    }
+  const auto count = static_cast<std::size_t>(seconds * 1000);
+  lateness_us.reserve(count + 1);
+  bool is_first = true;  // the first call is not timed
+  is_realtime = run_at_1_khz([&](double, double late_us) {
+    if (!std::exchange(is_first, false)) lateness_us.push_back(late_us);
+    return lateness_us.size() < count;
   });
-  watcher.join();
   std::sort(lateness_us.begin(), lateness_us.end());
   return lateness_us;
 }
@@ -188,14 +176,14 @@ Result<Outcome> examine_device(const DoctorArguments& arguments) {
   if (is_interrupted()) return interrupted("the check of the device");
   if (arguments.has_feel_test) {
     notice("Hold the hand loosely. Three gentle pushes follow; each lasts two seconds.");
-    auto felt = test_feel(device, [](const std::string& question) {
+    auto pushes = test_feel(device, [](const std::string& question) {
       std::fputs(question.c_str(), stderr);
       std::string answer;
       std::getline(std::cin, answer);
       return answer;
     });
-    if (!felt) return felt.error();
-    findings.value().insert(findings.value().end(), felt.value().begin(), felt.value().end());
+    if (!pushes) return pushes.error();
+    findings.value().insert(findings.value().end(), pushes.value().begin(), pushes.value().end());
   }
   return outcome_of(findings.value());
 }

@@ -1,43 +1,41 @@
 #include "apps/cli/commands/doctor_device.h"
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <cmath>
-#include <glm/geometric.hpp>
 #include <thread>
 #include <time.h>
 
+#include "apps/workbench/clock.h"
 #include "haptics/servo/servo_loop.h"
 #include "volume/base/percentile.h"
 #include "volume/base/text.h"
 
 namespace trephine::cli {
 
-namespace {
+using workbench::Clock;
+using workbench::seconds_since;
 
-double now_seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-/// Calls `tick(t)` 1000 times per second in a thread with the servo's priority, if the system allows it,
-/// until it returns false. `t`: s since the start.
-void run_servo(const std::function<bool(double t)>& tick) {
+bool run_at_1_khz(const std::function<bool(double t, double late_us)>& tick) {
+  bool is_realtime = false;
   std::thread servo([&] {
-    haptics::request_realtime(80);
+    is_realtime = haptics::request_realtime(80);
+    const Clock::time_point start = Clock::now();
     timespec due{};
     clock_gettime(CLOCK_MONOTONIC, &due);
-    const double start = now_seconds();
-    while (!is_interrupted() && tick(now_seconds() - start)) {
+    double late_us = 0;
+    while (!is_interrupted() && tick(seconds_since(start), late_us)) {
       due.tv_nsec += 1'000'000;
       if (due.tv_nsec >= 1'000'000'000) due.tv_nsec -= 1'000'000'000, ++due.tv_sec;
-      clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, nullptr);
+      while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, nullptr) != 0 && !is_interrupted()) {}
+      timespec now{};
+      clock_gettime(CLOCK_MONOTONIC, &now);
+      late_us = 1e6 * static_cast<double>(now.tv_sec - due.tv_sec) +
+                1e-3 * static_cast<double>(now.tv_nsec - due.tv_nsec);
     }
   });
   servo.join();
+  return is_realtime;
 }
-
-}  // namespace
 
 Result<std::vector<Finding>> measure_device(haptics::Device& device, double seconds) {
   if (Status error = device.open()) return *error;
@@ -48,11 +46,11 @@ Result<std::vector<Finding>> measure_device(haptics::Device& device, double seco
   std::size_t failed = 0;
   double changed_at = -1;
   haptics::Pose last;
-  run_servo([&](double t) {
+  run_at_1_khz([&](double t, double) {
     haptics::Pose pose = last;
-    const double before = now_seconds();
+    const Clock::time_point before = Clock::now();
     failed += !device.read(t, pose);
-    read_us.push_back(1e6 * (now_seconds() - before));
+    read_us.push_back(1e6 * seconds_since(before));
     device.write({});
     if (pose.position_world != last.position_world || pose.orientation != last.orientation) {
       if (changed_at >= 0) interval_ms.push_back(1e3 * (t - changed_at));
@@ -112,20 +110,29 @@ Result<std::vector<Finding>> test_feel(haptics::Device& device,
     glm::dvec3 direction;  ///< device frame: right, up, toward the user
   } pushes[] = {{"to the right", {1, 0, 0}}, {"upward", {0, 1, 0}}, {"toward you", {0, 0, 1}}};
   std::vector<Finding> findings;
+  bool is_lost = false;
   for (const auto& push : pushes) {
     constexpr double k_ramp = 0.4, k_hold = 1.2;  // s
-    run_servo([&](double t) {
+    run_at_1_khz([&](double t, double) {
       haptics::Pose pose;
-      device.read(t, pose);
+      if (!device.read(t, pose)) is_lost = true;
+      if (is_lost) return false;
       const double share = std::clamp(std::min(t, 2 * k_ramp + k_hold - t) / k_ramp, 0.0, 1.0);
       device.write({share * force * push.direction, {}});
       return t < 2 * k_ramp + k_hold;
     });
     device.write({});
+    if (is_lost) {
+      findings.push_back({"device force", "the device did not answer", "check cable and power", true});
+      break;
+    }
     if (is_interrupted()) break;
     const std::string answer =
         ask(format_text("Was the hand pushed %s with %.1f N? [y/n] ", push.name, force));
-    if (answer.empty()) break;
+    if (answer.empty()) {
+      findings.push_back({"device force", "the test ended before an answer", "answer y or n", true});
+      break;
+    }
     const bool is_right = answer[0] == 'y' || answer[0] == 'Y';
     findings.push_back({"device force",
                         format_text("%s: %s", push.name, is_right ? "perceived" : "not perceived"),

@@ -16,6 +16,11 @@ struct Finding {
   bool is_fault = false;
 };
 
+/// Calls `tick` 1000 times per second in a thread with the servo's priority, until it returns false or the
+/// user interrupts the program. `t`: s since the start; `late_us`: lateness of this call. Returns true if the
+/// system allowed the priority.
+bool run_at_1_khz(const std::function<bool(double t, double late_us)>& tick);
+
 /// Opens a device, reads it 1000 times per second for `seconds` while its force is 0, and closes it. Returns
 /// the measured intervals and durations. Error: the device cannot be opened.
 Result<std::vector<Finding>> measure_device(haptics::Device& device, double seconds);

@@ -276,40 +276,42 @@ TEST(ShellProxy, TheForceDoesNotJumpAtBordersOfVoxels) {
   RecordProperty("spread_percent", std::to_string(100 * spread));
 }
 
-// A rod touches a plane in all ways for a minute (10 s in short runs): it is pressed, rubbed, tilted and
-// lifted, up to some Hz. With the controller, the energy that the hand has put into the contact is never
-// negative.
+// A rod touches a smooth plane in all ways for a minute (10 s in short runs): it is pressed, rubbed, tilted
+// and lifted, with a tremor of 40 Hz. With the controller, the contact never gives more energy than it took
+// before; without it, the contact does.
 TEST(ShellProxy, ContactGivesBackNoMoreEnergyThanItTook) {
-  const TouchScene scene = scene_with("plane", {{"angle", 20}}, shell_of({-15, 15, 1.5}, 0.5));
+  TouchScene scene = scene_with("plane", {{"angle", 0}}, shell_of({-15, 15, 1.5}, 0.5));
+  scene.items[0].material.static_friction = scene.items[0].material.dynamic_friction = 0;
   ShellProxy method;
   ASSERT_FALSE(method.prepare(scene));
   const ServoScene servo_scene = scene_for_one(scene, method, std::make_shared<volume::Version>(scene.base));
-  ForceOptions options;
-  options.is_passive = true;
-  ServoCore core(options, 1e-3);
   const int ticks = runs_all_cases() ? 60000 : 10000;
   const double quarter = 0.5 * 3.14159265358979;
-  double least = 0, most = 0, torque = 0;
+  double given[2] = {0, 0}, torque = 0;
   int touching = 0;
-  for (int i = 0; i < ticks; ++i) {
-    const double t = 1e-3 * i;
-    ServoInput input;
-    input.pose.position_world = {4 * std::sin(2.1 * t) + std::sin(9.7 * t), 3 * std::sin(1.3 * t),
-                                 1.2 + 1.6 * std::sin(5.3 * t) + 0.6 * std::sin(23 * t)};
-    input.pose.orientation =
-        rotation_of({0.1 * std::sin(3.1 * t), 0.25 * std::sin(4.3 * t) + 0.05 * std::sin(31 * t), 0}) *
-        rotation_of({0, quarter, 0});
-    const ServoRecord record = core.step(servo_scene, input);
-    touching += record.has_contact;
-    torque = std::max(torque, glm::length(record.torque_world));
-    const double energy = core.energy().contact + core.energy().turning;
-    least = std::min(least, energy), most = std::max(most, energy);
+  for (const bool is_passive : {false, true}) {
+    ForceOptions options;
+    options.is_passive = is_passive;
+    ServoCore core(options, 1e-3);
+    for (int i = 0; i < ticks; ++i) {
+      const double t = 1e-3 * i;
+      ServoInput input;
+      input.pose.position_world = {4 * std::sin(2.1 * t) + std::sin(9.7 * t), 3 * std::sin(1.3 * t),
+                                   1.3 + 1.2 * std::sin(5.3 * t) + 0.4 * std::sin(251 * t)};
+      input.pose.orientation =
+          rotation_of({0.02 * std::sin(3.1 * t), 0.08 * std::sin(4.3 * t) + 0.02 * std::sin(188 * t), 0}) *
+          rotation_of({0, quarter, 0});
+      const ServoRecord record = core.step(servo_scene, input);
+      touching += record.has_contact;
+      torque = std::max(torque, glm::length(record.torque_world));
+      given[is_passive] = std::max(given[is_passive], core.energy().contact + core.energy().turning);
+    }
   }
-  EXPECT_GT(touching, ticks / 4);
-  EXPECT_GT(torque, 5) << "N mm";
-  EXPECT_LT(least, -20) << "N mm that the contact took";
-  EXPECT_LT(most, 0.3) << "N mm that the contact gave";
-  RecordProperty("energy_nmm", std::to_string(least) + " to " + std::to_string(most));
+  EXPECT_GT(touching, ticks / 2);
+  EXPECT_GT(torque, 2) << "N mm";
+  EXPECT_GT(given[0], 1) << "N mm, without the controller";
+  EXPECT_LT(given[1], 0.3) << "N mm";
+  RecordProperty("given_nmm", std::to_string(given[0]) + " " + std::to_string(given[1]));
 }
 
 // A rod is pressed on a plane and turned against it, faster than the servo can follow without generating
