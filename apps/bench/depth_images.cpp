@@ -133,9 +133,9 @@ std::vector<ImagesRow> run_depth_images(bool is_quick, MakeDrawTarget make_draw_
             static_cast<long>(m.triangles.size() / 3), at, k_edge, pixels, row.embree_ms, images.mm.data());
         row.embree_different = count_differing_pixels(ours_at(contact_point), images, k_edge);
       }
-      if (const DrawTarget on = make_draw_target(pixels); on.window && draw_peer()) {
+      if (const DrawTarget target = make_draw_target(pixels); target.window && draw_peer()) {
         DrawPeerResult answer;
-        if (draw_peer()(request_of(floats, m, contact_point, k_edge, 3, images), on.window, answer)) {
+        if (draw_peer()(request_of(floats, m, contact_point, k_edge, 3, images), target.window, answer)) {
           row.gl_first_ms = answer.first_ms, row.gl_ms = answer.draw_ms + answer.read_ms;
           row.gl_different = count_differing_pixels(ours_at(contact_point), images, k_edge);
         }
@@ -250,11 +250,12 @@ std::vector<FrameRow> run_frame_times(bool is_quick, MakeDrawTarget make_draw_ta
         near += glm::length(contact_point - glm::clamp(contact_point, low, high)) < 5;
       }
     });
-    if (near == 0) row.feedback_ms = -1;
-    if (const DrawTarget on = make_draw_target(k_pixels); on.window && draw_peer()) {
+    if (near == 0) row.feedback_ms = -1;  // uses the count, so that the compiler keeps the timed loop
+    if (const DrawTarget target = make_draw_target(k_pixels); target.window && draw_peer()) {
       DrawPeerResult answer;
       SixImages images(k_pixels);
-      if (draw_peer()(request_of(floats, m, dvec3(0), 2.5 * k_ball_radius, 3, images), on.window, answer)) {
+      if (draw_peer()(request_of(floats, m, dvec3(0), 2.5 * k_ball_radius, 3, images), target.window,
+                      answer)) {
         row.draw_ms = answer.draw_ms / 6;
         row.redraw_ms = (answer.draw_ms + answer.read_ms) / 6;
       }

@@ -186,7 +186,7 @@ FeelRow score(const FeelScene& s, const IdealProxies& ideal, const FeelResults& 
   MinimumOfRuns times;
   const auto us = results.us.find(id);
   for (std::size_t i = 0; i < std::min(proxies.size(), samples.size()); ++i) {
-    const haptics::ProxyStep step = step_of_answer(proxies[i], samples[i].pose.position_world);
+    const haptics::ProxyStep step = step_from_proxy(proxies[i], samples[i].pose.position_world);
     scorer.judge_step(i, step);
     if (us != results.us.end() && i < us->second.size() && step.has_contact) times.add(i, us->second[i]);
   }

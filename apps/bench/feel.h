@@ -48,7 +48,7 @@ struct FeelRow {
   /// samples. The second is the error that the samples alone cause.
   std::optional<double> total_rms_voxels, floor_rms_voxels;
   std::optional<double> deepest_voxels;     ///< largest depth in the analytic shape
-  std::optional<double> max_off_mm;         ///< largest distance from an ideal proxy on the analytic shape
+  std::optional<double> max_deviation_mm;   ///< largest distance from an ideal proxy on the analytic shape
   std::optional<double> direction_rms_deg;  ///< angle between the raw and the exact force
   /// Distance from the ideal proxy on the analytic shape, along its surface.
   std::optional<double> tangential_p50_mm, tangential_p99_mm;

@@ -71,13 +71,13 @@ verify::Clearance clearance_of(const FeelScene& s) {
   };
 }
 
-IdealProxy::Advance go_on(verify::Clearance clearance, double voxel) {
+IdealProxy::Advance advance_by_clearance(verify::Clearance clearance, double voxel) {
   return [clearance = std::move(clearance), voxel](const dvec3& proxy, const dvec3& from, const dvec3& to) {
     return verify::follow_exactly(clearance, voxel, proxy, from, to);
   };
 }
 
-IdealProxy::Advance go_on_cubes(const FeelScene& s) {
+IdealProxy::Advance advance_on_cubes(const FeelScene& s) {
   return [solid = verify::solid_voxels(s.scene.base, s.scene.items[0].field.shape(),
                                        s.drilled ? s.drilled->version : nullptr),
           base = s.scene.base](const dvec3& proxy, const dvec3&, const dvec3& to) {
@@ -93,7 +93,7 @@ IdealProxy::Advance go_on_cubes(const FeelScene& s) {
 IdealProxies::IdealProxies(const FeelScene& scene) : scene_(scene), of_smooth_(clearance_of(scene)) {
   const dvec3& spacing = scene.scene.base->frame.spacing();
   voxel_ = std::min({spacing.x, spacing.y, spacing.z});
-  if (scene.distance) on_shape_ = follow_path(go_on(scene.distance, voxel_));
+  if (scene.distance) on_shape_ = follow_path(advance_by_clearance(scene.distance, voxel_));
 }
 
 IdealProxy IdealProxies::follow_path(IdealProxy::Advance advance) const {
@@ -108,18 +108,18 @@ IdealProxy IdealProxies::follow_path(IdealProxy::Advance advance) const {
 }
 
 const IdealProxy& IdealProxies::on_smooth_solid() const {
-  if (!on_smooth_.advance) on_smooth_ = follow_path(go_on(of_smooth_, voxel_));
+  if (!on_smooth_.advance) on_smooth_ = follow_path(advance_by_clearance(of_smooth_, voxel_));
   return on_smooth_;
 }
 
 const IdealProxy& IdealProxies::on_cubes() const {
-  if (!on_cubes_.advance) on_cubes_ = follow_path(go_on_cubes(scene_));
+  if (!on_cubes_.advance) on_cubes_ = follow_path(advance_on_cubes(scene_));
   return on_cubes_;
 }
 
-const IdealProxy& IdealProxies::judge() const {
-  const bool is_blunt = scene_.group == "sharp" && scene_.radius_mm == 0;
-  return is_blunt || !scene_.distance ? on_smooth_solid() : on_shape_;
+const IdealProxy& IdealProxies::stuck_reference() const {
+  const bool is_blunted_by_samples = scene_.group == "sharp" && scene_.radius_mm == 0;
+  return is_blunted_by_samples || !scene_.distance ? on_smooth_solid() : on_shape_;
 }
 
 bool IdealProxies::is_fallen(const dvec3& p) const {
@@ -153,7 +153,7 @@ Scorer::Scorer(const FeelScene& scene, const IdealProxies& ideal, const IdealPro
       raw_(without_smoothing(), 1e-3),
       smoothed_(haptics::ForceOptions{}, 1e-3),
       on_shape_(ideal.on_shape(), scene, ideal.voxel()),
-      judged_(ideal.judge(), scene, ideal.voxel()) {
+      stuck_tracker_(ideal.stuck_reference(), scene, ideal.voxel()) {
   if (same_solid != nullptr) on_same_.emplace(*same_solid, scene, ideal.voxel());
 }
 
@@ -187,7 +187,7 @@ void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
     if (verdict != IdealProxyTracker::Verdict::away) add_from_same();
   }
 
-  const dvec3 expected = judged_.at(i), exact = scene_.distance ? on_shape_.at(i) : expected;
+  const dvec3 expected = stuck_tracker_.at(i), exact = scene_.distance ? on_shape_.at(i) : expected;
   find_falls(proxy);
   if (i < k_dropped) return;
   contacts_ += has_contact;
@@ -196,19 +196,19 @@ void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
   missed_ += is_missed;
   ghosts_ += expected == hip && glm::length(proxy - hip) > voxel;
   if (!has_contact && !is_missed) {
-    judged_.judge(i, proxy, false);
+    stuck_tracker_.judge(i, proxy, false);
     return;
   }
   if (scene_.distance) {
     Errors e;
-    const dvec3 offset = exact - hip, off = proxy - exact;
-    e.distance = exact != hip ? scene_.distance(proxy) : glm::length(off);
-    e.off = e.aside = glm::length(off);
-    e.unrendered = glm::length(smoothed - stiffness * offset);
-    e.is_pressed = std::max(glm::length(offset), exact == hip ? e.off : 0.0) > 0.2;
+    const dvec3 offset = exact - hip, deviation = proxy - exact;
+    e.distance = exact != hip ? scene_.distance(proxy) : glm::length(deviation);
+    e.deviation = e.tangential_deviation = glm::length(deviation);
+    e.rendered_error = glm::length(smoothed - stiffness * offset);
+    e.is_pressed = std::max(glm::length(offset), exact == hip ? e.deviation : 0.0) > 0.2;
     if (exact != hip) {
       const dvec3 n = glm::normalize(offset);
-      e.aside = glm::length(off - glm::dot(off, n) * n);
+      e.tangential_deviation = glm::length(deviation - glm::dot(deviation, n) * n);
       if (has_contact) {
         const double cosine = glm::dot(proxy - hip, n) / std::max(1e-12, glm::length(proxy - hip));
         e.degrees = 57.29577951308232 * std::acos(std::clamp(cosine, -1.0, 1.0));
@@ -220,7 +220,7 @@ void Scorer::judge_step(std::size_t i, const haptics::ProxyStep& step) {
   // that starts at its position moves on by more than a voxel. A proxy inside matter without contact does not
   // count as away, because it rests on no surface.
   const bool is_fallen_through = is_missed && ideal_.is_in_matter(hip);
-  switch (judged_.judge(i, proxy, !is_fallen_through && glm::length(proxy - expected) > voxel)) {
+  switch (stuck_tracker_.judge(i, proxy, !is_fallen_through && glm::length(proxy - expected) > voxel)) {
     case IdealProxyTracker::Verdict::away:
       return;
     case IdealProxyTracker::Verdict::stuck:
@@ -264,10 +264,10 @@ void Scorer::add_errors() {
     distance_square_ += e.distance * e.distance;
     ++distance_count_;
     if (!e.is_pressed) continue;
-    max_off_ = std::max(max_off_, e.off);
-    tangential_.push_back(e.aside);
-    off_square_ += e.off * e.off;
-    rendered_square_ += e.unrendered * e.unrendered;
+    max_deviation_ = std::max(max_deviation_, e.deviation);
+    tangential_.push_back(e.tangential_deviation);
+    deviation_square_ += e.deviation * e.deviation;
+    rendered_square_ += e.rendered_error * e.rendered_error;
     if (!e.degrees) continue;
     angle_square_ += *e.degrees * *e.degrees;
     ++angle_count_;
@@ -291,9 +291,9 @@ void Scorer::finish(FeelRow& row) {
   if (scene_.distance) row.deepest_voxels = deepest_ / ideal_.voxel();
   row.direction_rms_deg = root(angle_square_, static_cast<std::size_t>(angle_count_));
   if (!tangential_.empty()) {
-    row.force_rms_n = scene_.scene.items[0].material.stiffness * *root(off_square_, tangential_.size());
+    row.force_rms_n = scene_.scene.items[0].material.stiffness * *root(deviation_square_, tangential_.size());
     row.rendered_rms_n = root(rendered_square_, tangential_.size());
-    row.max_off_mm = max_off_;
+    row.max_deviation_mm = max_deviation_;
     row.tangential_p50_mm = percentile_of(tangential_, 50);
     row.tangential_p99_mm = percentile_of(tangential_, 99);
   }
@@ -303,7 +303,7 @@ void Scorer::finish(FeelRow& row) {
   row.max_change_n = max_change_;
 }
 
-haptics::ProxyStep step_of_answer(const dvec3& proxy, const dvec3& hip) {
+haptics::ProxyStep step_from_proxy(const dvec3& proxy, const dvec3& hip) {
   haptics::ProxyStep step;
   step.proxy_world = proxy;
   step.has_contact = proxy != hip;

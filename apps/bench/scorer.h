@@ -30,7 +30,7 @@ class IdealProxies {
   const IdealProxy& on_cubes() const;         ///< on solid voxels; built at the first call
   /// The ideal proxy that decides whether a proxy is stuck. For a point on a sharp shape it is on the smooth
   /// solid, since the samples describe a blunt shape, on which the point rests.
-  const IdealProxy& judge() const;
+  const IdealProxy& stuck_reference() const;
   /// True if a proxy is deeper in the analytic shape than the tolerance. The tolerance is a voxel for a
   /// point; for a ball it is 2 % of the radius plus a tenth of a voxel, or plus a voxel if the shape has an
   /// outer edge. On a sharp shape, a point is fallen only if it is also in the smooth solid. Requires an
@@ -96,7 +96,7 @@ class Scorer {
   /// Contribution of a step to the errors. Contributions are pending while the proxy is away from the ideal
   /// proxy. They are discarded if the proxy comes to rest elsewhere, and otherwise added.
   struct Errors {
-    double distance = 0, off = 0, aside = 0, unrendered = 0;
+    double distance = 0, deviation = 0, tangential_deviation = 0, rendered_error = 0;
     std::optional<double> degrees;
     bool is_pressed = false;
   };
@@ -107,7 +107,7 @@ class Scorer {
   const FeelScene& scene_;
   const IdealProxies& ideal_;
   haptics::ForceModel raw_, smoothed_;
-  IdealProxyTracker on_shape_, judged_;
+  IdealProxyTracker on_shape_, stuck_tracker_;
   std::optional<IdealProxyTracker> on_same_;
   std::vector<Errors> pending_;
   std::vector<double> pending_same_;
@@ -115,8 +115,8 @@ class Scorer {
   glm::ivec3 last_voxel_{-100};
   std::vector<double> raw_n_, smoothed_n_, tangential_;
   std::vector<bool> contact_;
-  double distance_square_ = 0, angle_square_ = 0, off_square_ = 0, rendered_square_ = 0, jump_ = 0;
-  double max_change_ = 0, max_off_ = 0, deepest_ = 0, max_from_same_ = 0;
+  double distance_square_ = 0, angle_square_ = 0, deviation_square_ = 0, rendered_square_ = 0, jump_ = 0;
+  double max_change_ = 0, max_deviation_ = 0, deepest_ = 0, max_from_same_ = 0;
   long contacts_ = 0, distance_count_ = 0, angle_count_ = 0, jumps_ = 0, missed_ = 0, ghosts_ = 0;
   long stuck_ = 0, other_rest_ = 0, entered_ = 0;
   bool was_inside_ = false;
@@ -125,6 +125,6 @@ class Scorer {
 
 /// Returns the step of a program that gives only its proxies: contact if the proxy differs from the HIP. The
 /// Scorer ignores contacts within a thousandth of a voxel.
-haptics::ProxyStep step_of_answer(const glm::dvec3& proxy, const glm::dvec3& hip);
+haptics::ProxyStep step_from_proxy(const glm::dvec3& proxy, const glm::dvec3& hip);
 
 }  // namespace trephine::bench

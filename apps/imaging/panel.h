@@ -23,8 +23,10 @@ struct Panel {
     glm::dvec2 point{0.0};  ///< the marked point, mm from the panel's centre
     std::string text;
     Colour colour{255, 255, 255};
-    bool is_to_left = false;  ///< label on the left if the point is in the middle of all marked points
-    double radius = 0;        ///< radius of the marker around the point, mm
+    /// Side of the label if the point is near the middle line of all marked points; elsewhere, the label is
+    /// on the point's own side.
+    bool is_to_left = false;
+    double radius = 0;  ///< radius of the marker around the point, mm
   };
   std::string title, foot;
   std::string left, right, above, below;  ///< orientation letters at the edges

@@ -14,31 +14,31 @@ using glm::dvec3;
 
 namespace {
 
-/// Side of the wall near the proxy, as a plane: free where normal . p >= offset.
-struct Side {
+/// Tangent plane of the wall near the proxy: free where normal . p >= offset.
+struct TangentPlane {
   dvec3 normal;
   double offset;
 };
 
 /// Sets `nearest` to the point nearest to `target` among the points on all given planes. Returns false if the
 /// directions of the planes hardly differ.
-bool nearest_on(const std::vector<Side>& sides, const dvec3& target, dvec3& nearest) {
-  const auto gap = [&](const Side& s) { return s.offset - glm::dot(s.normal, target); };
-  if (sides.size() == 1) {
-    nearest = target + gap(sides[0]) * sides[0].normal;
+bool nearest_on(const std::vector<TangentPlane>& planes, const dvec3& target, dvec3& nearest) {
+  const auto gap = [&](const TangentPlane& s) { return s.offset - glm::dot(s.normal, target); };
+  if (planes.size() == 1) {
+    nearest = target + gap(planes[0]) * planes[0].normal;
     return true;
   }
-  const double c = glm::dot(sides[0].normal, sides[1].normal), determinant = 1 - c * c;
+  const double c = glm::dot(planes[0].normal, planes[1].normal), determinant = 1 - c * c;
   if (determinant < 1e-6) return false;
-  if (sides.size() == 2) {
-    const double a = (gap(sides[0]) - c * gap(sides[1])) / determinant,
-                 b = (gap(sides[1]) - c * gap(sides[0])) / determinant;
-    nearest = target + a * sides[0].normal + b * sides[1].normal;
+  if (planes.size() == 2) {
+    const double a = (gap(planes[0]) - c * gap(planes[1])) / determinant,
+                 b = (gap(planes[1]) - c * gap(planes[0])) / determinant;
+    nearest = target + a * planes[0].normal + b * planes[1].normal;
     return true;
   }
-  const glm::dmat3 rows = glm::transpose(glm::dmat3(sides[0].normal, sides[1].normal, sides[2].normal));
+  const glm::dmat3 rows = glm::transpose(glm::dmat3(planes[0].normal, planes[1].normal, planes[2].normal));
   if (std::abs(glm::determinant(rows)) < 1e-4) return false;
-  nearest = glm::inverse(rows) * dvec3(sides[0].offset, sides[1].offset, sides[2].offset);
+  nearest = glm::inverse(rows) * dvec3(planes[0].offset, planes[1].offset, planes[2].offset);
   return true;
 }
 
@@ -100,7 +100,7 @@ dvec3 Wall::settle(dvec3 at, const dvec3& hip) const {
     const dvec3 rest = hip - at;
     if (glm::dot(rest, rest) < 1e-20) break;
     // Sides of the wall within reach, from its slopes at seven points.
-    std::array<Side, 7> sides;
+    std::array<TangentPlane, 7> planes;
     std::size_t count = 0;
     const double h = 0.05 * reach;
     for (int i = 0; i < 7; ++i) {
@@ -110,10 +110,10 @@ dvec3 Wall::settle(dvec3 at, const dvec3& hip) const {
       const double steepness = glm::length(g);
       if (!(steepness > 1e-9)) continue;
       const dvec3 n = g / steepness;
-      if (std::any_of(sides.begin(), sides.begin() + static_cast<std::ptrdiff_t>(count),
-                      [&](const Side& s) { return glm::dot(s.normal, n) > 0.9999995; }))
+      if (std::any_of(planes.begin(), planes.begin() + static_cast<std::ptrdiff_t>(count),
+                      [&](const TangentPlane& s) { return glm::dot(s.normal, n) > 0.9999995; }))
         continue;
-      sides[count++] = {n, glm::dot(n, point) - clearance_(point) / steepness};
+      planes[count++] = {n, glm::dot(n, point) - clearance_(point) / steepness};
     }
     dvec3 best = at;
     const auto energy = [&](const dvec3& p) { return glm::dot(hip - p, hip - p); };
@@ -133,11 +133,11 @@ dvec3 Wall::settle(dvec3 at, const dvec3& hip) const {
     consider(hip);
     for (std::size_t i = 0; i < count; ++i) {
       dvec3 to;
-      if (nearest_on({sides[i]}, hip, to)) consider(to);
+      if (nearest_on({planes[i]}, hip, to)) consider(to);
       for (std::size_t j = i + 1; j < count; ++j) {
-        if (nearest_on({sides[i], sides[j]}, hip, to)) consider(to);
+        if (nearest_on({planes[i], planes[j]}, hip, to)) consider(to);
         for (std::size_t k = j + 1; k < count; ++k)
-          if (nearest_on({sides[i], sides[j], sides[k]}, hip, to)) consider(to);
+          if (nearest_on({planes[i], planes[j], planes[k]}, hip, to)) consider(to);
       }
     }
     const double gained = glm::length(best - at);

@@ -27,7 +27,7 @@ class ReplayController {
   void set_speed(double speed);
   double speed() const noexcept { return speed_; }
   Status seek(double seconds);
-  /// Time of playback, s; after the end of the session at most length().
+  /// Time of playback, s. It continues after the end of the session, up to length().
   double seconds() const;
   /// Time at which playback ends: the duration of the session, or a longer one that was set, s.
   double length() const noexcept { return length_; }

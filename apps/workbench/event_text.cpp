@@ -89,7 +89,7 @@ EventText text_of(const sim::BodyAdded& e) {
   return {format_text("Implant %u added, %.0f mm³.", e.body.value, e.size), Level::outcome};
 }
 EventText text_of(const sim::PieceFreed& e) {
-  return {format_text("Body %u detached, %.0f mm³.", e.body.value, e.size), Level::outcome};
+  return {format_text("Piece %u detached, %.0f mm³.", e.body.value, e.size), Level::outcome};
 }
 EventText text_of(const sim::DebrisFreed& e) {
   return {format_text("%lld small part%s removed as debris, %.1f mm³.", static_cast<long long>(e.count),
@@ -153,8 +153,9 @@ EventText text_of(const measurement::Measured& e) {
   return {"Measured: " + measurement::words_of(e) + ".", Level::outcome};
 }
 EventText text_of(const fluoroscopy::XrayTaken& e) {
-  return {format_text("X-ray %lld: primary %.0f degrees, secondary %.0f degrees, %.1f mGy cm².",
-                      static_cast<long long>(e.number), e.primary, e.secondary, e.area_product),
+  return {format_text("X-ray %lld: C-arm %.0f° %s, %.0f° %s, %.1f mGy cm².", static_cast<long long>(e.number),
+                      std::abs(e.primary), e.primary < 0 ? "RAO" : "LAO", std::abs(e.secondary),
+                      e.secondary < 0 ? "caudal" : "cranial", e.area_product),
           Level::record};
 }
 EventText text_of(const laminectomy::Judgement& e) {
@@ -169,7 +170,7 @@ EventText text_of(const laminectomy::JudgementFailed& e) {
           Level::refusal};
 }
 EventText text_of(const drilling::Breakthrough& e) {
-  return {format_text("The burr broke through under %.1f N and plunged %.1f mm in %.2f s.", e.thrust,
+  return {format_text("The burr broke through at a thrust of %.1f N and plunged %.1f mm in %.2f s.", e.thrust,
                       e.plunge, e.seconds),
           Level::outcome};
 }
@@ -201,7 +202,7 @@ EventText text_of(const pedicle::TrackMade& e) {
 constexpr double k_length_difference = 2;  // mm; larger differences of screw and track are reported
 EventText text_of(const pedicle::ScrewPlaced& e) {
   std::string text =
-      format_text("Screw of %.1f mm, %.0f mm long: body %u.", e.diameter, e.length, e.body.value);
+      format_text("Screw %u placed: %.1f mm in diameter, %.0f mm long.", e.body.value, e.diameter, e.length);
   if (e.beyond_track > k_length_difference)
     text += format_text(" It is %.0f mm longer than its track.", e.beyond_track);
   return {text, Level::outcome};
@@ -233,17 +234,18 @@ EventText text_of(const pedicle::ScrewNotJudged& e) {
   return {"The screw was not judged: " + e.reason + ".", Level::refusal};
 }
 EventText text_of(const ventriculostomy::CatheterEntered&) {
-  return {"The catheter entered the head.", Level::record};
+  return {"The catheter reached the dura.", Level::record};
 }
 EventText text_of(const ventriculostomy::CatheterPopped& e) {
-  return {format_text("The catheter popped into %s, %.0f mm below the outermost tissue.",
+  return {format_text("The catheter popped into %s, %.0f mm below the outer surface of the dura.",
                       words_of(e.structure).c_str(), e.depth),
           Level::outcome};
 }
 EventText text_of(const ventriculostomy::CatheterWithdrawn& e) {
   return {
-      format_text("The catheter was drawn out of the head. Its tip was %.0f mm below the outermost tissue.",
-                  e.depth),
+      format_text(
+          "The catheter was drawn out of the head. Its tip was %.0f mm below the outer surface of the dura.",
+          e.depth),
       Level::record};
 }
 EventText text_of(const ventriculostomy::CatheterRefused& e) {
@@ -269,8 +271,9 @@ EventText text_of(const ventriculostomy::CatheterClearance& e) {
   return {format_text("The catheter is %.1f mm away from %s.", e.distance, name.c_str()), Level::record};
 }
 EventText text_of(const ventriculostomy::CatheterLeftInPlace& e) {
-  return {format_text("The catheter was left in place, %.0f mm below the outermost tissue.", e.depth),
-          Level::record};
+  return {
+      format_text("The catheter was left in place, %.0f mm below the outer surface of the dura.", e.depth),
+      Level::record};
 }
 EventText text_of(const ventriculostomy::CatheterNotLeft& e) {
   return {"The catheter was not left in place: " + e.reason + ".", Level::refusal};
@@ -287,7 +290,9 @@ EventText text_of(const skull_clamp::ClampFitted& e) {
   return {text + ".", e.trouble.empty() ? Level::outcome : Level::danger};
 }
 EventText text_of(const skull_clamp::ClampTouchesHead& e) {
-  return {format_text("The clamp touches the head: %.0f mm of it are up to %.0f mm deep.", e.length, e.depth),
+  return {format_text(
+              "The clamp touches the head: %.0f mm of its arms are inside the head, at most %.0f mm deep.",
+              e.length, e.depth),
           Level::danger};
 }
 EventText text_of(const skull_clamp::ClampFailed& e) {

@@ -127,12 +127,12 @@ Status fill_voxels(volume::Volume& volume, const ValueReader& values, std::optio
     notices.push_back("one voxel unit is " + rounded_text(value_step.step) +
                       " of the file's units (option scale)");
   else if (value_step.step == 1)
-    notices.push_back("values were rounded to whole numbers: at most 0.5 off, noise is " +
+    notices.push_back("values were rounded to whole numbers: rounding error at most 0.5, noise " +
                       rounded_text(statistics.noise()));
   else
-    notices.push_back("values were scaled: the file's units are " + rounded_text(value_step.step) +
-                      " x voxel, at most " + rounded_text(0.5 * value_step.step) + " off, noise is " +
-                      rounded_text(statistics.noise()));
+    notices.push_back("values were scaled: one voxel unit is " + rounded_text(value_step.step) +
+                      " of the file's units; rounding error at most " + rounded_text(0.5 * value_step.step) +
+                      ", noise " + rounded_text(statistics.noise()));
   return std::nullopt;
 }
 

@@ -33,8 +33,8 @@ double distance_to(const TouchScene& scene, const SceneLayout& layout, const Pla
 /// Ensures that around.nearby contains every shape that a step from `start` toward `hip` may meet.
 void update_near(const TouchScene& scene, const SceneLayout& layout, const Placements& placements,
                  const dvec3& start, const dvec3& hip, Surroundings& around) noexcept {
-  // A step stays in the ball around the HIP whose surface contains the start; lifts off walls leave the ball
-  // by less than a voxel.
+  // A step stays in the ball around the HIP whose surface contains the start. Moving the proxy off a wall
+  // may leave this ball, by less than a voxel.
   const double reach = glm::length(start - hip) + scene.tool->radius() + 2 * layout.frame().spacing().x;
   if (around.near_radius > 0 && glm::length(hip - around.near_middle_world) + reach <= around.near_radius) {
     // Only moving meshes may have come nearer.
@@ -104,9 +104,9 @@ void move_out_of(const TouchScene& scene, const SceneLayout& layout, SceneWalls&
 
 /// Returns the shape with depth images near the tool at `start`, if the path leaves the region that they
 /// show; -1: no such shape.
-int find_left_shape(const TouchScene& scene, const SceneLayout& layout, const TouchState& touch_state,
-                    const SceneWalls& walls, const volume::Frame& base, const dvec3& start,
-                    const ProxyStep& path) noexcept {
+int find_exited_shape(const TouchScene& scene, const SceneLayout& layout, const TouchState& touch_state,
+                      const SceneWalls& walls, const volume::Frame& base, const dvec3& start,
+                      const ProxyStep& path) noexcept {
   for (std::size_t d = 0; d < layout.depths().size(); ++d) {
     const depth::DepthSet* set = depth::set_in(touch_state, static_cast<int>(d));
     const int shape = layout.depths()[d];
@@ -127,8 +127,8 @@ int find_left_shape(const TouchScene& scene, const SceneLayout& layout, const To
   return -1;
 }
 
-/// Finds the shortest motion that advances by `gap` along `push` (unit) and leads into no wall with one of
-/// the normals. Returns false if the walls leave no such motion.
+/// Finds the shortest motion that advances by `gap` along the unit vector `push`, and leads into none of the
+/// walls, which are given by their normals. Returns false if the walls leave no such motion.
 bool find_motion(const dvec3& push, double gap, const std::array<dvec3, 3>& walls, int count,
                  dvec3& motion) noexcept {
   constexpr double k_steepest = 0.01;  // squared sine: a motion at most ten times as long as the push
@@ -288,14 +288,15 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
   // Beyond the border of the depth images the surface along which the tool slides is unknown. The tool stops
   // at the border until the next images arrive.
   constexpr double k_min = 1.0 / 64;  // share of the motion; a smaller one counts as 0
-  int left_shape = may_leave ? find_left_shape(scene, layout_, touch_state, walls, base, start, result) : -1;
-  const int border_shape = left_shape;
-  for (double share = 0.5; left_shape >= 0; share *= 0.5) {
+  int exited_shape =
+      may_leave ? find_exited_shape(scene, layout_, touch_state, walls, base, start, result) : -1;
+  const int border_shape = exited_shape;
+  for (double share = 0.5; exited_shape >= 0; share *= 0.5) {
     state = previous_state, result = previous_result;
     const dvec3 part = share < k_min ? dvec3(0) : share * (input.hip_world - start);
     slide(scene, walls, base, state, start + part, result);
-    left_shape =
-        share < k_min ? -1 : find_left_shape(scene, layout_, touch_state, walls, base, start, result);
+    exited_shape =
+        share < k_min ? -1 : find_exited_shape(scene, layout_, touch_state, walls, base, start, result);
   }
   if (border_shape >= 0 && !result.has_contact) {
     result.has_contact = state.had_contact = true;

@@ -119,7 +119,8 @@ Status SceneLayout::add_mesh(const TouchItem& mesh, int index) {
     return Error{.what = "a mesh has no search tree", .where = mesh.name, .remedy = "set TouchItem::tree"};
   if (mesh.depth) {
     if (mesh.mover < 0 && mesh.depth->is_moving(0))
-      return Error{.what = "a moving item has no mover", .where = mesh.name, .remedy = "set its mover"};
+      return Error{
+          .what = "a moving item has no mover index", .where = mesh.name, .remedy = "set TouchItem::mover"};
     depth_of_.back() = static_cast<int>(depths_.size());
     depths_.push_back(index);
     if (depths_.size() > TouchScene::k_max_depths)
@@ -131,10 +132,10 @@ Status SceneLayout::add_mesh(const TouchItem& mesh, int index) {
   if (mesh.mover >= 0) {
     int& moved = movers_[static_cast<std::size_t>(mesh.mover)];
     if (moved >= 0)
-      return Error{.what = "two meshes have the same mover",
+      return Error{.what = "two meshes have the same mover index",
                    .where = mesh.name,
                    .found = std::to_string(mesh.mover),
-                   .expected = "a mover per mesh"};
+                   .expected = "another TouchItem::mover for each mesh"};
     moved = index;
   }
   dvec3 low = mesh.tree->low(), high = mesh.tree->high();

@@ -44,13 +44,18 @@ constexpr sim::FieldInfo k_anchors{.unit = "mm",
                                    .is_expert = true};
 constexpr sim::FieldInfo k_saw{
     .unit = "mm", .choices = k_saws, .help = "width of the cut", .label = "Saw width"};
-constexpr sim::FieldInfo k_distance{.unit = "mm",
-                                    .low = 20,
-                                    .high = 500,
-                                    .help = "distance from the outline's centre to the apex",
-                                    .label = "Depth of the apex",
-                                    .is_expert = true};
-constexpr sim::FieldInfo k_item{.low = 0, .high = 63, .help = "shape of the skull", .is_expert = true};
+constexpr sim::FieldInfo k_distance{
+    .unit = "mm",
+    .low = 20,
+    .high = 500,
+    .help = "distance from the outline's centre to the point where all lines of the saw meet",
+    .label = "Depth where the saw lines meet",
+    .is_expert = true};
+constexpr sim::FieldInfo k_item{.low = 0,
+                                .high = 63,
+                                .help = "index of the touched shape that is the skull",
+                                .label = "Shape that is the skull",
+                                .is_expert = true};
 }  // namespace
 
 const sim::Schema& PreviewFlap::schema() {
@@ -83,12 +88,13 @@ const sim::Schema& CutFlap::schema() {
                                                .high = 3,
                                                .help = "sigma of a Gaussian over the rim",
                                                .label = "Smoothing of the rim"}),
-      field<&CutFlap::smallest>("smallest", {.unit = "mm3",
-                                             .low = 0,
-                                             .high = 1e6,
-                                             .help = "smaller pieces, except that of the seed, are debris",
-                                             .label = "Smallest piece",
-                                             .is_expert = true}),
+      field<&CutFlap::smallest>(
+          "smallest", {.unit = "mm3",
+                       .low = 0,
+                       .high = 1e6,
+                       .help = "smaller pieces become debris, except the piece at the position on the flap",
+                       .label = "Smallest piece",
+                       .is_expert = true}),
       field<&CutFlap::hole>("hole", {.unit = "mm",
                                      .low = 0,
                                      .high = 50,
@@ -151,7 +157,9 @@ const sim::Schema& FlapCut::schema() {
       field<&FlapCut::kerf_size>("kerf", {.unit = "mm3"}),
       field<&FlapCut::rim_size>("rim", {.unit = "mm3", .help = "volume removed by smoothing"}),
       field<&FlapCut::flap_size>("flap", {.unit = "mm3"}),
-      field<&FlapCut::holes>("holes", {.help = "connections between flap and skull through the cut"})};
+      field<&FlapCut::holes>(
+          "holes",
+          {.help = "pairs of bone samples that still connect flap and skull; 0: the cut is complete"})};
   static constexpr sim::Schema table{"flap-cut", 1, fields};
   return table;
 }

@@ -23,8 +23,12 @@ void add_breaches(const std::string& name, const ScrewJudged* judged, const std:
   Finding breach{
       .name = name + ": breach", .unit = "mm", .reason = reason, .full_at = 0, .zero_at = 4, .weight = 4};
   Finding grade{.name = name + ": grade", .reason = reason};
-  Finding front{
-      .name = name + ": in front", .unit = "mm", .reason = reason, .full_at = 0, .zero_at = 4, .weight = 2};
+  Finding front{.name = name + ": body breach",
+                .unit = "mm",
+                .reason = reason,
+                .full_at = 0,
+                .zero_at = 4,
+                .weight = 2};
   if (judged) {
     breach.value = std::max(0.0, judged->breach), grade.value = static_cast<double>(judged->grade);
     front.value = std::max(0.0, judged->front);

@@ -122,7 +122,7 @@ std::vector<sim::Measure> Pedicle::measures(const sim::OperationState& operation
     worst = std::max(worst, judged->breaches[i]), worst_grade = std::max(worst_grade, judged->grades[i]);
     each.push_back({name + ": breach", judged->breaches[i], "mm"});
     each.push_back({name + ": grade", judged->grades[i], ""});
-    each.push_back({name + ": in front", judged->fronts[i], "mm"});
+    each.push_back({name + ": body breach", judged->fronts[i], "mm"});
     if (judged->scores[i] < 0) continue;
     ++scored;
     least_score = std::min(least_score, judged->scores[i]);

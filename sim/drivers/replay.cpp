@@ -116,13 +116,14 @@ Status Replay::open_at(std::size_t checkpoint) {
   if (!read) return read.error();
   const Checkpoint& stored = read.value();
   State opened = kept_states_.front();
-  if (Status error = opened.engine.restore(stored.image)) return error;
+  if (Status error = opened.engine.restore(stored.snapshot)) return error;
   opened.servo =
       ServoFollower(session_->header().force, dt_, opened.engine.hand_count(), opened.engine.servo_scene());
-  opened.events = stored.image.now.chronicle.size();
-  opened.next_tick = stored.image.now.next_tick;
-  opened.opened_at = stored.image.serial;
-  opened.versions_to_check = {{stored.image.serial, opened.engine.version()}};  // its hash follows in the log
+  opened.events = stored.snapshot.now.chronicle.size();
+  opened.next_tick = stored.snapshot.now.next_tick;
+  opened.opened_at = stored.snapshot.serial;
+  opened.versions_to_check = {
+      {stored.snapshot.serial, opened.engine.version()}};  // its hash follows in the log
   opened.position = {stored.block, 0};
   opened.fields = stored.fields;
   if (Status error = restore(std::move(opened))) return error;
@@ -236,24 +237,24 @@ void Replay::compare_checkpoint() {
   if (!read) return record_mismatch(tick, "checkpoint", read.error().found, "one that can be read");
   ++counts_.checkpoints;
   const Checkpoint& stored = read.value();
-  const EngineImage image = state_->engine.image();
-  if (bytes_without_state(stored.image) != bytes_without_state(image))
+  const EngineSnapshot snapshot = state_->engine.full_snapshot();
+  if (bytes_without_state(stored.snapshot) != bytes_without_state(snapshot))
     record_mismatch(tick, "checkpoint", "history, trails and settings of the checkpoint",
                     "other history, trails or settings");
   // After many cuts the hash takes longer than the replay that it checks: then only some hashes are compared.
   constexpr int k_many_bricks = 1 << 13;
   constexpr std::size_t k_compared = 16;  // every 16th checkpoint
-  if (image.now.undoable.version->brick_count() > k_many_bricks && next_checkpoint_ % k_compared != 0) {
-    const volume::RemovalLedger &recorded = stored.image.now.undoable.version->ledger(),
-                                &here = image.now.undoable.version->ledger();
+  if (snapshot.now.undoable.version->brick_count() > k_many_bricks && next_checkpoint_ % k_compared != 0) {
+    const volume::RemovalLedger &recorded = stored.snapshot.now.undoable.version->ledger(),
+                                &here = snapshot.now.undoable.version->ledger();
     if (recorded.total() != here.total() || recorded.detached_units != here.detached_units)
       record_mismatch(tick, "checkpoint", "removed volume of the checkpoint", "another removed volume");
-  } else if (const std::uint64_t recorded = stored.image.now.hash(), replayed = image.now.hash();
+  } else if (const std::uint64_t recorded = stored.snapshot.now.hash(), replayed = snapshot.now.hash();
              recorded != replayed) {
     record_mismatch(tick, "checkpoint", hexadecimal(recorded), hexadecimal(replayed));
   }
   Engine opened = kept_states_.front().engine;
-  if (const Status error = opened.restore(stored.image))
+  if (const Status error = opened.restore(stored.snapshot))
     record_mismatch(tick, "checkpoint", error->message(), "");
   compared_checkpoint_ = std::move(read).value();
   compared_ticks_ = 0;

@@ -13,7 +13,7 @@
 
 #include "sim/api/catalogue.h"
 #include "sim/engine/depth_sets.h"
-#include "sim/engine/engine_image.h"
+#include "sim/engine/engine_snapshot.h"
 
 namespace trephine::sim {
 
@@ -132,10 +132,10 @@ class Engine {
   double clearance(std::size_t hand, std::size_t structure) const;
 
   /// Freezes and returns the whole state.
-  EngineImage image();
-  /// Restores the state of an engine with the same start; the image contains its scenes. Error if the image
-  /// refers to objects that this engine lacks; the engine is then unusable.
-  Status restore(const EngineImage& image);
+  EngineSnapshot full_snapshot();
+  /// Restores the state of an engine with the same start; the snapshot contains its scenes. Error if the
+  /// snapshot refers to objects that this engine lacks; the engine is then unusable.
+  Status restore(const EngineSnapshot& snapshot);
 
   /// Most steps of the procedure that begin in one tick; ends a cycle of steps that issue commands.
   static constexpr std::size_t k_max_steps_per_tick = 64;
@@ -285,8 +285,8 @@ class Engine {
   std::vector<Command> commands_on_entry() const;
 
   EntryState current_entry_state() const;
-  template <class SomeEngine, class Image, class Each>
-  static void for_each_kept(SomeEngine& engine, Image& image, Each&& each);
+  template <class SomeEngine, class Snapshot, class Each>
+  static void for_each_kept(SomeEngine& engine, Snapshot& snapshot, Each&& each);
   std::shared_ptr<const HistoryEntry> make_entry(const volume::VoxelBox& box);
 
   Catalogue catalogue_;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "haptics/servo/servo_scene.h"
-#include "sim/engine/engine_image.h"
+#include "sim/engine/engine_snapshot.h"
 #include "sim/engine/touch_fields.h"
 
 namespace trephine::sim {

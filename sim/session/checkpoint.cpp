@@ -37,13 +37,13 @@ void CheckpointMaker::add(const haptics::ServoRecord& record, const Engine& engi
   if (!pending_) return;
   if (!is_servo_done_) {
     pending_->records.push_back(record);
-    has_adopted_[record.hand] = record.version >= pending_->image.serial;
+    has_adopted_[record.hand] = record.version >= pending_->snapshot.serial;
     if (std::find(has_adopted_.begin(), has_adopted_.end(), false) == has_adopted_.end())
       finish_servo();
     else if (pending_->records.size() >= k_max_records)
       return pending_.reset();
   }
-  are_fields_done_ = engine.oldest_stale_serial() > pending_->image.serial;
+  are_fields_done_ = engine.oldest_stale_serial() > pending_->snapshot.serial;
 }
 
 void CheckpointMaker::add(const Command& command, const Engine& engine, const Outcome& outcome) {
@@ -63,7 +63,7 @@ void CheckpointMaker::add(const Command& command, const Engine& engine, const Ou
                                          : 1);
   if (outcome.is_changed) servo_.publish(engine.servo_scene());
   if (pending_ && adopt && outcome.is_changed &&
-      static_cast<std::uint64_t>(adopt->serial) <= pending_->image.serial)
+      static_cast<std::uint64_t>(adopt->serial) <= pending_->snapshot.serial)
     pending_->fields.push_back(
         {static_cast<std::uint64_t>(adopt->serial), command.hand, offsets_of(*engine.servo_scene())});
 }
@@ -72,7 +72,7 @@ void CheckpointMaker::begin(Engine& engine, std::uint64_t block) {
   work_ = 0;
   pending_ = std::make_unique<Checkpoint>();
   pending_->block = block;
-  pending_->image = engine.image();
+  pending_->snapshot = engine.full_snapshot();
   std::fill(has_adopted_.begin(), has_adopted_.end(), false);
   is_servo_done_ = are_fields_done_ = false;
 }

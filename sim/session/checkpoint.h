@@ -16,7 +16,7 @@ namespace trephine::sim {
 /// adopted the engine's state. A servo may use older states until then; these need not be stored.
 struct Checkpoint {
   std::uint64_t block = 0;  ///< index of the block of the log that begins at this position
-  EngineImage image;
+  EngineSnapshot snapshot;
   /// Ticks from this position on, until every hand has adopted the state. Their outputs are exact, unlike
   /// those in the log.
   std::vector<haptics::ServoRecord> records;

@@ -50,7 +50,7 @@ void put_placement(std::string& out, const haptics::Placement& at) {
   for (const double part : {q.w, q.x, q.y, q.z}) put(out, part);
 }
 
-void put_hand(std::string& out, const EngineImage::Hand& hand) {
+void put_hand(std::string& out, const EngineSnapshot::Hand& hand) {
   const ToolGeometry geometry = ToolGeometry::of(*hand.tool.scene->tool);
   put(out, geometry.radius);
   put_count(out, geometry.balls.size());
@@ -83,21 +83,21 @@ void put_cuts(std::string& out, const TouchFields& fields) {
   }
 }
 
-/// Writes the counts of an image, and the boxes of its cuts.
-void put_numbers(std::string& out, const EngineImage& image) {
-  for (const std::uint64_t number : {image.last_entry, image.addition_count, std::uint64_t{image.last_job},
-                                     std::uint64_t{image.last_body}})
+/// Writes the counts of a snapshot, and the boxes of its cuts.
+void put_numbers(std::string& out, const EngineSnapshot& snapshot) {
+  for (const std::uint64_t number : {snapshot.last_entry, snapshot.addition_count,
+                                     std::uint64_t{snapshot.last_job}, std::uint64_t{snapshot.last_body}})
     put_count(out, number);
-  put(out, static_cast<std::uint8_t>(image.is_stroke_changed));
-  put_box(out, image.stroke_box);
-  put_box(out, image.all_cuts_box);
+  put(out, static_cast<std::uint8_t>(snapshot.is_stroke_changed));
+  put_box(out, snapshot.stroke_box);
+  put_box(out, snapshot.all_cuts_box);
 }
 
 /// Calls each(branch), for the current branch first.
 template <class Each>
-void for_branches(const EngineImage& image, Each&& each) {
-  each(image.branch);
-  for (const Branch& one : image.other_branches) each(one);
+void for_branches(const EngineSnapshot& snapshot, Each&& each) {
+  each(snapshot.branch);
+  for (const Branch& one : snapshot.other_branches) each(one);
 }
 
 /// Writes a job without the state in which it began.
@@ -112,7 +112,7 @@ void put_job(std::string& out, const PendingJob& job) {
 /// Returns the first hand with this scene; the number of hands if no hand has it any more.
 std::size_t hand_of(const Checkpoint& checkpoint, const std::shared_ptr<const haptics::TouchScene>& scene) {
   std::size_t h = 0;
-  while (h < checkpoint.image.hands.size() && checkpoint.image.hands[h].tool.scene != scene) ++h;
+  while (h < checkpoint.snapshot.hands.size() && checkpoint.snapshot.hands[h].tool.scene != scene) ++h;
   return h;
 }
 
@@ -167,7 +167,7 @@ void CheckpointEncoder::put_fields(std::string& out, const Checkpoint& checkpoin
                                    const TouchFields::Kept& kept) {
   const std::size_t hand = hand_of(checkpoint, scene);
   put_count(out, hand);
-  put_count(out, checkpoint.image.hands[hand].tool.change_count);
+  put_count(out, checkpoint.snapshot.hands[hand].tool.change_count);
   put_box(out, kept.stale_box);
   put_offsets(out, scene, kept.fields);
 }
@@ -216,7 +216,7 @@ void CheckpointEncoder::put_entry_state(std::string& out, const Checkpoint& chec
                                         const EntryState& state) {
   put_undoable(out, state.undoable);
   const auto is_of_a_hand = [&](const auto& one) {
-    return hand_of(checkpoint, one.first) < checkpoint.image.hands.size();
+    return hand_of(checkpoint, one.first) < checkpoint.snapshot.hands.size();
   };
   put_count(
       out, static_cast<std::uint64_t>(std::count_if(state.fields.begin(), state.fields.end(), is_of_a_hand)));
@@ -256,10 +256,10 @@ void CheckpointEncoder::put_state(std::string& out, const OperationState& state)
 }
 
 void CheckpointEncoder::put_image(std::string& out, const Checkpoint& checkpoint) {
-  const EngineImage& image = checkpoint.image;
-  for (const EngineImage::Hand& hand : image.hands) put_hand(out, hand);
-  put_count(out, image.other_branches.size());
-  for_branches(image, [&](const Branch& branch) {
+  const EngineSnapshot& snapshot = checkpoint.snapshot;
+  for (const EngineSnapshot::Hand& hand : snapshot.hands) put_hand(out, hand);
+  put_count(out, snapshot.other_branches.size());
+  for_branches(snapshot, [&](const Branch& branch) {
     put_text(out, branch.name);
     put_count(out, branch.history.size());
     std::uint64_t last = 0;
@@ -270,18 +270,18 @@ void CheckpointEncoder::put_image(std::string& out, const Checkpoint& checkpoint
     put_count(out, branch.position);
     put_count(out, branch.final_strokes);
   });
-  put_numbers(out, image);
+  put_numbers(out, snapshot);
 
-  put_count(out, image.jobs.size());
-  for (const PendingJob& job : image.jobs) {
+  put_count(out, snapshot.jobs.size());
+  for (const PendingJob& job : snapshot.jobs) {
     put_job(out, job);
     put_state(out, *job.input);
   }
-  put(out, image.serial);
-  put_state(out, image.now);
+  put(out, snapshot.serial);
+  put_state(out, snapshot.now);
 
-  put_count(out, image.fields.size());
-  for (const TouchFields& fields : image.fields) {
+  put_count(out, snapshot.fields.size());
+  for (const TouchFields& fields : snapshot.fields) {
     put_fields(out, checkpoint, fields.scene(), {fields.newest(), fields.stale_box()});
     put_cuts(out, fields);
   }
@@ -289,14 +289,14 @@ void CheckpointEncoder::put_image(std::string& out, const Checkpoint& checkpoint
   for (const Checkpoint::Fields& result : checkpoint.fields) {
     put(out, result.serial);
     put(out, result.hand);
-    put_offsets(out, image.hands[result.hand].tool.scene, result.offsets);
+    put_offsets(out, snapshot.hands[result.hand].tool.scene, result.offsets);
   }
 }
 
 /// Writes the new entries of the history with their states.
 void CheckpointEncoder::put_history(std::string& out, const Checkpoint& checkpoint) {
   std::set<std::uint64_t> written_entries;  // branches share entries
-  for_branches(checkpoint.image, [&](const Branch& branch) {
+  for_branches(checkpoint.snapshot, [&](const Branch& branch) {
     for (const auto& entry : branch.history) {
       if (entry->number <= tail_.last_entry || !written_entries.insert(entry->number).second) continue;
       const Result<EntryState> entry_state = entry->state();
@@ -308,7 +308,7 @@ void CheckpointEncoder::put_history(std::string& out, const Checkpoint& checkpoi
       put_text(out, bytes);
     }
   });
-  tail_.last_entry = checkpoint.image.last_entry;
+  tail_.last_entry = checkpoint.snapshot.last_entry;
 }
 
 std::string CheckpointEncoder::encode(const Checkpoint& checkpoint) {
@@ -316,12 +316,12 @@ std::string CheckpointEncoder::encode(const Checkpoint& checkpoint) {
   link_count_ = 0;
   // Drops the chains of scenes that no hand has any more: a new tool always gets a new scene.
   std::erase_if(chains_, [&](const auto& chain) {
-    return hand_of(checkpoint, chain.first.first) == checkpoint.image.hands.size();
+    return hand_of(checkpoint, chain.first.first) == checkpoint.snapshot.hands.size();
   });
   // Encodes the parts before the links are written: encoding adds the links, which precede the parts.
   std::string events, trails, history, rest;
   put_history(history, checkpoint);
-  const Chronicle& chronicle = checkpoint.image.now.chronicle;
+  const Chronicle& chronicle = checkpoint.snapshot.now.chronicle;
   put_count(events, tail_.events);
   put_count(events, chronicle.size() - tail_.events);
   for (std::size_t i = tail_.events; i < chronicle.size(); ++i) {
@@ -332,9 +332,9 @@ std::string CheckpointEncoder::encode(const Checkpoint& checkpoint) {
     put_value(events, event.value);
   }
   tail_.events = chronicle.size();
-  tail_.trail_counts.resize(checkpoint.image.hands.size());
-  for (std::size_t h = 0; h < checkpoint.image.hands.size(); ++h) {
-    const HandTrail& trail = checkpoint.image.hands[h].trail;
+  tail_.trail_counts.resize(checkpoint.snapshot.hands.size());
+  for (std::size_t h = 0; h < checkpoint.snapshot.hands.size(); ++h) {
+    const HandTrail& trail = checkpoint.snapshot.hands[h].trail;
     const std::size_t from = std::max<std::size_t>(tail_.trail_counts[h], trail.first());
     put_count(trails, trail.first());
     put_count(trails, from);
@@ -356,18 +356,18 @@ std::string CheckpointEncoder::encode(const Checkpoint& checkpoint) {
   return out;
 }
 
-std::string bytes_without_state(const EngineImage& image) {
+std::string bytes_without_state(const EngineSnapshot& snapshot) {
   std::string out;
-  for (const EngineImage::Hand& hand : image.hands) {
+  for (const EngineSnapshot::Hand& hand : snapshot.hands) {
     put_hand(out, hand);
     put_count(out, hand.trail.count());
     for (std::size_t i = hand.trail.first(); i < hand.trail.count(); ++i) put(out, hand.trail.position(i));
   }
-  for (const TouchFields& fields : image.fields) {
+  for (const TouchFields& fields : snapshot.fields) {
     put_box(out, fields.stale_box());
     put_cuts(out, fields);
   }
-  for_branches(image, [&](const Branch& branch) {
+  for_branches(snapshot, [&](const Branch& branch) {
     put_text(out, branch.name);
     put_count(out, branch.position);
     put_count(out, branch.final_strokes);
@@ -376,9 +376,9 @@ std::string bytes_without_state(const EngineImage& image) {
       put_box(out, entry->box);
     }
   });
-  put(out, image.serial);
-  put_numbers(out, image);
-  for (const PendingJob& job : image.jobs) {
+  put(out, snapshot.serial);
+  put_numbers(out, snapshot);
+  for (const PendingJob& job : snapshot.jobs) {
     put_job(out, job);
     put(out, job.input->hash());
   }

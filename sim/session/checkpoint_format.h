@@ -65,9 +65,9 @@ class CheckpointEncoder {
   std::uint64_t link_count_ = 0;
 };
 
-/// Returns the bytes of an image, for comparison: without bricks, and without the state, whose hash is
+/// Returns the bytes of a snapshot, for comparison: without bricks, and without the state, whose hash is
 /// compared separately. Equal images have equal bytes.
-std::string bytes_without_state(const EngineImage& image);
+std::string bytes_without_state(const EngineSnapshot& snapshot);
 
 /// Positions of the parts of a checkpoint within its bytes.
 struct CheckpointIndex {

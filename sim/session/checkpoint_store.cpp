@@ -200,7 +200,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     return trails;
   }
 
-  // ---- parts of an image ----
+  // ---- parts of a snapshot ----
 
   struct Hands {
     std::vector<std::shared_ptr<const haptics::TouchScene>> scenes;
@@ -349,7 +349,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     return state;
   }
   /// Reads a hand, with its initial tool or another one.
-  void read_hand(ByteReader& in, std::size_t h, EngineImage::Hand& hand) {
+  void read_hand(ByteReader& in, std::size_t h, EngineSnapshot::Hand& hand) {
     ToolGeometry geometry{in.number(), {}, {}, 0};
     for (std::uint64_t remaining = in.count(haptics::ToolShape::k_max_balls); remaining > 0; --remaining)
       geometry.balls.push_back(in.position());
@@ -387,17 +387,17 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     if (flags & 8) hand.work.placement = in.placement();
   }
 
-  void read_history(ByteReader& in, std::size_t i, const Hands& hands, EngineImage& image) {
+  void read_history(ByteReader& in, std::size_t i, const Hands& hands, EngineSnapshot& snapshot) {
     const auto& stored = entries_up_to(i);
     std::map<std::uint64_t, std::shared_ptr<const HistoryEntry>> entries_read;  // branches share entries
     const std::uint64_t others = in.count(Engine::k_max_branches - 1);
-    image.branch = read_branch(in, hands, stored, entries_read);
+    snapshot.branch = read_branch(in, hands, stored, entries_read);
     for (std::uint64_t remaining = others; remaining > 0; --remaining)
-      image.other_branches.push_back(read_branch(in, hands, stored, entries_read));
-    image.last_entry = in.count();
-    image.addition_count = in.count();
-    image.last_job = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
-    image.last_body = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
+      snapshot.other_branches.push_back(read_branch(in, hands, stored, entries_read));
+    snapshot.last_entry = in.count();
+    snapshot.addition_count = in.count();
+    snapshot.last_job = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
+    snapshot.last_body = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
   }
 
   Branch read_branch(ByteReader& in, const Hands& hands, const std::map<std::uint64_t, StoredEntry>& stored,
@@ -441,7 +441,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     return std::make_shared<const HistoryEntry>(std::move(entry));
   }
 
-  void read_jobs(ByteReader& in, const std::vector<Event>& all_events, EngineImage& image) {
+  void read_jobs(ByteReader& in, const std::vector<Event>& all_events, EngineSnapshot& snapshot) {
     for (std::uint64_t remaining = in.element_count(); remaining > 0; --remaining) {
       PendingJob job;
       job.id.value = static_cast<std::uint32_t>(in.count(~std::uint32_t{0}));
@@ -461,7 +461,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
           (job.parameters->as<TakeInstrument>() &&
            !start.named_instrument(*job.parameters->as<TakeInstrument>())))
         throw Broken{"a job of another anatomy"};
-      image.jobs.push_back(std::move(job));
+      snapshot.jobs.push_back(std::move(job));
     }
   }
 
@@ -480,25 +480,25 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
       result.records.push_back(in.record());
       if (result.records.back().hand >= count) throw Broken{"a tick of an unknown hand"};
     }
-    EngineImage& image = result.image;
-    image.hands.resize(count);
+    EngineSnapshot& snapshot = result.snapshot;
+    snapshot.hands.resize(count);
     Hands hands;
     for (std::size_t h = 0; h < count; ++h) {
-      read_hand(in, h, image.hands[h]);
-      image.hands[h].trail = std::move(trails[h]);
-      hands.scenes.push_back(image.hands[h].tool.scene);
-      hands.tool_numbers.push_back(image.hands[h].tool.change_count);
+      read_hand(in, h, snapshot.hands[h]);
+      snapshot.hands[h].trail = std::move(trails[h]);
+      hands.scenes.push_back(snapshot.hands[h].tool.scene);
+      hands.tool_numbers.push_back(snapshot.hands[h].tool.change_count);
     }
-    read_history(in, i, hands, image);
-    image.is_stroke_changed = in.flags(1) != 0;
-    image.stroke_box = in.box(start.scene().base->size);
-    image.all_cuts_box = in.box(start.scene().base->size);
-    read_jobs(in, all_events, image);
-    image.serial = in.value<std::uint64_t>();
-    image.now = read_state(in, all_events);
+    read_history(in, i, hands, snapshot);
+    snapshot.is_stroke_changed = in.flags(1) != 0;
+    snapshot.stroke_box = in.box(start.scene().base->size);
+    snapshot.all_cuts_box = in.box(start.scene().base->size);
+    read_jobs(in, all_events, snapshot);
+    snapshot.serial = in.value<std::uint64_t>();
+    snapshot.now = read_state(in, all_events);
     for (std::uint64_t remaining = in.count(count); remaining > 0; --remaining) {
       auto [scene, kept] = read_fields(in, hands);
-      const bool is_twice = std::any_of(image.fields.begin(), image.fields.end(),
+      const bool is_twice = std::any_of(snapshot.fields.begin(), snapshot.fields.end(),
                                         [&, s = scene](const TouchFields& f) { return f.scene() == s; });
       if (!scene || is_twice || !(scene->tool->radius() > 0))
         throw Broken{"offset fields of an unknown tool"};
@@ -507,7 +507,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
         serial = in.value<std::uint64_t>();
         box = in.box(scene->base->size);
       }
-      image.fields.push_back(TouchFields::of(scene, std::move(kept), cuts, image.now.undoable.version));
+      snapshot.fields.push_back(TouchFields::of(scene, std::move(kept), cuts, snapshot.now.undoable.version));
     }
     for (std::uint64_t remaining = in.element_count(); remaining > 0; --remaining) {
       Checkpoint::Fields& output = result.fields.emplace_back();
@@ -564,11 +564,11 @@ CheckpointTail CheckpointStore::tail() {
   if (size() == 0) return tail;
   const Result<Checkpoint> newest = read(size() - 1);
   if (!newest) return tail;
-  const EngineImage& image = newest.value().image;
-  tail.version = image.now.undoable.version;
-  tail.last_entry = image.last_entry;
-  tail.events = image.now.chronicle.size();
-  for (const EngineImage::Hand& hand : image.hands) tail.trail_counts.push_back(hand.trail.count());
+  const EngineSnapshot& snapshot = newest.value().snapshot;
+  tail.version = snapshot.now.undoable.version;
+  tail.last_entry = snapshot.last_entry;
+  tail.events = snapshot.now.chronicle.size();
+  for (const EngineSnapshot::Hand& hand : snapshot.hands) tail.trail_counts.push_back(hand.trail.count());
   return tail;
 }
 

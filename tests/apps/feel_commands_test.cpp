@@ -124,9 +124,9 @@ TEST_F(Command, AChallengersAnswersAreScoredAsOurs) {
       if (ours["method"] != "subvoxel" || ours["motion"] != theirs["motion"]) continue;
       ++compared;
       for (const char* column :
-           {"steps", "contacts", "total_rms_voxels", "deepest_voxels", "most_off_mm", "direction_rms_deg",
-            "tangential_p50_mm", "tangential_p99_mm", "force_rms_n", "rendered_rms_n", "rough_n", "jump_n",
-            "most_change_n", "fall_throughs", "stuck", "other_rest", "missed", "ghosts"})
+           {"steps", "contacts", "total_rms_voxels", "deepest_voxels", "max_deviation_mm",
+            "direction_rms_deg", "tangential_p50_mm", "tangential_p99_mm", "force_rms_n", "rendered_rms_n",
+            "rough_n", "jump_n", "most_change_n", "fall_throughs", "stuck", "other_rest", "missed", "ghosts"})
         EXPECT_EQ(ours[column], theirs[column]) << column;
     }
   }

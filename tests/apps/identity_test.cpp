@@ -99,8 +99,8 @@ TEST_F(Identity, AppearsInNoOutput) {
     EXPECT_TRUE(fs::exists(folder_ / "written" / result)) << result;
 }
 
-/// Names of files in archives and DICOM directories, and descriptions of series, are in no option of the
-/// command. Notices show them on the terminal, but not in JSON.
+/// Names of files in archives and DICOM directories, and descriptions of series, are no arguments of the
+/// command, so they cannot be recognised by comparison. Notices show them on the terminal, but not in JSON.
 TEST_F(Identity, AppearsInNoJsonNoticeOfDisksAndArchives) {
   write_scan("disk/WEBER_H/LEHMANN", 24, "1.2.752.24.7");
   scenes::DicomFile()

@@ -37,7 +37,7 @@ TEST_F(Command, AScoreEqualsTheJudgementsOfScrews) {
   for (const Json& screw : screws) {
     const std::string name = "L4 " + screw["side"].get<std::string>();
     EXPECT_DOUBLE_EQ(value(score, name + ": breach"), screw["breach_mm"]);
-    EXPECT_DOUBLE_EQ(value(score, name + ": in front"), screw["in_front_mm"]);
+    EXPECT_DOUBLE_EQ(value(score, name + ": body breach"), screw["body_breach_mm"]);
     EXPECT_EQ(value(score, name + ": grade"), screw["grade"].get<std::string>()[0] - 'A');
     EXPECT_DOUBLE_EQ(value(score, name + ": entry to plan"), screw["plan"]["entry_error_mm"]);
     EXPECT_DOUBLE_EQ(value(score, name + ": target to plan"), screw["plan"]["target_error_mm"]);

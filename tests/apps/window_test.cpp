@@ -269,16 +269,16 @@ TEST_F(Window, ShowsWhyACommandWasRefused) {
     record.pose.buttons = tick < 50 ? 1u : 0u;
     engine.apply(record);
   }
-  sim::EngineImage image = engine.image();
-  ASSERT_EQ(image.branch.history.size(), 2u);
-  sim::HistoryEntry gone = *image.branch.history[0];
+  sim::EngineSnapshot snapshot = engine.full_snapshot();
+  ASSERT_EQ(snapshot.branch.history.size(), 2u);
+  sim::HistoryEntry gone = *snapshot.branch.history[0];
   gone.load = [] {
     return Result<sim::EntryState>(Error{.what = "the session is no longer readable",
                                          .where = "a.session",
                                          .expected = "a file that is neither moved nor deleted"});
   };
-  image.branch.history[0] = std::make_shared<const sim::HistoryEntry>(gone);
-  ASSERT_FALSE(engine.restore(image));
+  snapshot.branch.history[0] = std::make_shared<const sim::HistoryEntry>(gone);
+  ASSERT_FALSE(engine.restore(snapshot));
   options_.start = WindowStart{std::move(engine), 60};
   MainWindow window(scene_, options_);
   window.show();

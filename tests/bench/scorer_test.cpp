@@ -137,7 +137,7 @@ TEST(Scorer, DetectsOneJumpAmongAllSteps) {
       step.proxy_world = glm::length(step.proxy_world) * glm::normalize(step.proxy_world + aside);
     });
     EXPECT_NEAR(row.method_error_voxels.value() * scored.voxel(), 3, 0.1);
-    EXPECT_NEAR(row.max_off_mm.value(), 3, 0.1);
+    EXPECT_NEAR(row.max_deviation_mm.value(), 3, 0.1);
     EXPECT_GT(row.max_change_n, 1);
   }
 }
@@ -181,13 +181,13 @@ TEST(Scorer, ScoresExactAnswersAsExactAndHalfAMillimetreAsHalf) {
     Scorer scorer(scene, ideal);
     for (std::size_t i = 0; i < ideal.on_shape().proxies.size(); ++i) {
       const dvec3& exact = ideal.on_shape().proxies[i];
-      scorer.judge_step(i, step_of_answer(exact + off * glm::normalize(exact),
-                                          scene.path.samples()[i].pose.position_world));
+      scorer.judge_step(i, step_from_proxy(exact + off * glm::normalize(exact),
+                                           scene.path.samples()[i].pose.position_world));
     }
     FeelRow row;
     scorer.finish(row);
     EXPECT_NEAR(row.total_rms_voxels.value() * ideal.voxel(), off, 1e-6);
-    EXPECT_NEAR(row.max_off_mm.value(), off, 1e-6);
+    EXPECT_NEAR(row.max_deviation_mm.value(), off, 1e-6);
     EXPECT_NEAR(row.tangential_p99_mm.value(), 0, 1e-6);
     EXPECT_EQ(row.fall_throughs + row.stuck + row.missed, 0);
   }

@@ -229,7 +229,7 @@ TEST_F(Dicom, FractionsKeepTheirScaleOrAreRefused) {
   write_series(4, pet(40));
   const Volume v = open();
   expect_notice("values were scaled");
-  const std::size_t at = notices_.find("units are ") + 10;
+  const std::size_t at = notices_.find("one voxel unit is ") + 18;
   const double step = std::stod(notices_.substr(at));
   for (int k = 0; k < 4; ++k)
     for (int i = 0; i < 64; ++i)

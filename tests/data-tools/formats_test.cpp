@@ -285,14 +285,14 @@ TEST_F(Formats, FractionsLoseLessThanTheirNoiseOrAreRefused) {
     const Volume v = open("a.nii");
     double used = step;
     if (step == 0) {
-      const std::size_t at = notices_.find("units are ");
+      const std::size_t at = notices_.find("one voxel unit is ");
       ASSERT_NE(at, std::string::npos) << notices_;
-      used = std::stod(notices_.substr(at + 10));
+      used = std::stod(notices_.substr(at + 18));
     } else {
       EXPECT_NE(notices_.find("rounded to whole numbers"), std::string::npos) << notices_;
     }
     // The estimate of the noise is right, and the loss is the reported one.
-    const double noise = std::stod(notices_.substr(notices_.find("noise is ") + 9));
+    const double noise = std::stod(notices_.substr(notices_.find("noise ") + 6));
     EXPECT_NEAR(noise, sigma, 0.1 * sigma);
     for (std::size_t i = 0; i < values.size(); ++i)
       ASSERT_NEAR(used * v.voxels[i], static_cast<double>(values[i]), 0.51 * used);

@@ -74,7 +74,7 @@ TEST(ProcedureFile, ReadsEveryKey) {
 
 const std::string k_score = "[[score]]\nfinding = \"time\"\nfull_at = 60\nzero_at = 300\nweight = 2.5\n";
 
-TEST(ProcedureFile, LimitsOfTheScoreAreThoseOfTheCaseFirst) {
+TEST(ProcedureFile, LimitsOfTheCaseOverrideThoseOfTheProcedure) {
   const auto read = parse_procedure(k_small + k_score, "small.toml");
   ASSERT_TRUE(read.is_ok()) << read.error().message();
   const volume::ScoreLimit time{"time", 60, 300, 2.5}, path{"motion: path", 500, 900, 1};

@@ -107,8 +107,8 @@ TEST(DocsLinks, SamplesOfConceptsAreThoseOfTheProgram) {
 TEST(DocsLinks, DecisionsThatSourcesNameExist) {
   const fs::path root = TREPHINE_SOURCE_DIR;
   static const std::regex decision(R"(docs/decisions/[0-9]{4}[a-z0-9-]*(\.md)?)");
-  for (const char* room : {"volume", "haptics", "sim", "modules", "data-tools", "apps", "tests"})
-    for (const auto& entry : fs::recursive_directory_iterator(root / room)) {
+  for (const char* top_folder : {"volume", "haptics", "sim", "modules", "data-tools", "apps", "tests"})
+    for (const auto& entry : fs::recursive_directory_iterator(root / top_folder)) {
       if (entry.path().extension() != ".h" && entry.path().extension() != ".cpp") continue;
       if (entry.path().filename() == "docs_links_test.cpp") continue;
       const std::string text = read_file(entry.path());

@@ -81,8 +81,8 @@ constexpr std::size_t k_max_installed = 48;
 /// library to which the file belongs.
 Headers read_lists(const fs::path& root, std::map<std::string, std::string>& library_of) {
   Headers headers;
-  for (const char* room : {"volume", "haptics", "sim", "modules", "data-tools", "apps"})
-    for (const auto& entry : fs::recursive_directory_iterator(root / room)) {
+  for (const char* top_folder : {"volume", "haptics", "sim", "modules", "data-tools", "apps"})
+    for (const auto& entry : fs::recursive_directory_iterator(root / top_folder)) {
       const fs::path path = fs::relative(entry.path(), root);
       if (path.filename() == "CMakeLists.txt")
         add_headers_in(read_file(entry.path()), path.parent_path().generic_string(), headers);
@@ -185,8 +185,8 @@ bool states_reason(const std::string& text) {
 TEST(House, LongFilesSayWhy) {
   const fs::path root = TREPHINE_SOURCE_DIR;
   int long_files = 0;
-  for (const char* room : {"volume", "haptics", "sim", "modules", "data-tools", "apps", "tests"})
-    for (const auto& entry : fs::recursive_directory_iterator(root / room)) {
+  for (const char* top_folder : {"volume", "haptics", "sim", "modules", "data-tools", "apps", "tests"})
+    for (const auto& entry : fs::recursive_directory_iterator(root / top_folder)) {
       const std::string extension = entry.path().extension();
       if (extension != ".h" && extension != ".cpp" && extension != ".c") continue;
       const std::string text = read_file(entry.path());

@@ -146,13 +146,14 @@ void check(const std::vector<Text>& texts, const Found& found) {
 
 TEST(Vocabulary, IsThatOfTheGlossary) {
   const fs::path root = TREPHINE_SOURCE_DIR;
-  for (const auto& [room, limit] : k_max_phrases) {
+  for (const auto& [top_folder, limit] : k_max_phrases) {
     int count = 0;
     std::string first;
     std::vector<fs::path> files;
-    if (fs::is_regular_file(root / room)) files.push_back(root / room);
-    if (fs::is_directory(root / room))
-      for (const auto& entry : fs::recursive_directory_iterator(root / room)) files.push_back(entry.path());
+    if (fs::is_regular_file(root / top_folder)) files.push_back(root / top_folder);
+    if (fs::is_directory(root / top_folder))
+      for (const auto& entry : fs::recursive_directory_iterator(root / top_folder))
+        files.push_back(entry.path());
     std::sort(files.begin(), files.end());
     for (const fs::path& path : files) {
       if (path.filename() == "vocabulary_test.cpp" || path.filename() == "glossary.md") continue;
@@ -165,9 +166,10 @@ TEST(Vocabulary, IsThatOfTheGlossary) {
                    found.words + "\n    write: " + phrase.instead + "\n";
       });
     }
-    EXPECT_LE(count, limit) << room << " has new phrases that docs/glossary.md does not write. Among these:\n"
+    EXPECT_LE(count, limit) << top_folder
+                            << " has new phrases that docs/glossary.md does not write. Among these:\n"
                             << first;
-    EXPECT_GE(count, limit) << room
+    EXPECT_GE(count, limit) << top_folder
                             << " has fewer such phrases: lower its count in tests/house/vocabulary_test.cpp";
   }
 }

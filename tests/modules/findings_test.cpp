@@ -243,7 +243,7 @@ TEST(Findings, ScrewsEqualTheirJudgeAndTheClosedFormOfThePlan) {
     ASSERT_TRUE(judged) << judged.error().reason;
     EXPECT_EQ(value(all, name + ": breach"), std::max(0.0, judged.value().breach));
     EXPECT_EQ(value(all, name + ": grade"), static_cast<double>(judged.value().grade));
-    EXPECT_EQ(value(all, name + ": in front"), std::max(0.0, judged.value().front));
+    EXPECT_EQ(value(all, name + ": body breach"), std::max(0.0, judged.value().front));
   }
   EXPECT_NEAR(value(all, "L4 left: entry to plan"), 3, 1e-9);
   EXPECT_NEAR(value(all, "L4 left: target to plan"), 4, 1e-9);

@@ -189,8 +189,8 @@ TEST(Checkpoint, OpensAfterManyUndos) {
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base);
 }
 
-// An engine that is restored from an image has the same settings, although some commands are valid only in a
-// certain order. One of eight effects, the maximum, must end before another can begin. The burr must become
+// An engine that is restored from a snapshot has the same settings, although some commands are valid only in
+// a certain order. One of eight effects, the maximum, must end before another can begin. The burr must become
 // larger before the contact ball can.
 TEST(Checkpoint, CommandsAreRepeatedInAValidOrder) {
   RoundBench bench;
@@ -212,9 +212,9 @@ TEST(Checkpoint, CommandsAreRepeatedInAValidOrder) {
   const Outcome begun = engine.apply(ToolGeometry{2});
   ASSERT_FALSE(begun.refused);
   EXPECT_TRUE(engine.apply(engine.run_job(begun.job)).is_changed);
-  const EngineImage image = engine.image();
+  const EngineSnapshot snapshot = engine.full_snapshot();
   Engine again = start;
-  const Status error = again.restore(image);
+  const Status error = again.restore(snapshot);
   ASSERT_FALSE(error) << error->message();
   EXPECT_EQ(again.state().hash(), engine.state().hash());
   const auto &restored = again.servo_scene()->hands[0], &wanted = engine.servo_scene()->hands[0];

@@ -53,7 +53,7 @@ std::vector<Column> columns() {
           {"total_rms_voxels", [](R r) { return number(r.total_rms_voxels); }},
           {"floor_rms_voxels", [](R r) { return number(r.floor_rms_voxels); }},
           {"deepest_voxels", [](R r) { return number(r.deepest_voxels); }},
-          {"most_off_mm", [](R r) { return number(r.max_off_mm); }},
+          {"max_deviation_mm", [](R r) { return number(r.max_deviation_mm); }},
           {"direction_rms_deg", [](R r) { return number(r.direction_rms_deg); }},
           {"tangential_p50_mm", [](R r) { return number(r.tangential_p50_mm); }},
           {"tangential_p99_mm", [](R r) { return number(r.tangential_p99_mm); }},
@@ -380,7 +380,7 @@ std::string html_page(const FeelReport& report, bool is_quick, const Json& machi
          {number(row.time_us.p50, "%.2f"), number(row.time_us.p99, "%.2f"), number(row.time_us.p999, "%.2f"),
           number(row.method_error_voxels, "%.2g"), number(row.total_rms_voxels, "%.4f"),
           number(row.floor_rms_voxels, "%.4f"), number(row.deepest_voxels, "%.2f"),
-          number(row.max_off_mm, "%.2f"), number(row.direction_rms_deg, "%.2f"),
+          number(row.max_deviation_mm, "%.2f"), number(row.direction_rms_deg, "%.2f"),
           number(row.tangential_p99_mm, "%.3f"), number(row.force_rms_n, "%.4f"),
           number(row.rendered_rms_n, "%.4f"), number(row.rough_n, "%.4f"), number(row.jump_n, "%.4f")})
       page += "<td>" + cell;
@@ -422,7 +422,7 @@ Json feel_rows(const FeelReport& report) {
          {"total_rms_voxels", put(r.total_rms_voxels)},
          {"floor_rms_voxels", put(r.floor_rms_voxels)},
          {"deepest_voxels", put(r.deepest_voxels)},
-         {"most_off_mm", put(r.max_off_mm)},
+         {"max_deviation_mm", put(r.max_deviation_mm)},
          {"direction_rms_deg", put(r.direction_rms_deg)},
          {"tangential_p50_mm", put(r.tangential_p50_mm)},
          {"tangential_p99_mm", put(r.tangential_p99_mm)},

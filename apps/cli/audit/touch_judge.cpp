@@ -53,6 +53,8 @@ TouchJudge::TouchJudge(const workbench::Operation& operation)
     if (shapes[i].sides == haptics::Side::front)
       others_.push_back(std::make_unique<scenes::GuaranteedSolid>(info_, scene_, nullptr, i));
   const bool is_by_images = info_.solid == haptics::MethodInfo::Solid::images;
+  // scene-sequential does not promise to stay outside models: its volume pipeline may push the proxy into
+  // one.
   if (std::string(info_.name) != "scene-sequential" && !is_by_images) models_ = mesh_walls(scene_);
   const auto identity = [](const glm::dvec3& v) { return v; };
   for (std::size_t i = 0; i < scene_.items.size(); ++i) {
@@ -132,7 +134,8 @@ bool is_imaged(const workbench::TouchTick& tick, std::size_t index, const glm::d
 }
 }  // namespace
 
-/// Judges the models that the method knows only by images: by the triangles of each model, in its own frame.
+/// Judges the models that the method touches by depth images. The judge uses the triangles of each model, in
+/// the model's frame.
 void TouchJudge::judge_passages(const workbench::TouchTick& tick) {
   const haptics::ServoRecord& record = tick.record;
   for (ImagedModel& model : imaged_) {

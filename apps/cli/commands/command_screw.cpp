@@ -133,7 +133,7 @@ Json report_of(const Finding& finding) {
             {"wall", wall_text(j.wall)},
             {"breach_world_mm", json_of(j.breach_at)},
             {"from_entry_mm", j.from_entry},
-            {"in_front_mm", std::max(0.0, j.front)},
+            {"body_breach_mm", std::max(0.0, j.front)},
             {"grade", grade_text(j.grade)},
             {"grade_if_bone_is_larger", grade_text(j.grade_of_larger)},
             {"grade_if_bone_is_smaller", grade_text(j.grade_of_smaller)},
@@ -165,7 +165,7 @@ void print(const Finding& finding, const Json& row, Outcome& outcome) {
         "  uncertain: grade {grade_if_bone_is_larger} if the bone is half a voxel ({half_voxel_mm:.1f} mm) larger, "
         "grade {grade_if_bone_is_smaller} if it is half a voxel smaller",
         row);
-  if (j.front > 0) outcome.print("  {in_front_mm:.1f} mm in front of the vertebra's body", row);
+  if (j.front > 0) outcome.print("  {body_breach_mm:.1f} mm outside the vertebra's body", row);
   if (j.has_intensity) outcome.print("  core {core_hu:.0f} HU, shell {shell_hu:.0f} HU", row);
   if (!j.planned.empty())
     outcome.print(

@@ -40,7 +40,8 @@ struct CourseChart {
   };
   std::string title, label;  ///< as of a TimeChart
   std::vector<Value> values = {};
-  std::optional<std::pair<double, double>> limits = {};  ///< values with all points and with no points
+  std::optional<std::pair<double, double>> limits =
+      {};  ///< the value that scores all points, and the one that scores none
   bool is_wide = false;
 };
 /// Draws a mark per session, joined by a line: disks are good, triangles fair, squares bad, rings without

@@ -1,29 +1,29 @@
-// Engine: conversion to an EngineImage and back.
+// Engine: conversion to an EngineSnapshot and back.
 #include "sim/api/core_command.h"
 #include "sim/engine/engine.h"
 
 namespace trephine::sim {
 
-/// Calls each(engine member, image member) for the members that both have.
-template <class SomeEngine, class Image, class Each>
-void Engine::for_each_kept(SomeEngine& engine, Image& image, Each&& each) {
-  each(engine.state_, image.now);
-  each(engine.fields_, image.fields);
-  each(engine.branch_, image.branch);
-  each(engine.other_branches_, image.other_branches);
-  each(engine.last_entry_, image.last_entry);
-  each(engine.addition_count_, image.addition_count);
-  each(engine.is_stroke_changed_, image.is_stroke_changed);
-  each(engine.stroke_box_, image.stroke_box);
-  each(engine.ever_cut_, image.all_cuts_box);
-  each(engine.jobs_, image.jobs);
-  each(engine.last_job_, image.last_job);
-  each(engine.last_body_, image.last_body);
+/// Calls each(engine member, snapshot member) for the members that both have.
+template <class SomeEngine, class Snapshot, class Each>
+void Engine::for_each_kept(SomeEngine& engine, Snapshot& snapshot, Each&& each) {
+  each(engine.state_, snapshot.now);
+  each(engine.fields_, snapshot.fields);
+  each(engine.branch_, snapshot.branch);
+  each(engine.other_branches_, snapshot.other_branches);
+  each(engine.last_entry_, snapshot.last_entry);
+  each(engine.addition_count_, snapshot.addition_count);
+  each(engine.is_stroke_changed_, snapshot.is_stroke_changed);
+  each(engine.stroke_box_, snapshot.stroke_box);
+  each(engine.ever_cut_, snapshot.all_cuts_box);
+  each(engine.jobs_, snapshot.jobs);
+  each(engine.last_job_, snapshot.last_job);
+  each(engine.last_body_, snapshot.last_body);
 }
 
-EngineImage Engine::image() {
+EngineSnapshot Engine::full_snapshot() {
   freeze();
-  EngineImage result;
+  EngineSnapshot result;
   for_each_kept(*this, result, [](const auto& member, auto& copy) { copy = member; });
   result.serial = serial();
   for (std::size_t h = 0; h < hands_.size(); ++h)
@@ -31,18 +31,18 @@ EngineImage Engine::image() {
   return result;
 }
 
-Status Engine::restore(const EngineImage& image) {
+Status Engine::restore(const EngineSnapshot& snapshot) {
   for (std::size_t h = 0; h < hands_.size(); ++h) {
-    const Instrument& instrument = image.now.settings.hands[h];
+    const Instrument& instrument = snapshot.now.settings.hands[h];
     if (instrument.type && instrument.type->check)
-      if (Status error = instrument.type->check(instrument.parameters.data(), *image.hands[h].tool.scene))
+      if (Status error = instrument.type->check(instrument.parameters.data(), *snapshot.hands[h].tool.scene))
         return error;
   }
-  for_each_kept(*this, image, [](auto& member, const auto& copy) { member = copy; });
+  for_each_kept(*this, snapshot, [](auto& member, const auto& copy) { member = copy; });
   editor_.reset(state_.undoable.version);
   published_version_ = state_.undoable.version;
   for (std::size_t h = 0; h < hands_.size(); ++h) {
-    const EngineImage::Hand& hand = image.hands[h];
+    const EngineSnapshot::Hand& hand = snapshot.hands[h];
     tools_[h] = hand.tool;
     if (hand.tool.scene != hands_[h].scene) hands_[h].set_scene(hand.tool.scene, hand.tool.method);
     work_[h] = hand.work;
@@ -69,12 +69,12 @@ Status Engine::restore(const EngineImage& image) {
     if (Status error = check_room_for_bodies()) return error;
     use_bodies(Bodies::changed);
   }
-  for (std::size_t h = 0; h < hands_.size(); ++h) hands_[h].escape_path = image.hands[h].escape_path;
+  for (std::size_t h = 0; h < hands_.size(); ++h) hands_[h].escape_path = snapshot.hands[h].escape_path;
   for (PendingJob& job : jobs_) make_runnable(job);
   are_initial_commands_due_ = false;
   results_.clear();
   submitted_.clear();
-  std::shared_ptr<haptics::ServoScene> next = make_scene(image.serial);
+  std::shared_ptr<haptics::ServoScene> next = make_scene(snapshot.serial);
   next->hands = hands_;
   next->has_held = has_held();
   servo_scene_ = std::move(next);

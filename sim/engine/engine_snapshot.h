@@ -1,4 +1,4 @@
-// EngineImage: the state of an engine at one moment, as values and immutable data, for checkpoints.
+// EngineSnapshot: the state of an engine at one moment, as values and immutable data, for checkpoints.
 #pragma once
 
 #include <functional>
@@ -56,7 +56,8 @@ struct PendingJob {
   std::function<std::shared_ptr<const JobResult>()> run;
   const JobType* type = nullptr;  ///< null: a job of the engine
   std::size_t module = 0;
-  std::uint64_t addition_count = 0;    ///< the engine's count when the job began
+  /// Number of scenes in which matter was added, when the job began.
+  std::uint64_t addition_count = 0;
   volume::VoxelBox cut = k_no_voxels;  ///< box of all cuts before the job began
 };
 
@@ -68,7 +69,7 @@ struct HandTool {
   std::string initial_method;      ///< name of the method at the start
 };
 
-struct EngineImage {
+struct EngineSnapshot {
   OperationState now;        ///< frozen
   std::uint64_t serial = 0;  ///< of the newest published scene, which has the version of `now`
 
