@@ -255,8 +255,9 @@ class OperationController {
   double guide_refused_at_ = -1e9;  ///< s, time of the guide's last refusal
   bool is_over_bone_ = false;       ///< the cursor is over bone
   bool has_drill_stopped_ = false;  ///< the clutch of a perforator released during this press
-  /// Time (s), and removed volume (mm³), when a pressed burr last made progress.
+  /// Start (s) of the interval in which watch_progress() measures, and volume removed by then (mm³).
   double progress_at_ = 0, progress_mm3_ = 0;
+  bool is_rub_reported_ = false;    ///< reported, and the burr has not cut clearly since
   double visible_at_ = 0;           ///< s, time of the state in which a pressed tool was last visible
   bool is_hidden_ = false;          ///< a pressed tool slid behind bone
   glm::dvec3 hidden_ray_{0, 1, 0};  ///< direction of the cursor's ray at that time

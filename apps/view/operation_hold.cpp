@@ -350,19 +350,22 @@ void OperationController::watch_sight(const Ray& ray, bool is_pressed) {
 }
 
 /// Shows a message if a pressed burr removes hardly any bone: below a certain force it rubs and does not cut.
+/// A second message appears only after the burr was released, or has cut clearly: neither a bounce nor a slow
+/// cut that is near the limit repeats it.
 void OperationController::watch_progress() {
-  constexpr double k_seconds = 2, k_least = 0.5;  // s; mm³ in this time
+  constexpr double k_seconds = 2, k_least = 0.5, k_clear = 2;  // s; mm³ and mm³ in this time
   const haptics::ServoRecord& newest = state_.newest;
+  if (!newest.pose.is_pressed()) is_rub_reported_ = false;
   const bool is_in_structure = std::any_of(state_.watches.begin(), state_.watches.end(),
                                            [](const auto& watch) { return watch.is_inside; });
   const bool is_working = newest.pose.is_pressed() && newest.has_contact && !is_in_structure &&
                           state_.tool.as<drilling::Burr>() != nullptr;
-  if (!is_working || state_.removed_mm3 >= progress_mm3_ + k_least) {
-    progress_at_ = newest.t, progress_mm3_ = state_.removed_mm3;
-    return;
-  }
-  if (newest.t - progress_at_ < k_seconds) return;
-  progress_at_ = 1e9;  // no second message until the burr made progress again
+  const bool has_cut = state_.removed_mm3 >= progress_mm3_ + (is_rub_reported_ ? k_clear : k_least);
+  const bool is_over = newest.t - progress_at_ >= k_seconds;
+  if (is_working && !has_cut && !is_over) return;
+  if (is_working && has_cut) is_rub_reported_ = false;
+  progress_at_ = newest.t, progress_mm3_ = state_.removed_mm3;
+  if (!is_working || has_cut || std::exchange(is_rub_reported_, true)) return;
   show_refusal(workbench::format_text("The burr rubs and hardly cuts at %.1f N. %s",
                                       glm::length(newest.force_world),
                                       options_.device ? "Press harder." : "Raise Press with PgDn.")
