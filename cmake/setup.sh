@@ -4,7 +4,7 @@
 
 packages_core="cmake g++ git ca-certificates ninja-build ccache mold libglm-dev libzstd-dev"
 packages_files="libopenimageio-dev libopenvdb-dev libtbb-dev libhdf5-dev nlohmann-json3-dev libinsighttoolkit5-dev libvtk9-dev libarchive-dev libgdcm-dev libnifti-dev libteem-dev zlib1g-dev libtoml11-dev"
-packages_app="libcli11-dev nlohmann-json3-dev libegl-dev libegl1 libgl1-mesa-dri libvtk9-qt-dev qtbase5-dev qtmultimedia5-dev pkgconf libusb-1.0-0-dev libhidapi-dev"
+packages_app="libcli11-dev nlohmann-json3-dev libegl-dev libegl1 libgl1-mesa-dri libvtk9-qt-dev qtbase5-dev qtmultimedia5-dev qttools5-dev libopenxr-dev pkgconf libusb-1.0-0-dev libhidapi-dev"
 packages_test="clang-format libgtest-dev umockdev xvfb xauth xz-utils python3-h5py pybind11-dev python3-dev python3-numpy python3-pytest mypy"
 packages_all="clang libclang-rt-14-dev dpkg-dev libembree-dev libnanovdb-dev libfcl-dev dcmtk python3-nibabel python3-pydicom"
 

@@ -7,7 +7,6 @@
 #include <glm/trigonometric.hpp>
 #include <map>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vtkActor.h>
 #include <vtkArrowSource.h>
@@ -16,12 +15,10 @@
 #include <vtkCellArray.h>
 #include <vtkCommand.h>
 #include <vtkDiskSource.h>
-#include <vtkFloatArray.h>
 #include <vtkLight.h>
 #include <vtkLineSource.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
-#include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
@@ -35,8 +32,6 @@
 #include <vtkTransform.h>
 #include <vtkTransformPolyDataFilter.h>
 #include <vtkTubeFilter.h>
-#include <vtkTypeInt64Array.h>
-#include <vtkUnsignedCharArray.h>
 
 #include "apps/view/instrument_actors.h"
 #include "apps/view/picture_text.h"
@@ -392,13 +387,16 @@ void BoneView::Parts::lay_out() {
   // Redrawn bone may hide labels, or no longer hide them.
   const std::uint64_t revision = bone->revision();
   has_changed |= std::exchange(labelled_revision, revision) != revision;
-  // Names avoid the labels of marks and of overlays in front of everything.
+  // Names avoid the lines in the corner, and the labels of marks and of overlays in front of everything.
+  std::vector<LabelLayer::Box> occupied{{text->corner_box()[0], text->corner_box()[1]}};
   if (marks && (has_changed || marks->labels().is_stale())) {
-    marks->labels().lay_out();
+    marks->labels().lay_out(occupied);
     has_changed = true;
   }
-  if (has_changed || overlays->labels().is_stale())
-    overlays->labels().lay_out(marks ? marks->labels().boxes() : std::vector<LabelLayer::Box>());
+  if (!has_changed && !overlays->labels().is_stale()) return;
+  if (marks)
+    for (const LabelLayer::Box& box : marks->labels().boxes()) occupied.push_back(box);
+  overlays->labels().lay_out(occupied);
 }
 
 std::vector<LabelLayer::Box> BoneView::label_boxes() const {
@@ -482,16 +480,18 @@ bool BoneView::render() {
   return p.eyes ? p.eyes->render(*p.bone, draw) : draw();
 }
 
-void BoneView::set_display(const DisplayMode& mode, std::shared_ptr<HeadTracker> tracker) {
+void BoneView::set_display(const DisplayMode& mode, std::shared_ptr<HeadTracker> tracker,
+                           std::shared_ptr<Hmd> hmd) {
   Parts& p = *parts_;
   if (!p.structures) return;
   p.eyes.reset();
   if (!mode.is_plain() || tracker)
-    p.eyes = std::make_unique<EyeDisplay>(p.window, p.renderer, p.letters, mode, std::move(tracker));
+    p.eyes = std::make_unique<EyeDisplay>(p.window, p.renderer, p.letters, mode, std::move(tracker),
+                                          std::move(hmd));
   p.is_text_stale = true;
   p.bone->begin_new_picture();
 }
 
-const EyeDisplay* BoneView::eyes() const { return parts_->eyes.get(); }
+EyeDisplay* BoneView::eyes() const { return parts_->eyes.get(); }
 
 }  // namespace trephine::view

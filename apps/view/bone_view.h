@@ -81,11 +81,12 @@ class BoneView {
   /// Shows a whole world box from the side A, P, L, R, S or I of the patient. Any other `side`, such as 0:
   /// from the front, the left and above.
   void look_from(char side, const glm::dvec3& low, const glm::dvec3& high);
-  /// Sets how the window presents its picture; `tracker`: position of the viewer's head, or null. A plain
-  /// mode without a tracker has no cost. Live windows only.
-  void set_display(const DisplayMode& mode, std::shared_ptr<HeadTracker> tracker);
+  /// Sets how the window presents its picture; `tracker`: position of the viewer's head, or null; `hmd`: for
+  /// the mode headset. A plain mode without a tracker has no cost. Live windows only.
+  void set_display(const DisplayMode& mode, std::shared_ptr<HeadTracker> tracker,
+                   std::shared_ptr<Hmd> hmd = nullptr);
   /// Returns the presentation; null for a plain picture without a tracker.
-  const EyeDisplay* eyes() const;
+  EyeDisplay* eyes() const;
   /// Draws one frame. Returns false, without drawing, if the picture would not change.
   bool render();
   /// Sets the factor of the text size of letters, scale bar and labels. In a small window the factor is

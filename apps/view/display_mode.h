@@ -12,11 +12,12 @@ struct DisplayMode {
     one,
     anaglyph,      ///< red for the left eye, cyan for the right one, in the colours of Dubois
     side_by_side,  ///< left and right half of the window, each at half its width
+    headset,       ///< a head-mounted display; the window shows the picture of the left eye
   };
   Eyes eyes = Eyes::one;
   bool is_mirrored = false;       ///< left and right exchanged, for a display that is seen in a mirror
   double eye_distance = 63;       ///< mm
-  double viewing_distance = 600;  ///< mm from the eyes to the screen, without a head tracker
+  double viewing_distance = 600;  ///< mm from the eyes to the screen or, with a headset, to the focal point
   double screen_width = 520;      ///< mm of the picture on the screen, with a head tracker
 
   bool is_plain() const noexcept { return eyes == Eyes::one && !is_mirrored; }

@@ -81,6 +81,40 @@ void move_to_eye(vtkCamera* camera, double aspect, const dvec3& eye) {
   camera->SetWindowCenter(-eye.x / (half_height * aspect), -eye.y / half_height);
 }
 
+void move_to_headset_eye(vtkCamera* camera, const HmdEye& eye, const HmdEye& start, double distance) {
+  const dvec3 position = vector_of(camera->GetPosition()), focus = vector_of(camera->GetFocalPoint());
+  const dvec3 toward_viewer = glm::normalize(position - focus);
+  const dvec3 right = glm::normalize(glm::cross(vector_of(camera->GetViewUp()), toward_viewer));
+  const dvec3 up = glm::cross(toward_viewer, right);
+  // Directions of the room, seen from the start, are those of the picture.
+  const auto turned = [&](const dvec3& in_room) {
+    const dvec3 v = glm::conjugate(start.orientation) * in_room;
+    return v.x * right + v.y * up + v.z * toward_viewer;
+  };
+  const double scale = glm::length(position - focus) / distance;
+  const dvec3 at = position + scale * turned(eye.position - start.position);
+  const dvec3 target = at + glm::length(position - focus) * turned(eye.orientation * dvec3(0, 0, -1));
+  const dvec3 upward = turned(eye.orientation * dvec3(0, 1, 0));
+  camera->SetPosition(at.x, at.y, at.z);
+  camera->SetFocalPoint(target.x, target.y, target.z);
+  camera->SetViewUp(upward.x, upward.y, upward.z);
+  const double width = eye.right - eye.left, height = eye.up - eye.down;
+  camera->SetViewAngle(glm::degrees(2 * std::atan(0.5 * height)));
+  camera->SetWindowCenter((eye.right + eye.left) / width, (eye.up + eye.down) / height);
+  camera->SetExplicitAspectRatio(width / height);
+  camera->SetUseExplicitAspectRatio(true);
+}
+
+HmdEye horizontal_middle(const std::array<HmdEye, 2>& eyes) {
+  HmdEye middle;
+  middle.position = 0.5 * (eyes[0].position + eyes[1].position);
+  const dvec3 sight = eyes[0].orientation * dvec3(0, 0, -1) + eyes[1].orientation * dvec3(0, 0, -1);
+  // A line of sight straight up or down has no horizontal direction: the room's is kept.
+  if (glm::length(dvec2(sight.x, sight.z)) > 1e-6)
+    middle.orientation = glm::angleAxis(std::atan2(-sight.x, -sight.z), dvec3(0, 1, 0));
+  return middle;
+}
+
 /// Pictures of the eyes, and the shader that combines them.
 struct EyeDisplay::Pictures {
   std::array<PictureCache, 2> eyes;
@@ -88,22 +122,31 @@ struct EyeDisplay::Pictures {
 };
 
 EyeDisplay::EyeDisplay(vtkRenderWindow* window, vtkRenderer* renderer, vtkRenderer* last,
-                       const DisplayMode& mode, std::shared_ptr<HeadTracker> tracker)
+                       const DisplayMode& mode, std::shared_ptr<HeadTracker> tracker,
+                       std::shared_ptr<Hmd> hmd)
     : window_(window),
       renderer_(renderer),
       last_(last),
       mode_(mode),
       tracker_(std::move(tracker)),
+      hmd_(std::move(hmd)),
       pictures_(std::make_unique<Pictures>()) {
   vtkNew<vtkCallbackCommand> end;
   end->SetClientData(this);
   end->SetCallback(
       [](vtkObject*, unsigned long, void* self, void*) { static_cast<EyeDisplay*>(self)->end_frame(); });
-  observer_ = last->AddObserver(vtkCommand::EndEvent, end);
+  observers_[0] = last->AddObserver(vtkCommand::EndEvent, end);
+  if (!hmd_) return;
+  vtkNew<vtkCallbackCommand> begin_texts;
+  begin_texts->SetClientData(this);
+  begin_texts->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
+    static_cast<EyeDisplay*>(self)->keep_headset_eye();
+  });
+  observers_[1] = last->AddObserver(vtkCommand::StartEvent, begin_texts);
 }
 
 EyeDisplay::~EyeDisplay() {
-  last_->RemoveObserver(observer_);
+  for (const unsigned long observer : observers_) last_->RemoveObserver(observer);
   window_->MakeCurrent();
   if (!window_->IsCurrent()) return;
   for (PictureCache& picture : pictures_->eyes) picture.release();
@@ -134,7 +177,45 @@ std::array<double, 18> EyeDisplay::centre_view() const {
   return view;
 }
 
+/// Draws the eyes of a headset and shows them. While the headset shows nothing, one ordinary frame is drawn.
+bool EyeDisplay::render_headset(BoneLayer& bone, const std::function<bool()>& draw) {
+  window_->MakeCurrent();
+  const auto eyes = hmd_->begin_frame();
+  vtkCamera* camera = renderer_->GetActiveCamera();
+  drawn_view_ = centre_view();
+  if (eyes && !start_) start_ = horizontal_middle(*eyes);
+  vtkNew<vtkCamera> middle;
+  middle->DeepCopy(camera);
+  bool is_drawn = false;
+  are_eyes_complete_ = true, share_ = 1;
+  for (eye_ = 0; eye_ < (eyes ? 2 : 1); ++eye_) {
+    if (eyes)
+      move_to_headset_eye(camera, (*eyes)[static_cast<std::size_t>(eye_)], *start_, mode_.viewing_distance);
+    bone.set_eye(eye_);
+    is_drawn |= draw();
+    are_eyes_complete_ &= bone.is_complete();
+    share_ = std::min(share_, bone.drawn_share());
+    camera->DeepCopy(middle);
+    camera->SetUseExplicitAspectRatio(false);  // not copied
+  }
+  eye_ = -1;
+  bone.set_eye(0);
+  if (!eyes) return is_drawn;
+  const int* size = window_->GetSize();
+  for (int i = 0; i < 2; ++i)
+    hmd_->show(i, pictures_->eyes[static_cast<std::size_t>(i)].framebuffer(), size[0], size[1]);
+  hmd_->end_frame();
+  return is_drawn;
+}
+
+/// Keeps the finished picture of an eye without texts, which the renderer `last_` draws next.
+void EyeDisplay::keep_headset_eye() {
+  const int* size = window_->GetSize();
+  if (eye_ >= 0) pictures_->eyes[static_cast<std::size_t>(eye_)].save(size[0], size[1]);
+}
+
 bool EyeDisplay::render(BoneLayer& bone, const std::function<bool()>& draw) {
+  if (hmd_) return render_headset(bone, draw);
   vtkCamera* camera = renderer_->GetActiveCamera();
   const int* size = window_->GetSize();
   const double aspect = std::max(1, size[0]) / static_cast<double>(std::max(1, size[1]));
@@ -161,6 +242,12 @@ bool EyeDisplay::render(BoneLayer& bone, const std::function<bool()>& draw) {
   return is_drawn;
 }
 
+Status EyeDisplay::take_problem() {
+  if (!hmd_ || is_problem_taken_ || !hmd_->problem()) return std::nullopt;
+  is_problem_taken_ = true;
+  return hmd_->problem();
+}
+
 bool EyeDisplay::is_complete() const { return are_eyes_complete_ && centre_view() == drawn_view_; }
 double EyeDisplay::drawn_share() const { return centre_view() == drawn_view_ ? share_ : 0; }
 
@@ -168,10 +255,12 @@ double EyeDisplay::drawn_share() const { return centre_view() == drawn_view_ ? s
 /// outside render(), by the window system or for a file, shows the last pictures of the eyes. If the view has
 /// changed since, it shows both eyes the same picture until the next render().
 void EyeDisplay::end_frame() {
+  if (hmd_ && eye_ != 1) return;
   const int* size = window_->GetSize();
   const bool is_outdated = eye_ < 0 && centre_view() != drawn_view_;
   for (int i = 0; i < 2; ++i)
-    if (is_outdated || eye_ == i) pictures_->eyes[static_cast<std::size_t>(i)].save(size[0], size[1]);
+    if (!hmd_ && (is_outdated || eye_ == i))
+      pictures_->eyes[static_cast<std::size_t>(i)].save(size[0], size[1]);
   const bool has_two = mode_.eyes != DisplayMode::Eyes::one;
   const auto& eyes = pictures_->eyes;
   const PictureCache &left = eyes[0], &right = eyes[has_two && eyes[1].is_filled() ? 1 : 0];

@@ -26,6 +26,8 @@ class PictureCache {
   void restore() const;
   /// Draws the picture over the framebuffer, with an opacity from 0 to 1, where the picture is nearer.
   void blend(vtkRenderWindow* window, double opacity);
+  /// Framebuffer of OpenGL with the picture; 0 before the first save().
+  unsigned framebuffer() const noexcept { return framebuffer_; }
   /// OpenGL texture of the colours; 0 before the first save().
   unsigned colour_texture() const noexcept { return color_; }
   bool is_filled() const noexcept { return is_filled_; }

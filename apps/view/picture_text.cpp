@@ -78,6 +78,16 @@ PictureText::PictureText(vtkRenderer* renderer) : renderer_(renderer) {
 }
 PictureText::~PictureText() = default;
 
+std::array<glm::dvec2, 2> PictureText::corner_box() const {
+  const int* window = renderer_->GetSize();
+  const glm::dvec2 upper_left(0.018 * window[0], 0.975 * window[1]);
+  const char* text = corner_->GetInput();
+  if (text == nullptr || *text == 0) return {upper_left, upper_left};
+  double size[2];
+  corner_->GetSize(renderer_, size);
+  return {upper_left - glm::dvec2(0, size[1]), upper_left + glm::dvec2(size[0], 0)};
+}
+
 void PictureText::show(const std::string& corner, const std::string& foot) {
   corner_->SetInput(corner.c_str());
   foot_->SetInput(foot.c_str());

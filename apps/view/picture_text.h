@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <glm/vec2.hpp>
 #include <string>
 #include <vtkNew.h>
 #include <vtkSmartPointer.h>
@@ -26,6 +27,9 @@ class PictureText {
   void set_scale(double factor);
   /// Updates letters and scale for the current camera. Call before each frame.
   void update();
+  /// Returns the lower left and the upper right corner of the lines in the corner, pixels; equal if there are
+  /// no lines.
+  std::array<glm::dvec2, 2> corner_box() const;
 
  private:
   void show_directions();

@@ -2,6 +2,7 @@
 // Call on the thread of the window.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -28,8 +29,12 @@ struct StartSession {
   bool is_interrupted = false;  ///< the program ended without closing the session
 };
 
+/// Languages of the windows.
+inline constexpr std::array<const char*, 2> k_languages{"en", "de"};
+
 struct StartPageOptions {
-  std::string problem;  ///< reason why the last choice could not be opened; empty: no problem
+  std::string language;  ///< one of k_languages; empty: that of the system
+  std::string problem;   ///< reason why the last choice could not be opened; empty: no problem
   std::vector<StartTile> tiles;
   std::vector<StartSession> sessions;                           ///< newest first
   std::vector<std::pair<std::string, std::string>> procedures;  ///< names and titles, for the user's own scan

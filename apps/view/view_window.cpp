@@ -78,7 +78,9 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   const bool is_live = !options.opacities.empty() || !options.display.is_plain() || options.head_tracker;
   Viewport picture(scene, surface.value()->window(), is_live);
   if (Status error = picture.set_opacities(options.opacities)) return *error;
-  picture.view().set_display(options.display, options.head_tracker);
+  DisplayMode display = options.display;
+  if (display.eyes == DisplayMode::Eyes::headset) display.eyes = DisplayMode::Eyes::one;
+  picture.view().set_display(display, options.head_tracker);
   const auto version = options.version ? options.version : haptics::untouched(scene);
   picture.request_all(version);
   picture.wait();
@@ -147,6 +149,16 @@ std::string status_text(const OperationController& operation, double rate_hz) {
   return notices.empty() ? text : text + ("\n\n" + notices);
 }
 
+/// Completes the picture and writes it.
+Status save_picture(OperationController& operation, vtkRenderWindow* window, const std::string& path) {
+  if (!operation.viewport().complete())
+    return Error{.what = "the screenshot failed: the window was not drawn",
+                 .where = "screenshot",
+                 .remedy = "write the picture without a window (omit option seconds)",
+                 .kind = ErrorKind::missing_here};
+  return write_png(window, path);
+}
+
 }  // namespace
 
 Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const WindowOptions& options) {
@@ -157,7 +169,7 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
   OperationController operation(scene, options, window);
   operation.viewport().look_from(options.side);
   if (Status error = operation.viewport().set_opacities(options.opacities)) return *error;
-  operation.viewport().view().set_display(options.display, options.head_tracker);
+  operation.viewport().view().set_display(options.display, options.head_tracker, options.hmd);
   if (Status error = operation.start()) return *error;
   if (options.plan) operation.viewport().set_plan(workbench::plan_overlays(*options.plan));
 
@@ -187,7 +199,7 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
     vtkRenderWindowInteractor* interactor;
     const WindowOptions* options;
     Clock::time_point started;
-    bool is_complete = false;
+    Status screenshot_error = std::nullopt;
   } loop{&operation, interactor, &options, Clock::now()};
   vtkNew<vtkCallbackCommand> tick;
   tick->SetClientData(&loop);
@@ -205,8 +217,10 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
     l->operation->frame();
     if ((l->options->seconds && seconds_since(l->started) > *l->options->seconds) ||
         l->options->should_close()) {
-      // Draw the whole picture now: the event loop destroys the graphics context at its end.
-      l->is_complete = l->options->screenshot.empty() || l->operation->viewport().complete();
+      // Write the picture now: the event loop destroys the graphics context at its end, and with it the bone.
+      if (!l->options->screenshot.empty())
+        l->screenshot_error =
+            save_picture(*l->operation, l->interactor->GetRenderWindow(), l->options->screenshot);
       l->interactor->TerminateApp();
     }
   });
@@ -217,14 +231,7 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
   WindowReport report = operation.finish();
   report.window = "plain";
   report.first_frame_seconds = first_frame;
-  if (!options.screenshot.empty()) {
-    if (!loop.is_complete)
-      return Error{.what = "the screenshot failed: the window was not drawn",
-                   .where = "screenshot",
-                   .remedy = "write the picture without a window (omit option seconds)",
-                   .kind = ErrorKind::missing_here};
-    if (Status error = write_png(window, options.screenshot)) return *error;
-  }
+  if (loop.screenshot_error) return *loop.screenshot_error;
   return report;
 }
 

@@ -9,6 +9,7 @@
 
 #include "apps/view/display_mode.h"
 #include "apps/view/head_tracker.h"
+#include "apps/view/hmd.h"
 #include "apps/view/structures.h"
 #include "apps/workbench/listener.h"
 #include "apps/workbench/session_summary.h"
@@ -98,7 +99,9 @@ struct WindowOptions {
   /// from the back; a replay or a continued session is shown from the side at which its tool worked.
   char side = 0;
   std::vector<StructureOpacity> opacities = {};  ///< of structures at the start
+  std::string language;                          ///< one of k_languages; empty: that of the system
   DisplayMode display = {};                      ///< presentation of the picture at the start
+  std::shared_ptr<Hmd> hmd;                      ///< for the mode headset; null: no headset
   std::shared_ptr<HeadTracker> head_tracker;     ///< position of the viewer's head; null: no tracker
   double free_pieces = 50;  ///< mm3; pieces of at least this size are detached after a stroke; 0: never
   std::shared_ptr<const volume::SurgicalPlan> plan;  ///< shown in addition to the bone; null: no plan

@@ -8,6 +8,7 @@
 #include <QVTKOpenGLNativeWidget.h>
 #include <utility>
 
+#include "apps/window/qt_localizer.h"
 #include "apps/window/qt_window.h"
 
 namespace trephine::view {
@@ -37,7 +38,7 @@ void apply_look() {
   QApplication::setPalette(p);
 }
 
-std::unique_ptr<QApplication> begin_application(bool is_offscreen) {
+std::unique_ptr<QApplication> begin_application(bool is_offscreen, const std::string& language) {
   // Qt's file dialogs store visited folders in the settings. Redirect the settings to a temporary folder.
   static const QTemporaryDir k_settings;
   QSettings::setPath(QSettings::NativeFormat, QSettings::UserScope, k_settings.path());
@@ -53,6 +54,9 @@ std::unique_ptr<QApplication> begin_application(bool is_offscreen) {
   QApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
   apply_look();
   initial_text_size();
+  static bool is_language_selected = false;
+  if (!std::exchange(is_language_selected, true) || !language.empty())
+    select_language(QString::fromStdString(language));
   return application;
 }
 

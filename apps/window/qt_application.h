@@ -4,13 +4,15 @@
 #include <QApplication>
 #include <QWidget>
 #include <memory>
+#include <string>
 
 namespace trephine::view {
 
 /// Creates the Qt application; returns null if the program already has one. In both cases, sets the look of
 /// the windows, and redirects Qt's own settings to a temporary folder. `is_offscreen`: a new application
-/// draws its widgets into memory, without a display.
-std::unique_ptr<QApplication> begin_application(bool is_offscreen = false);
+/// draws its widgets into memory, without a display. `language`: one of k_languages; empty: the language that
+/// a previous call selected, or that of the system.
+std::unique_ptr<QApplication> begin_application(bool is_offscreen = false, const std::string& language = {});
 
 /// Returns the text size (points) that the application began with.
 double initial_text_size();

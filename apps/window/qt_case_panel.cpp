@@ -19,6 +19,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "apps/window/qt_localizer.h"
 #include "apps/window/qt_text.h"
 #include "apps/workbench/text.h"
 #include "data-tools/cases/procedure_file.h"
@@ -92,7 +93,7 @@ CasePanel::CasePanel(const haptics::TouchScene& scene, const volume::SurgicalPla
     const std::string name(shipped.name);
     const auto file = data_tools::shipped_procedure(name);
     procedure_->addItem(
-        text_of(file && !file.value().procedure.title.empty() ? file.value().procedure.title : name),
+        localized(file && !file.value().procedure.title.empty() ? file.value().procedure.title : name),
         text_of(name));
   }
   procedure_->setCurrentIndex(std::max(0, procedure_->findData(text_of(request_.plan.procedure.name))));
@@ -105,7 +106,7 @@ CasePanel::CasePanel(const haptics::TouchScene& scene, const volume::SurgicalPla
     if (name.empty() || volume::is_bone_name(name)) continue;
     const int row = structures_->rowCount();
     structures_->insertRow(row);
-    auto* item = new QTableWidgetItem(text_of(workbench::words_of(name)));
+    auto* item = new QTableWidgetItem(localized(workbench::words_of(name)));
     item->setFlags(Qt::ItemIsEnabled);
     item->setData(Qt::UserRole, text_of(name));
     structures_->setItem(row, structure_name, item);
@@ -224,7 +225,7 @@ void CasePanel::fill_limits() {
   limits_->setRowCount(static_cast<int>(limits.size()));
   for (std::size_t i = 0; i < limits.size(); ++i) {
     const int row = static_cast<int>(i);
-    auto* item = new QTableWidgetItem(text_of(workbench::words_of(limits[i].finding)));
+    auto* item = new QTableWidgetItem(localized(workbench::words_of(limits[i].finding)));
     item->setFlags(Qt::ItemIsEnabled);
     item->setData(Qt::UserRole, text_of(limits[i].finding));
     item->setToolTip(item->text());

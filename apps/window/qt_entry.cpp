@@ -14,7 +14,8 @@ trephine::Result<trephine::view::WindowReport> trephine_run_qt_window(
     const trephine::view::WindowOptions& options) {
   using namespace trephine::view;
   OpeningPage opening = take_opening_page();
-  const auto application = opening.application ? std::move(opening.application) : begin_application();
+  const auto application =
+      opening.application ? std::move(opening.application) : begin_application(false, options.language);
   WindowOptions window_options = options;
   if (window_options.layout_file.empty()) window_options.layout_file = default_layout_file();
   MainWindow window(std::move(scene), window_options);

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <glm/geometric.hpp>
 
+#include "apps/window/qt_localizer.h"
 #include "apps/workbench/force_text.h"
 
 namespace trephine::view {
@@ -65,9 +66,8 @@ void ForcePanel::show_parts(const std::optional<haptics::ForceParts>& parts, con
   }
   if (shown_ == parts->record.tick) return;
   shown_ = parts->record.tick;
-  QString text = tr("Tick %1, %2 s.").arg(parts->record.tick).arg(parts->record.t, 0, 'f', 3);
-  for (const std::string& line : workbench::force_sentences(*parts, scene))
-    text += "\n" + QString::fromStdString(line);
+  QString text = tr("Tick %1, %L2 s.").arg(parts->record.tick).arg(parts->record.t, 0, 'f', 3);
+  for (const std::string& line : workbench::force_sentences(*parts, scene)) text += "\n" + localized(line);
   text_->setText(text);
   const int count = static_cast<int>(parts->parts.size());
   table_->setRowCount(count + 1);
@@ -75,11 +75,11 @@ void ForcePanel::show_parts(const std::optional<haptics::ForceParts>& parts, con
     const glm::dvec3& force = wrench.force_world;
     const double torque_size = glm::length(wrench.torque_world);
     const QString cells[] = {words,
-                             QString::number(force.x, 'f', 3),
-                             QString::number(force.y, 'f', 3),
-                             QString::number(force.z, 'f', 3),
-                             QString::number(glm::length(force), 'f', 3),
-                             torque_size > 0 ? QString::number(torque_size, 'f', 2) : QString("\u2013")};
+                             QLocale().toString(force.x, 'f', 3),
+                             QLocale().toString(force.y, 'f', 3),
+                             QLocale().toString(force.z, 'f', 3),
+                             QLocale().toString(glm::length(force), 'f', 3),
+                             torque_size > 0 ? QLocale().toString(torque_size, 'f', 2) : QString("\u2013")};
     for (int c = 0; c < column_count; ++c) {
       auto* item = new QTableWidgetItem(cells[c]);
       item->setTextAlignment(c == name ? Qt::AlignLeft | Qt::AlignVCenter
@@ -96,7 +96,7 @@ void ForcePanel::show_parts(const std::optional<haptics::ForceParts>& parts, con
   for (int i = 0; i < count; ++i) {
     const haptics::ForcePart& part = parts->parts[static_cast<std::size_t>(i)];
     // The cell of an effect shows only the first word, its name. The tool tip also shows its parameters.
-    fill(i, QString::fromStdString(part.name), part.wrench, false);
+    fill(i, localized(part.name), part.wrench, false);
     if (part.kind == haptics::ForcePart::Kind::effect)
       table_->item(i, name)->setText(QString::fromStdString(part.name).section(' ', 0, 0));
   }

@@ -1,12 +1,14 @@
 #include "apps/window/qt_image_pane.h"
 
 #include <QComboBox>
+#include <QCoreApplication>
 #include <QMouseEvent>
 #include <QPainter>
 #include <QToolButton>
 #include <algorithm>
 #include <cmath>
 
+#include "apps/window/qt_localizer.h"
 #include "apps/window/qt_pane_text.h"
 #include "apps/window/qt_tool_panel.h"
 
@@ -41,9 +43,15 @@ QColor colour_of(PaneKind kind) {
 }
 
 QString words_of_kind(PaneKind kind) {
-  constexpr const char* names[] = {"Axial",   "Coronal", "Sagittal",         "Along the tool",
-                                   "Section", "X-ray",   "Volume rendering", "Depth images"};
-  return names[static_cast<std::size_t>(kind)];
+  constexpr const char* names[] = {QT_TRANSLATE_NOOP("ImagePane", "Axial"),
+                                   QT_TRANSLATE_NOOP("ImagePane", "Coronal"),
+                                   QT_TRANSLATE_NOOP("ImagePane", "Sagittal"),
+                                   QT_TRANSLATE_NOOP("ImagePane", "Along the tool"),
+                                   QT_TRANSLATE_NOOP("ImagePane", "Section"),
+                                   QT_TRANSLATE_NOOP("ImagePane", "X-ray"),
+                                   QT_TRANSLATE_NOOP("ImagePane", "Volume rendering"),
+                                   QT_TRANSLATE_NOOP("ImagePane", "Depth images")};
+  return QCoreApplication::translate("ImagePane", names[static_cast<std::size_t>(kind)]);
 }
 
 }  // namespace
@@ -189,13 +197,13 @@ void ImagePane::add_captions(PaneText& text, const Panel& panel, const QRectF& i
   text.add(inner, Qt::AlignLeft | Qt::AlignVCenter, QString::fromStdString(panel.left));
   text.add(inner, Qt::AlignRight | Qt::AlignVCenter, QString::fromStdString(panel.right));
   text.add(inner, Qt::AlignHCenter | Qt::AlignTop, QString::fromStdString(panel.above));
-  QString foot = QString::fromStdString(panel.foot);
+  QString foot = localized(panel.foot);
   if (kind == PaneKind::xray)
     foot = (panes_->is_exposing() && !panes_->is_live() ? tr("Computing the X-ray ...")
-                                                        : QString::fromStdString(panel.title)) +
-           QString::fromStdString(panes_->xray_note());
-  if (kind == PaneKind::depths) foot = QString::fromStdString(panel.title + "\n" + panel.foot);
-  if (kind == PaneKind::section) foot = QString::fromStdString(panel.title + "   " + panel.foot);
+                                                        : localized(panel.title)) +
+           localized(panes_->xray_note());
+  if (kind == PaneKind::depths) foot = localized(panel.title) + "\n" + localized(panel.foot);
+  if (kind == PaneKind::section) foot = localized(panel.title) + "   " + localized(panel.foot);
   // Limit the foot to the space next to the scale bar.
   const QFontMetricsF metrics(font());
   const double bar = std::max(0.3 * width(), metrics.horizontalAdvance("100 mm") + 16);
@@ -294,8 +302,7 @@ void ImagePane::paintEvent(QPaintEvent*) {
   }
   text.draw();
   if (!panes_->problem(index_).empty()) {
-    write_text(painter, inner, Qt::AlignCenter | Qt::TextWordWrap,
-               QString::fromStdString(panes_->problem(index_)));
+    write_text(painter, inner, Qt::AlignCenter | Qt::TextWordWrap, localized(panes_->problem(index_)));
   } else if (panel == nullptr && kind == PaneKind::xray) {
     write_text(painter, inner, Qt::AlignCenter | Qt::TextWordWrap,
                panes_->is_exposing() ? tr("Computing the X-ray ...") : tr("Press Shoot, or switch Live on."));

@@ -10,6 +10,8 @@
 #include <optional>
 #include <utility>
 
+#include "apps/window/qt_localizer.h"
+
 namespace trephine::view {
 
 using workbench::EventLevel;
@@ -86,12 +88,12 @@ void NoticeLabel::show_at(const QString& text, EventLevel level, const QPoint& t
   move(position_at(side_, extra_, tip));
 }
 
-EventLog::EventLog(QWidget* parent) : QDockWidget("Event log", parent), list_(new QListWidget) {
+EventLog::EventLog(QWidget* parent) : QDockWidget(tr("Event log"), parent), list_(new QListWidget) {
   setObjectName("event_log");
   list_->setObjectName("event_list");
   list_->setWordWrap(true);
   list_->setFocusPolicy(Qt::NoFocus);
-  list_->setAccessibleName("Event log");
+  list_->setAccessibleName(tr("Event log"));
   // The log shows at least three lines of text; the user can enlarge it by dragging its border.
   list_->setMinimumHeight(3 * list_->fontMetrics().height());
   list_->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Ignored);
@@ -107,7 +109,7 @@ void EventLog::update_from(const Notices& notices) {
   for (std::size_t i = notices.log().size() - fresh; i < notices.log().size(); ++i) {
     const Notices::Entry& entry = notices.log()[i];
     auto* item = new QListWidgetItem(
-        QString("%1 s   %2").arg(entry.session_time, 0, 'f', 1).arg(QString::fromStdString(entry.text)));
+        QString("%L1 s   %2").arg(entry.session_time, 0, 'f', 1).arg(localized(entry.text)));
     if (const auto colour = colour_of(entry.level)) item->setForeground(*colour);
     list_->addItem(item);
   }

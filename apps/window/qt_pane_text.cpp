@@ -1,5 +1,6 @@
 #include "apps/window/qt_pane_text.h"
 
+#include <QCoreApplication>
 #include <algorithm>
 #include <utility>
 
@@ -56,7 +57,7 @@ void PaneText::place_legend(const Panel& panel, double bottom, std::vector<Entry
   if (entries_.size() > most) {
     const auto hidden = entries_.size() - most;
     entries_.resize(most);
-    entries_.push_back({QString("and %1 more").arg(hidden), {}, false});
+    entries_.push_back({QCoreApplication::translate("PaneText", "and %1 more").arg(hidden), {}, false});
   }
   double text_width = 0;
   for (const Entry& entry : entries_)

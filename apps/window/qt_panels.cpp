@@ -35,7 +35,7 @@ QPushButton* make_button(const char* name, const QString& text, const QString& t
 
 ForceBar::ForceBar(QWidget* parent) : QWidget(parent) {
   setObjectName("force_bar");
-  setAccessibleName("Force");
+  setAccessibleName(tr("Force"));
 }
 
 QSize ForceBar::sizeHint() const {
@@ -52,7 +52,7 @@ void ForceBar::show_force(double newtons, double limit) {
   limit_ = limit;
   peak_ = std::max(newtons, 0.985 * peak_);
   if (before == std::array<long, 3>{hundredths(force_), hundredths(limit_), hundredths(peak_)}) return;
-  setToolTip(QString("%1 N").arg(newtons, 0, 'f', 2));
+  setToolTip(QString("%L1 N").arg(newtons, 0, 'f', 2));
   update();
 }
 
@@ -75,7 +75,7 @@ void ForceBar::paintEvent(QPaintEvent*) {
   painter.drawText(QRectF(0, 0, width(), line + 2), Qt::AlignLeft | Qt::AlignVCenter, tr("Force"));
   painter.drawText(
       QRectF(0, 0, width(), line + 2), Qt::AlignRight | Qt::AlignVCenter,
-      QString("%1 N%2").arg(force_, 0, 'f', 2).arg(force_ >= 0.98 * limit_ ? ", at its limit" : ""));
+      (force_ >= 0.98 * limit_ ? tr("%L1 N, at its limit") : QString("%L1 N")).arg(force_, 0, 'f', 2));
 }
 
 double MarkedSlider::x_of(int value) const {
@@ -118,7 +118,7 @@ bool MarkedSlider::event(QEvent* event) {
   QStringList texts;
   for (const Mark& mark : marks_)
     if (std::abs(x_of(mark.value) - help->pos().x()) < k_near && texts.size() < 6)
-      texts << QString("%1 s   %2").arg(1e-3 * mark.value, 0, 'f', 1).arg(mark.text);
+      texts << QString("%L1 s   %2").arg(1e-3 * mark.value, 0, 'f', 1).arg(mark.text);
   texts.isEmpty() ? QToolTip::hideText() : QToolTip::showText(help->globalPos(), texts.join("\n"), this);
   return true;
 }

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "apps/view/notices.h"
+#include "apps/window/qt_localizer.h"
 #include "apps/window/qt_panels.h"
 #include "haptics/servo/servo_record.h"
 
@@ -91,7 +92,8 @@ void ReplayPanel::toggle_play() {
 void ReplayPanel::show_state() {
   play_->setText(replay_->is_playing() ? tr("Pause") : tr("Play"));
   if (!slider_->isSliderDown()) slider_->setValue(static_cast<int>(1000 * replay_->seconds()));
-  clock_->setText(QString("%1 / %2 s").arg(replay_->seconds(), 0, 'f', 1).arg(replay_->length(), 0, 'f', 1));
+  clock_->setText(
+      QString("%L1 / %L2 s").arg(replay_->seconds(), 0, 'f', 1).arg(replay_->length(), 0, 'f', 1));
 }
 
 void ReplayPanel::show_marks() {
@@ -100,7 +102,7 @@ void ReplayPanel::show_marks() {
     if (mark.level != EventLevel::record)
       slider_->add_mark(static_cast<int>(1000 * mark.seconds),
                         mark.level == EventLevel::danger ? MarkedSlider::k_danger : MarkedSlider::k_event,
-                        QString::fromStdString(mark.text));
+                        localized(mark.text));
   for (const SessionNote& note : notes_)
     slider_->add_mark(static_cast<int>(1000 * note.seconds), MarkedSlider::k_note,
                       tr("Note: %1").arg(QString::fromStdString(note.text)));

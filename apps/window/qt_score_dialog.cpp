@@ -12,6 +12,7 @@
 #include <QUrl>
 #include <QVBoxLayout>
 
+#include "apps/window/qt_localizer.h"
 #include "apps/window/qt_text.h"
 #include "apps/workbench/finding_text.h"
 #include "apps/workbench/session_score.h"
@@ -70,7 +71,7 @@ QTableWidget* make_table(const char* name, const QStringList& headings) {
 
 QTableWidgetItem* add_cell(QTableWidget* table, int row, int column, const std::string& text,
                            bool is_number = false) {
-  auto* item = new QTableWidgetItem(text_of(text));
+  auto* item = new QTableWidgetItem(localized(text));
   item->setTextAlignment((is_number ? Qt::AlignRight : Qt::AlignLeft) | Qt::AlignVCenter);
   table->setItem(row, column, item);
   return item;
@@ -225,11 +226,11 @@ void ScoreDialog::poll() {
 }
 
 void ScoreDialog::show_findings() {
-  points_->setText(text_of(workbench::points_of(*score_)));
+  points_->setText(localized(workbench::points_of(*score_)));
   critical_->setText(score_->critical.empty()
                          ? QString()
                          : tr("\u25a0 %1. Points of other findings do not compensate for a critical one.")
-                               .arg(text_of(workbench::critical_text(*score_))));
+                               .arg(localized(workbench::critical_text(*score_))));
   critical_->setVisible(!score_->critical.empty());
   status_->setText(
       score_->not_judged > 0

@@ -16,6 +16,7 @@
 #include <chrono>
 
 #include "apps/window/qt_application.h"
+#include "apps/window/qt_localizer.h"
 #include "apps/window/qt_text.h"
 #include "data-tools/files/atomic_file.h"
 
@@ -73,7 +74,7 @@ void StartPage::fill() {
   heading_->setFont(large);
   column->addWidget(heading_);
   if (!options_.problem.empty()) {
-    auto* problem = new QLabel("\u26a0 " + text_of(options_.problem));
+    auto* problem = new QLabel("\u26a0 " + localized(options_.problem));
     problem->setObjectName("problem");
     problem->setTextFormat(Qt::PlainText);
     problem->setWordWrap(true);
@@ -106,8 +107,8 @@ void StartPage::fill() {
 QWidget* StartPage::make_tile(const StartTile& tile) {
   auto* button = new QPushButton;
   button->setObjectName("tile_" + text_of(tile.procedure.empty() ? tile.source : tile.procedure));
-  button->setAccessibleName(text_of(tile.title));
-  button->setAccessibleDescription(text_of(tile.text));
+  button->setAccessibleName(localized(tile.title));
+  button->setAccessibleDescription(localized(tile.text));
   button->setMinimumWidth(k_tile_width);
   button->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Expanding);
   auto* column = new QVBoxLayout(button);
@@ -119,12 +120,12 @@ QWidget* StartPage::make_tile(const StartTile& tile) {
                                  Qt::SmoothTransformation)
                          .copy(0, 0, k_tile_width - 16, k_picture_height));
   picture->setAlignment(Qt::AlignCenter);
-  auto* title = new QLabel(wrapping_text_of(tile.title));
+  auto* title = new QLabel(wrapping(localized(tile.title)));
   QFont bold;
   bold.setBold(true);
   title->setFont(bold);
   title->setWordWrap(true);
-  auto* text = new QLabel(wrapping_text_of(tile.text));
+  auto* text = new QLabel(wrapping(localized(tile.text)));
   text->setWordWrap(true);
   for (QLabel* label : {picture, title, text}) {
     label->setAttribute(Qt::WA_TransparentForMouseEvents);
@@ -133,7 +134,7 @@ QWidget* StartPage::make_tile(const StartTile& tile) {
   column->addStretch(1);
   button->setMinimumHeight(column->heightForWidth(k_tile_width));
   connect(button, &QPushButton::clicked, this, [this, tile] {
-    choose({StartChoice::Kind::operation, tile.source, tile.procedure}, text_of(tile.title));
+    choose({StartChoice::Kind::operation, tile.source, tile.procedure}, localized(tile.title));
   });
   return button;
 }
@@ -149,7 +150,7 @@ QWidget* StartPage::make_own_scan() {
   procedure_->setObjectName("procedure");
   procedure_->setAccessibleName(tr("Procedure"));
   procedure_->addItem(tr("No steps, or those of the case"), QString());
-  for (const auto& [name, title] : options_.procedures) procedure_->addItem(text_of(title), text_of(name));
+  for (const auto& [name, title] : options_.procedures) procedure_->addItem(localized(title), text_of(name));
   column->addWidget(procedure_);
   auto* folder = new QPushButton(tr("Open a folder ..."));
   folder->setObjectName("open_folder");
@@ -180,7 +181,7 @@ QWidget* StartPage::make_sessions() {
   sessions_->setAccessibleName(tr("Your operations"));
   for (const StartSession& session : options_.sessions) {
     QString text = tr("%1    %2    %3")
-                       .arg(text_of(session.when), text_of(session.title), duration_text(session.seconds));
+                       .arg(text_of(session.when), localized(session.title), duration_text(session.seconds));
     if (session.is_interrupted) text += tr("    (interrupted)");
     sessions_->addItem(text);
   }
@@ -237,8 +238,8 @@ trephine::Result<trephine::view::StartChoice> trephine_choose_start(
   using namespace trephine::view;
   OpeningPage previous = take_opening_page();
   previous.page.reset();
-  auto application =
-      previous.application ? std::move(previous.application) : begin_application(options.is_offscreen());
+  auto application = previous.application ? std::move(previous.application)
+                                          : begin_application(options.is_offscreen(), options.language);
   auto owned = std::make_unique<StartPage>(options);
   StartPage& page = *owned;
   page.on_choice = [] { QApplication::quit(); };

@@ -11,6 +11,7 @@
 #include <QVBoxLayout>
 #include <algorithm>
 
+#include "apps/window/qt_localizer.h"
 #include "apps/window/qt_panels.h"
 #include "apps/window/qt_text.h"
 
@@ -88,7 +89,7 @@ void WrappingButton::changeEvent(QEvent* event) {
 StepsPanel::StepsPanel(const volume::SurgicalProcedure& procedure, QWidget* parent)
     : QDockWidget(parent), title_(make_text("step_title")), hint_(make_text("step_hint")) {
   setObjectName("steps");
-  setWindowTitle(procedure.title.empty() ? tr("Steps") : tr("Steps: %1").arg(text_of(procedure.title)));
+  setWindowTitle(procedure.title.empty() ? tr("Steps") : tr("Steps: %1").arg(localized(procedure.title)));
   setFeatures(DockWidgetMovable);
   set_bold(title_, true);
 
@@ -136,7 +137,7 @@ StepsPanel::StepsPanel(const volume::SurgicalProcedure& procedure, QWidget* pare
 void StepsPanel::build_rows(const volume::SurgicalProcedure& procedure) {
   for (const volume::ProcedureStep& step : procedure.steps) {
     Row row{new QLabel, make_text("step_row")};
-    row.title->setText(wrapping_text_of(StepGuide::title_of(step)));
+    row.title->setText(wrapping(localized(StepGuide::title_of(step))));
     rows_.push_back(row);
   }
 }
@@ -156,7 +157,7 @@ void StepsPanel::update_from(const StepGuide& guide) {
     const QString reason =
         next.needs_empty_hand
             ? tr("That step does not allow the tool in the hand: the tool is removed when you go on.")
-            : text_of(next.reason);
+            : localized(next.reason);
     buttons_[i].reason->setText(reason);
     buttons_[i].reason->setVisible(!reason.isEmpty());
   }
@@ -183,10 +184,10 @@ void StepsPanel::show_step(const StepGuide& guide) {
   title_->setText(tr("Step %1 of %2: %3")
                       .arg(guide.index() + 1)
                       .arg(rows_.size())
-                      .arg(wrapping_text_of(StepGuide::title_of(step))));
-  hint_->setText(wrapping_text_of(step.hint));
+                      .arg(wrapping(localized(StepGuide::title_of(step)))));
+  hint_->setText(wrapping(localized(step.hint)));
   hint_->setVisible(!step.hint.empty());
-  note_->setText(wrapping_text_of(step.note));
+  note_->setText(wrapping(localized(step.note)));
   note_box_->setVisible(!step.note.empty());
   build_buttons(guide);
   details_->verticalScrollBar()->setValue(0);
@@ -201,7 +202,7 @@ void StepsPanel::build_buttons(const StepGuide& guide) {
   for (const StepGuide::Next& next : guide.next()) {
     const int index = guide.procedure().find(next.step);
     const QString label = index < static_cast<int>(guide.index()) ? tr("Back: %1") : tr("Next: %1");
-    Button entry{new WrappingButton(label.arg(text_of(next.title))), make_text("")};
+    Button entry{new WrappingButton(label.arg(localized(next.title))), make_text("")};
     entry.button->setObjectName("next_" + text_of(next.step));
     entry.reason->setObjectName("reason_" + text_of(next.step));
     if (buttons_.empty()) entry.button->setToolTip(tr("Ctrl+Enter: the first step that is possible"));

@@ -9,6 +9,8 @@
 #include <QVBoxLayout>
 #include <cmath>
 
+#include "apps/window/qt_localizer.h"
+
 namespace trephine::view {
 
 namespace {
@@ -27,9 +29,9 @@ QIcon swatch(const glm::dvec3& colour) {
 QString words_of_name(const std::string& name) {
   QString words = QString::fromStdString(name);
   words.replace('_', ' ');
-  if (words == "csf") return "CSF";
+  if (words == "csf") words = "CSF";
   if (!words.isEmpty()) words[0] = words[0].toUpper();
-  return words;
+  return localized(words);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include <QVBoxLayout>
 #include <algorithm>
 
+#include "apps/window/qt_localizer.h"
 #include "apps/window/qt_panels.h"
 
 namespace trephine::view {
@@ -31,7 +32,7 @@ class NumberBox : public QDoubleSpinBox {
     setDecimals(3);
     setRange(std::max(info.low, -1e6), std::min(info.high, 1e6));
     if (info.low > 0 && info.low < 1e-3) setMinimum(1e-3);
-    if (!info.unit.empty()) setSuffix(" " + text_of(info.unit).replace("mm3", "mm\u00b3"));
+    if (!info.unit.empty()) setSuffix(" " + localized(text_of(info.unit)).replace("mm3", "mm\u00b3"));
     setSingleStep(info.unit == "mm" ? 0.5 : 1);
     setKeyboardTracking(false);
   }
@@ -52,11 +53,11 @@ QString words_of(std::string_view name) {
   for (QChar& c : words)
     if (c == '-' || c == '_') c = ' ';
   if (!words.isEmpty()) words[0] = words[0].toUpper();
-  return words;
+  return localized(words);
 }
 
 QString label_of(const sim::Field& field) {
-  return field.info.label.empty() ? words_of(field.name) : text_of(field.info.label);
+  return field.info.label.empty() ? words_of(field.name) : localized(text_of(field.info.label));
 }
 
 namespace {
@@ -81,7 +82,7 @@ void add_mark_button(QLineEdit* line, const sim::Field& field, const FieldForm::
 
 void FieldForm::add_row(QWidget* widget, const sim::Field& field, std::function<void()> show) {
   widget->setObjectName(text_of(field.name));
-  widget->setToolTip(text_of(field.info.help));
+  widget->setToolTip(localized(text_of(field.info.help)));
   auto* form = static_cast<QFormLayout*>((field.info.is_expert ? expert_ : this)->layout());
   if (qobject_cast<QCheckBox*>(widget))
     form->addRow(widget);
@@ -133,7 +134,7 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, const Mark& ma
       add_row(box, field, [this, box, &field] { box->setChecked(*address_of<bool>(field, value_)); });
     } else if (std::holds_alternative<std::uint8_t*>(pointer)) {
       auto* box = new QComboBox;
-      const QString unit = field.info.unit.empty() ? QString() : " " + text_of(field.info.unit);
+      const QString unit = field.info.unit.empty() ? QString() : " " + localized(text_of(field.info.unit));
       for (const std::string_view choice : field.info.choices) box->addItem(words_of(choice) + unit);
       connect(box, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this, &field](int index) {
         *address_of<std::uint8_t>(field, value_) = static_cast<std::uint8_t>(index);
@@ -154,7 +155,7 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, const Mark& ma
       // Points, lists, whole numbers and ids are edited as text, in the notation of scripts.
       auto* line = new QLineEdit;
       const bool may_be_empty = !field.info.empty_choice.empty();  // an empty text means the number 0
-      line->setPlaceholderText(text_of(field.info.empty_choice));
+      line->setPlaceholderText(localized(text_of(field.info.empty_choice)));
       connect(line, &QLineEdit::editingFinished, this, [this, line, may_be_empty, &field] {
         const QString text = line->text().trimmed();
         const std::string words =
@@ -162,8 +163,8 @@ FieldForm::FieldForm(const sim::Value& value, const Offer& offer, const Mark& ma
         sim::Value next = value_;
         const Status error = next.set(words);
         line->setStyleSheet(error ? "border: 1px solid #e08030" : "");
-        if (error) return line->setToolTip(QString::fromStdString(error->message()));
-        line->setToolTip(text_of(field.info.help));
+        if (error) return line->setToolTip(localized(error->message()));
+        line->setToolTip(localized(text_of(field.info.help)));
         if (next == value_) return;
         value_ = std::move(next);
         notify_change();
@@ -202,7 +203,8 @@ QWidget* FieldForm::make_text(const sim::Field& field, const Offer& offer) {
   const QStringList names = offer ? offer(field.info.names) : QStringList();
   if (!names.isEmpty()) {
     auto* box = new QComboBox;
-    if (!field.info.empty_choice.empty()) box->addItem(text_of(field.info.empty_choice), QString());
+    if (!field.info.empty_choice.empty())
+      box->addItem(localized(text_of(field.info.empty_choice)), QString());
     for (const QString& name : names) box->addItem(name, name);
     connect(box, QOverload<int>::of(&QComboBox::currentIndexChanged), this,
             [box, set] { set(box->currentData().toString()); });
@@ -320,7 +322,7 @@ void ToolPanel::permit(const Permission& permission) {
                                                                    : instruments_[i];
     QStandardItem* item = items->item(static_cast<int>(i));
     item->setEnabled(parameters.is_ok());
-    item->setToolTip(parameters ? QString() : QString::fromStdString(parameters.error()));
+    item->setToolTip(parameters ? QString() : localized(parameters.error()));
     if (parameters) instruments_[i] = std::move(parameters).value();
   }
   has_permission_ = static_cast<bool>(permission);

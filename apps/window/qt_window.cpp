@@ -29,6 +29,7 @@
 #include "apps/view/stylus_style.h"
 #include "apps/window/qt_application.h"
 #include "apps/window/qt_elided_label.h"
+#include "apps/window/qt_localizer.h"
 #include "apps/window/qt_score_dialog.h"
 #include "apps/window/qt_structure_panel.h"
 #include "apps/workbench/clock.h"
@@ -151,7 +152,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   if (options_.side == 0 && !is_from_back && options_.summary.work_position)
     picture->look_at_work(*options_.summary.work_position);
   if (const Status error = picture->set_opacities(std::exchange(options_.opacities, {}))) show_error(*error);
-  picture->view().set_display(options_.display, options_.head_tracker);
+  picture->view().set_display(options_.display, options_.head_tracker, options_.hmd);
   structures_->show_list(picture->structures());
   if (options_.plan) picture->set_plan(workbench::plan_overlays(*options_.plan));
   picture->view().set_text_scale(QApplication::font().pointSizeF() / initial_text_size());
@@ -268,7 +269,7 @@ void MainWindow::report_disconnected_parts() {
       "The solid shape has disconnected parts, such as a table, a head holder or another bone. To omit them, "
       "check \"Largest part only\" and press \"Use\".";
   operation_->note(text);
-  show_message(text);
+  show_message(localized(QString(text)));
 }
 
 void MainWindow::preview_shape() {
@@ -296,8 +297,8 @@ void MainWindow::forget_preview() {
 }
 
 void MainWindow::show_error(const Error& error) {
-  auto* box = new QMessageBox(QMessageBox::Warning, "trephine", QString::fromStdString(error.message()),
-                              QMessageBox::Ok, this);
+  auto* box =
+      new QMessageBox(QMessageBox::Warning, "trephine", localized(error.message()), QMessageBox::Ok, this);
   box->setObjectName("error");
   box->setAttribute(Qt::WA_DeleteOnClose);
   box->open();
@@ -321,6 +322,8 @@ void MainWindow::tick() {
     follow_cursor();
     show_marking();
     operation_->frame();
+    if (EyeDisplay* eyes = viewport()->view().eyes())
+      if (const Status problem = eyes->take_problem()) show_error(*problem);
   } else if (replay_) {
     if (leader_ != nullptr) follow_leader();
     if (const Status error = replay_->frame(elapsed)) {
@@ -368,8 +371,8 @@ void MainWindow::show_message(const QString& text) {
 void MainWindow::show_notices() {
   const haptics::ServoRecord& newest = operation_ ? operation_->state().newest : replay_->record();
   const glm::dvec2 tip = viewport()->project(newest.proxy_world);
-  const QString text = QString::fromStdString(operation_ ? operation_->notice_text()
-                                                         : replay_notices_.shown(replay_->seconds()));
+  const QString text =
+      localized(operation_ ? operation_->notice_text() : replay_notices_.shown(replay_->seconds()));
   const double scale = 1 / canvas_->devicePixelRatioF();
   std::vector<QRect> labels;
   if (tool_notice_->needs_layout(text))
@@ -394,11 +397,10 @@ void MainWindow::show_state() {
   if (is_sound_on_) sound_.show(force, record.pose.is_pressed(), record.has_contact);
   const double removed = operation_ ? operation_->state().removed_mm3 : replay_->engine().removed_mm3();
   const std::size_t changes = operation_ ? operation_->state().strokes : replay_->engine().stroke_count();
-  removed_->setText(removed > 0 ? QString("%1 mm\u00b3 removed, %2 change%3")
+  removed_->setText(removed > 0 ? (changes == 1 ? tr("%L1 mm\u00b3 removed, 1 change")
+                                                : tr("%L1 mm\u00b3 removed, %2 changes").arg(changes))
                                       .arg(removed, 0, 'f', 1)
-                                      .arg(changes)
-                                      .arg(changes == 1 ? "" : "s")
-                                : QString("nothing removed yet"));
+                                : tr("nothing removed yet"));
   const bool can_undo = operation_ && operation_->state().can_undo,
              can_redo = operation_ && operation_->state().can_redo;
   undo_->setEnabled(can_undo), undo_action_->setEnabled(operation_ != nullptr);  // undo() explains refusals
@@ -413,8 +415,8 @@ void MainWindow::show_state() {
     }
     if (!operation_->is_changing_instrument() && notice_->text() == preparing_text()) notice_->clear();
     if (!refused.empty()) {
-      show_message("The command was refused: " +
-                   QString::fromStdString(refused).trimmed().replace('\n', "; ").simplified());
+      show_message(
+          localized("The command was refused: " + refused).trimmed().replace('\n', "; ").simplified());
     }
     show_steps();
     show_notices();
@@ -422,7 +424,7 @@ void MainWindow::show_state() {
     if (seconds_since(servo_shown_at_) > k_servo_seconds || servo_->text().isEmpty()) {
       servo_shown_at_ = Clock::now();
       const haptics::ServoReport servo = operation_->servo();
-      servo_->setText(tr("Forces: %1 Hz, step %2 \u00b5s, delay %3 \u00b5s")
+      servo_->setText(tr("Forces: %1 Hz, step %L2 \u00b5s, delay %3 \u00b5s")
                           .arg(options_.rate_hz, 0, 'f', 0)
                           .arg(servo.step_p50_us, 0, 'f', 1)
                           .arg(servo.late_p50_us, 0, 'f', 0));
@@ -430,15 +432,15 @@ void MainWindow::show_state() {
     const std::string fault = operation_->fault_text();
     const double share = viewport()->drawn_share();
     const Status recording = options_.recorder ? options_.recorder->status() : std::nullopt;
-    state_text_->setText(
-        !fault.empty()       ? QString::fromStdString("\u26a0 " + fault)
-        : recording          ? QString::fromStdString("\u26a0 " + recording->what + ": " + recording->found)
-        : record.is_escaping ? QString("guiding the tool out of restored bone")
-        : operation_->is_changing_instrument() ? ""
-        : operation_->state().pending_jobs > 0 ? QString::fromStdString(operation_->job_text())
-        : share < 1                            ? QString("drawing, %1 %").arg(static_cast<int>(100 * share))
-        : panes_.panes().is_waiting()          ? tr("computing images ...")
-                                               : tr("ready"));
+    state_text_->setText(!fault.empty() ? "\u26a0 " + localized(fault)
+                         : recording
+                             ? QString::fromStdString("\u26a0 " + recording->what + ": " + recording->found)
+                         : record.is_escaping                   ? tr("guiding the tool out of restored bone")
+                         : operation_->is_changing_instrument() ? ""
+                         : operation_->state().pending_jobs > 0 ? localized(operation_->job_text())
+                         : share < 1 ? tr("drawing, %1 %").arg(static_cast<int>(100 * share))
+                         : panes_.panes().is_waiting() ? tr("computing images ...")
+                                                       : tr("ready"));
     const QString style = fault.empty() && !recording ? "" : "color: #f6c944; font-weight: bold";
     if (state_text_->styleSheet() != style) state_text_->setStyleSheet(style);
   } else {
@@ -465,9 +467,9 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     const WindowStage::Dialog dialog(stage_);
     QMessageBox::information(
         this, "trephine",
-        "The session is saved as\n" + session +
-            "\n\nTo continue it later, choose it on the start page of trephine simulator, or run trephine "
-            "resume.");
+        tr("The session is saved as\n%1\n\nTo continue it later, choose it on the start page of trephine "
+           "simulator, or run trephine resume.")
+            .arg(session));
   }
   if (!options_.screenshot.empty())
     screenshot_error_ = save_picture(QString::fromStdString(options_.screenshot));

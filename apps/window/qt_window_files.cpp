@@ -14,6 +14,7 @@
 #include <QSlider>
 #include <QVTKOpenGLNativeWidget.h>
 
+#include "apps/window/qt_localizer.h"
 #include "apps/window/qt_window.h"
 #include "data-tools/files/atomic_file.h"
 #include "data-tools/files/output_set.h"
@@ -111,7 +112,7 @@ WindowHost::Listener MainWindow::Opening::listener() const {
 void MainWindow::show_assumptions() {
   for (const std::string& text : options_.notices) {
     operation_->note(text);
-    if (text.starts_with("shape:")) show_message(QString::fromStdString(text).remove(0, 7));
+    if (text.starts_with("shape:")) show_message(localized(text).remove(0, 7));
   }
   // Without forbidden structures, as in most scans, a burr in the brain raises no event.
   const sim::Engine& engine = options_.start->engine;
@@ -179,8 +180,8 @@ void MainWindow::adopt_opened() {
   clip_share_->setEnabled(false);
   begin(options_.start->scene());
   if (!session.isEmpty())
-    show_message("The previous session is saved as " + session +
-                 ". To continue it: File > Open a session to continue.");
+    show_message(tr("The previous session is saved as %1. To continue it: File > Open a session to continue.")
+                     .arg(session));
 }
 
 std::shared_ptr<const volume::Version> MainWindow::frozen_version() {
@@ -189,7 +190,7 @@ std::shared_ptr<const volume::Version> MainWindow::frozen_version() {
 
 // ---- saving ---------------------------------------------------------------------------------------------
 
-void MainWindow::ask_path_and_save(const char* title, const char* suggestion, const char* filter,
+void MainWindow::ask_path_and_save(const QString& title, const char* suggestion, const char* filter,
                                    Status (MainWindow::*save)(const QString&)) {
   if (operation_) operation_->press(false);
   QString path;
@@ -202,7 +203,7 @@ void MainWindow::ask_path_and_save(const char* title, const char* suggestion, co
   const Status error = (this->*save)(path);
   QApplication::restoreOverrideCursor();
   if (error) return show_error(*error);
-  show_message("saved " + path.section('/', -1));
+  show_message(tr("saved %1").arg(path.section('/', -1)));
 }
 
 /// Returns an error if the file cannot be written or would overwrite a file that is open here.

@@ -30,12 +30,25 @@ void MainWindow::press_deeper(int steps) {
 void MainWindow::tilt(double right, double up) {
   if (!operation_) return;
   operation_->tilt(right, up);
-  show_message(QString("tilted %1\u00b0").arg(operation_->tilt_angle(), 0, 'f', 0));
+  show_message(tr("tilted %1\u00b0").arg(operation_->tilt_angle(), 0, 'f', 0));
 }
 
 void MainWindow::change_display(const std::function<void(DisplayMode&)>& change) {
-  change(options_.display);
-  if (viewport() != nullptr) viewport()->view().set_display(options_.display, options_.head_tracker);
+  DisplayMode mode = options_.display;
+  change(mode);
+  const bool is_headset = mode.eyes == DisplayMode::Eyes::headset;
+  if (is_headset && !options_.hmd) {
+    auto hmd = open_hmd();
+    if (!hmd) {
+      constexpr const char* actions[] = {"eyes_one", "eyes_anaglyph", "eyes_side_by_side", "eyes_headset"};
+      findChild<QAction*>(actions[static_cast<std::size_t>(options_.display.eyes)])->setChecked(true);
+      return show_error(hmd.error());
+    }
+    options_.hmd = std::move(hmd).value();
+  }
+  if (!is_headset) options_.hmd.reset();
+  options_.display = mode;
+  if (viewport() != nullptr) viewport()->view().set_display(mode, options_.head_tracker, options_.hmd);
 }
 
 /// Undoes the last change, or explains why this is not possible.
@@ -229,9 +242,10 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
       return;
     case Qt::Key_K: {
       if (!operation_) return;
-      constexpr const char* names[] = {"upright on the bone", "toward the viewer", "in a fixed direction"};
-      show_message(
-          QString("The shaft points %1.").arg(names[static_cast<int>(operation_->select_next_shaft_mode())]));
+      constexpr const char* names[] = {QT_TR_NOOP("The shaft points upright on the bone."),
+                                       QT_TR_NOOP("The shaft points toward the viewer."),
+                                       QT_TR_NOOP("The shaft points in a fixed direction.")};
+      show_message(tr(names[static_cast<int>(operation_->select_next_shaft_mode())]));
       return;
     }
     case Qt::Key_0:

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <glm/geometric.hpp>
 
+#include "apps/window/qt_localizer.h"
 #include "apps/window/qt_window.h"
 
 namespace trephine::view {
@@ -68,7 +69,7 @@ void MainWindow::show_marking() {
   for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) grid_->pane(i)->set_marks(marking_.positions());
   marking_prompt_ = prompt;
   prompt_->setVisible(!prompt.empty());
-  prompt_->setText(QString::fromStdString(prompt));
+  prompt_->setText(localized(prompt));
   constexpr int k_border = 8, k_top = 34;  // pixels
   const int text_width =
                 prompt_->fontMetrics().horizontalAdvance(prompt_->text()) + 2 * prompt_->margin() + 8,

@@ -36,11 +36,11 @@ void MainWindow::build_menu() {
   QMenu* file = menuBar()->addMenu(tr("&File"));
   if (options_.host.open) {
     add(file, "open_folder", tr("&Open a DICOM folder or a case ..."), QKeySequence::Open, [this] {
-      const QString path = QFileDialog::getExistingDirectory(this, "Open a DICOM folder or a case");
+      const QString path = QFileDialog::getExistingDirectory(this, tr("Open a DICOM folder or a case"));
       if (!path.isEmpty()) open_source(path);
     });
     add(file, "open_file", tr("Open a &file ..."), QKeySequence("Ctrl+Shift+O"), [this] {
-      const QString path = QFileDialog::getOpenFileName(this, "Open a scan", {}, k_scan_filter);
+      const QString path = QFileDialog::getOpenFileName(this, tr("Open a scan"), {}, k_scan_filter);
       if (!path.isEmpty()) open_source(path);
     });
     add(file, "add_scan", tr("&Add a scan to touch ..."), {}, [this] {
@@ -75,19 +75,20 @@ void MainWindow::build_menu() {
     });
   if (options_.host.resume || options_.host.replay) file->addSeparator();
   add(file, "save_volume", tr("&Save the operated volume ..."), QKeySequence::Save, [this] {
-    ask_path_and_save("Save the operated volume", "operated.nii.gz", k_volume_filter,
+    ask_path_and_save(tr("Save the operated volume"), "operated.nii.gz", k_volume_filter,
                       &MainWindow::save_volume);
   });
-  add(file, "save_mesh", tr("Save the &mesh ..."), {},
-      [this] { ask_path_and_save("Save the mesh", "operated.stl", k_mesh_filter, &MainWindow::save_mesh); });
+  add(file, "save_mesh", tr("Save the &mesh ..."), {}, [this] {
+    ask_path_and_save(tr("Save the mesh"), "operated.stl", k_mesh_filter, &MainWindow::save_mesh);
+  });
   if (!options_.replay)
     add(file, "save_session", tr("Save the sess&ion ..."), {}, [this] {
-      ask_path_and_save("Save the session", "operation.session", "Sessions (*.session)",
+      ask_path_and_save(tr("Save the session"), "operation.session", "Sessions (*.session)",
                         &MainWindow::save_session);
     });
   if (!options_.replay) add(file, "make_case", tr("Make a &case ..."), {}, [this] { show_case_panel(); });
   add(file, "save_picture", tr("Save the &picture ..."), QKeySequence("Ctrl+P"), [this] {
-    ask_path_and_save("Save the picture", "operation.png", "Pictures (*.png)", &MainWindow::save_picture);
+    ask_path_and_save(tr("Save the picture"), "operation.png", "Pictures (*.png)", &MainWindow::save_picture);
   });
   file->addSeparator();
   add(file, "quit", tr("&Quit"), QKeySequence::Quit, [this] {
@@ -135,6 +136,7 @@ void MainWindow::build_menu() {
   add_eyes("eyes_one", tr("&One picture"), DisplayMode::Eyes::one);
   add_eyes("eyes_anaglyph", tr("&Anaglyph: red and cyan glasses"), DisplayMode::Eyes::anaglyph);
   add_eyes("eyes_side_by_side", tr("&Side by side: 3-D display"), DisplayMode::Eyes::side_by_side);
+  add_eyes("eyes_headset", tr("&Headset (OpenXR)"), DisplayMode::Eyes::headset);
   display->addSeparator();
   QAction* mirror = add(display, "mirror_display", tr("&Mirrored: display seen in a mirror"), {},
                         [this](bool is_on) { change_display([is_on](auto& d) { d.is_mirrored = is_on; }); });
@@ -166,8 +168,8 @@ void MainWindow::build_menu() {
   add(help, "about", tr("&About trephine"), {}, [this] {
     QMessageBox::about(
         this, "trephine",
-        "Surgical simulation on real CT and MR scans, with haptic contact.\nFor training and research. Not a medical "
-        "device.\nLicence: Apache-2.0");
+        tr("Surgical simulation on real CT and MR scans, with haptic contact.\nFor training and research. Not a "
+           "medical device.\nLicence: Apache-2.0"));
   });
 }
 
@@ -212,9 +214,10 @@ void MainWindow::build_command_menu() {
     const bool needs_point = type.schema->fields.size() == 1 && type.schema->fields[0].name == "at" &&
                              is_point(type.schema->fields[0]);
     const QString words = words_of(type.schema->name);
-    const char* ending = type.schema->fields.empty() ? "" : " ...";
-    if (needs_point) ending = words.endsWith(" at") ? " the touched point" : " at the touched point";
-    QAction* action = menu->addAction(words + ending);
+    const QString title = needs_point                   ? tr("%1: the touched point").arg(words)
+                          : type.schema->fields.empty() ? words
+                                                        : words + " ...";
+    QAction* action = menu->addAction(title);
     action->setObjectName(
         "command_" + QString::fromUtf8(type.schema->name.data(), static_cast<int>(type.schema->name.size())));
     if (needs_point && ++point_command_count < 10)

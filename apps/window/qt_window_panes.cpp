@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "apps/window/qt_localizer.h"
 #include "apps/window/qt_window.h"
 #include "data-tools/files/atomic_file.h"
 #include "modules/ct_viewer/ct_viewer.h"
@@ -80,14 +81,15 @@ void MainWindow::build_panes_menu() {
     });
   }
   QMenu* blend = menu->addMenu(tr("&Before and after"));
-  constexpr const char* blends[] = {"&After", "&Before", "Removed matter in &amber"};
+  constexpr const char* blends[] = {QT_TR_NOOP("&After"), QT_TR_NOOP("&Before"),
+                                    QT_TR_NOOP("Removed matter in &amber")};
   for (std::size_t b = 0; b < std::size(blends); ++b)
-    add(blend, QString("blend_%1").arg(b), blends[b], {},
+    add(blend, QString("blend_%1").arg(b), tr(blends[b]), {},
         [this, b] { panes_.panes().set_blend(static_cast<ct_viewer::Blend>(b)); });
   QMenu* slab = menu->addMenu(tr("&Thickness"));
   for (const int mm : {0, 2, 5, 10, 20})
-    add(slab, QString("slab_%1").arg(mm), mm == 0 ? QString("One slice") : QString("Mean of %1 mm").arg(mm),
-        {}, [this, mm] { panes_.panes().set_slab(mm); });
+    add(slab, QString("slab_%1").arg(mm), mm == 0 ? tr("One slice") : tr("Mean of %1 mm").arg(mm), {},
+        [this, mm] { panes_.panes().set_slab(mm); });
   QMenu* render_menu = menu->addMenu(tr("&Volume rendering"));
   for (const std::string_view transfer : imaging::k_transfer_functions) {
     const QString name = QString::fromUtf8(transfer.data(), static_cast<int>(transfer.size()));
@@ -144,13 +146,13 @@ void MainWindow::look_from(char side) {
 void MainWindow::fill_structures(QMenu* menu) {
   menu->clear();
   const std::vector<std::string>& names = scene_->base->label_names;
-  if (names.size() < 2) menu->addAction("The scan has no labels")->setEnabled(false);
+  if (names.size() < 2) menu->addAction(tr("The scan has no labels"))->setEnabled(false);
   for (std::size_t label = 1; label < names.size(); ++label) {
-    QMenu* structure = menu->addMenu(QString::fromStdString(names[label]));
+    QMenu* structure = menu->addMenu(words_of(names[label]));
     constexpr std::pair<const char*, double> appearances[] = {
-        {"&Shown", 1}, {"&Translucent", 0.15}, {"&Hidden", 0}};
+        {QT_TR_NOOP("&Shown"), 1}, {QT_TR_NOOP("&Translucent"), 0.15}, {QT_TR_NOOP("&Hidden"), 0}};
     for (const auto& [text, opacity] : appearances)
-      connect(structure->addAction(text), &QAction::triggered, this,
+      connect(structure->addAction(tr(text)), &QAction::triggered, this,
               [this, label, opacity = opacity] { panes_.panes().set_label_opacity(label, opacity); });
   }
 }
@@ -175,23 +177,23 @@ void MainWindow::preview_visible_values() {
 void MainWindow::show_scan_facts() {
   const volume::Volume& scan = *scene_->base;
   const glm::dvec3 mm = scan.frame.spacing();
-  QString text = QString("%1 x %2 x %3 voxels of %4 x %5 x %6 mm\n")
+  QString text = tr("%1 x %2 x %3 voxels of %L4 x %L5 x %L6 mm\n")
                      .arg(scan.size.x)
                      .arg(scan.size.y)
                      .arg(scan.size.z)
                      .arg(mm.x, 0, 'f', 3)
                      .arg(mm.y, 0, 'f', 3)
                      .arg(mm.z, 0, 'f', 3);
-  text += QString("%1 x %2 x %3 mm in all\n")
+  text += tr("%1 x %2 x %3 mm in all\n")
               .arg(mm.x * scan.size.x, 0, 'f', 0)
               .arg(mm.y * scan.size.y, 0, 'f', 0)
               .arg(mm.z * scan.size.z, 0, 'f', 0);
-  text += scan.is_hounsfield ? "Hounsfield units\n" : "values without a unit\n";
+  text += scan.is_hounsfield ? tr("Hounsfield units\n") : tr("values without a unit\n");
   const glm::dvec3 along = scan.frame.vector_world_from_volume({0, 0, 1});
-  text += QString("slices are ordered toward %1\n")
-              .arg(QString::fromStdString(imaging::direction_letters(along)));
-  if (scan.label_names.size() > 1) text += QString("%1 labels\n").arg(scan.label_names.size() - 1);
-  auto* box = new QMessageBox(QMessageBox::Information, "The scan", text.trimmed(), QMessageBox::Ok, this);
+  text += tr("slices are ordered toward %1\n").arg(QString::fromStdString(imaging::direction_letters(along)));
+  if (scan.label_names.size() > 1) text += tr("%1 labels\n").arg(scan.label_names.size() - 1);
+  auto* box =
+      new QMessageBox(QMessageBox::Information, tr("The scan"), text.trimmed(), QMessageBox::Ok, this);
   box->setObjectName("scan_facts");
   box->setAttribute(Qt::WA_DeleteOnClose);
   box->open();

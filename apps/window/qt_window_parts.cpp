@@ -74,9 +74,9 @@ void MainWindow::build_panel() {
   grid->addWidget(tool_panel_, 0, 0, 1, 3);
   depth_ = make_slider("depth", 1, 24, k_usual_press);
   depth_->setToolTip(tr("Depth of a press below the surface  (wheel, PgUp, PgDn)"));
-  auto* depth_text = new QLabel(tr("2.0 mm"));
+  auto* depth_text = new QLabel(QString("%L1 mm").arg(2.0, 0, 'f', 1));
   connect(depth_, &QSlider::valueChanged, this, [this, depth_text](int half_mm) {
-    depth_text->setText(QString("%1 mm").arg(0.5 * half_mm, 0, 'f', 1));
+    depth_text->setText(QString("%L1 mm").arg(0.5 * half_mm, 0, 'f', 1));
     if (operation_) operation_->set_depth(0.5 * half_mm);
   });
   grid->addWidget(new QLabel(tr("Press")), 1, 0);
@@ -95,11 +95,12 @@ void MainWindow::build_panel() {
 
   auto* view_box = new QGroupBox(tr("View"));
   auto* views = new QGridLayout(view_box);
-  const std::pair<char, const char*> sides[] = {{'A', "Front"}, {'P', "Back"},  {'L', "Left"},
-                                                {'R', "Right"}, {'S', "Above"}, {'I', "Below"}};
+  const std::pair<char, const char*> sides[] = {{'A', QT_TR_NOOP("Front")}, {'P', QT_TR_NOOP("Back")},
+                                                {'L', QT_TR_NOOP("Left")},  {'R', QT_TR_NOOP("Right")},
+                                                {'S', QT_TR_NOOP("Above")}, {'I', QT_TR_NOOP("Below")}};
   for (int i = 0; i < 6; ++i) {
     const char side = sides[i].first;
-    auto* button = make_button(QString("view_%1").arg(side).toLatin1(), sides[i].second,
+    auto* button = make_button(QString("view_%1").arg(side).toLatin1(), tr(sides[i].second),
                                QString("Shift+%1").arg(side).toLatin1());
     connect(button, &QPushButton::clicked, this, [this, side] { look_from(side); });
     views->addWidget(button, i / 2, i % 2);
@@ -107,8 +108,8 @@ void MainWindow::build_panel() {
   clip_ = new QComboBox;
   clip_->setObjectName("clip");
   clip_->setFocusPolicy(Qt::NoFocus);
-  clip_->addItems({"Not clipped", "Clip from the left", "Clip from the front", "Clip from above",
-                   "Clip toward the viewer", "Clip at the section"});
+  clip_->addItems({tr("Not clipped"), tr("Clip from the left"), tr("Clip from the front"),
+                   tr("Clip from above"), tr("Clip toward the viewer"), tr("Clip at the section")});
   clip_share_ = make_slider("clip_share", 0, 100, 50);
   clip_share_->setEnabled(false);
   connect(clip_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this] {
@@ -252,10 +253,11 @@ void MainWindow::show_history() {
   history_->setRange(static_cast<int>(state.first_stroke), static_cast<int>(state.all_strokes));
   history_->setEnabled(state.all_strokes > state.first_stroke);
   if (!history_->isSliderDown()) history_->setValue(static_cast<int>(state.strokes));
-  QString text = QString("change %1 of %2").arg(state.strokes).arg(state.all_strokes);
-  if (state.branch != sim::Engine::k_first_branch) text += " on " + QString::fromStdString(state.branch);
+  QString text = tr("change %1 of %2").arg(state.strokes).arg(state.all_strokes);
+  if (state.branch != sim::Engine::k_first_branch)
+    text = tr("%1 on %2").arg(text, QString::fromStdString(state.branch));
   if (state.history_bytes > 0)
-    text += QString("   %1 MB").arg(static_cast<double>(state.history_bytes) / 1e6, 0, 'f', 1);
+    text += QString("   %L1 MB").arg(static_cast<double>(state.history_bytes) / 1e6, 0, 'f', 1);
   history_text_->setText(text);
 }
 

@@ -52,7 +52,8 @@ void MainWindow::collect_replay_notices() {
   for (const auto& mark : options_.summary.marks)
     entries.push_back({mark.seconds, mark.seconds, mark.level, mark.text});
   for (const data_tools::SessionNote& note : replay_panel_->notes())
-    entries.push_back({note.seconds, note.seconds, workbench::EventLevel::outcome, "Note: " + note.text});
+    entries.push_back({note.seconds, note.seconds, workbench::EventLevel::outcome,
+                       tr("Note: %1").arg(QString::fromStdString(note.text)).toStdString()});
   std::stable_sort(entries.begin(), entries.end(),
                    [](const auto& a, const auto& b) { return a.time < b.time; });
   replay_notices_ = {};
@@ -77,7 +78,7 @@ void MainWindow::show_replay_state() {
   const double share = viewport()->drawn_share();
   state_text_->setText(replay_->record().faults & haptics::k_latched_faults
                            ? tr("\u26a0 the force was off at this time")
-                       : share < 1 ? QString("drawing, %1 %").arg(static_cast<int>(100 * share))
+                       : share < 1 ? tr("drawing, %1 %").arg(static_cast<int>(100 * share))
                                    : "");
 }
 

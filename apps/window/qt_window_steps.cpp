@@ -3,6 +3,7 @@
 #include <QMenu>
 #include <utility>
 
+#include "apps/window/qt_localizer.h"
 #include "apps/window/qt_score_dialog.h"
 #include "apps/window/qt_steps_panel.h"
 #include "apps/window/qt_window.h"
@@ -48,9 +49,9 @@ void MainWindow::show_steps() {
   tool_panel_->permit(
       [&guide](const sim::InstrumentType& instrument) { return guide.allowed_parameters(instrument); });
   tool_panel_->show(operation_->tool());
-  set_xray_refusal(QString::fromStdString(guide.reason_against(sim::value_type<fluoroscopy::Shoot>())));
+  set_xray_refusal(localized(guide.reason_against(sim::value_type<fluoroscopy::Shoot>())));
   for (const CommandAction& one : command_actions_) {
-    const QString reason = QString::fromStdString(guide.reason_against(*one.type));
+    const QString reason = localized(guide.reason_against(*one.type));
     one.action->setEnabled(reason.isEmpty());
     one.action->setToolTip(reason);  // if empty: the text of the action
     one.menu->setToolTipsVisible(true);
@@ -83,10 +84,10 @@ void MainWindow::go_to_next_step() {
     if (guide.step().transitions.empty()) return show_refusal(tr("This is the last step."));
     const int next = guide.procedure().find(guide.step().transitions.front().to);
     const std::string& title = StepGuide::title_of(guide.procedure().steps[static_cast<std::size_t>(next)]);
-    return show_refusal(tr("The next step, \"%1\", begins by itself when its conditions are met.")
-                            .arg(QString::fromStdString(title)));
+    return show_refusal(
+        tr("The next step, \"%1\", begins by itself when its conditions are met.").arg(localized(title)));
   }
-  const QString reason = QString::fromStdString(all.front().reason);
+  const QString reason = localized(all.front().reason);
   if (reason.isEmpty())
     is_next_step_requested_ = true;  // its conditions are being checked
   else

@@ -24,6 +24,7 @@ constexpr const char* k_tutorial = "first-steps";
 view::StartPageOptions page_of(const SimulatorArguments& arguments, std::string problem) {
   view::StartPageOptions page;
   page.problem = std::move(problem);
+  page.language = arguments.display.language;
   page.tiles = {
       {"First steps", "Turn, touch, drill, undo, measure and take an X-ray, in five minutes.", "first-steps",
        "head", k_tutorial},
@@ -86,7 +87,7 @@ Result<Outcome> run_simulator(const SimulatorArguments& arguments) {
     return devices.error();
   view::WindowOptions checked;
   if (Status error = choose_display(arguments.display, checked)) return *error;
-  checked.head_tracker.reset();  // frees the port
+  checked.head_tracker.reset(), checked.hmd.reset();  // frees the port and the headset
   Outcome outcome("simulator");
   int operations = 0;
   std::string problem;

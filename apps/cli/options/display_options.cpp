@@ -4,6 +4,7 @@
 #include <iterator>
 #include <utility>
 
+#include "apps/view/start_page.h"
 #include "volume/base/text.h"
 
 namespace trephine::cli {
@@ -16,7 +17,8 @@ struct EyesName {
 };
 constexpr EyesName k_eyes[] = {{"one", view::DisplayMode::Eyes::one},
                                {"anaglyph", view::DisplayMode::Eyes::anaglyph},
-                               {"side-by-side", view::DisplayMode::Eyes::side_by_side}};
+                               {"side-by-side", view::DisplayMode::Eyes::side_by_side},
+                               {"headset", view::DisplayMode::Eyes::headset}};
 
 Status check_distance(double mm, const char* option) {
   constexpr double k_least = 100, k_most = 5000;
@@ -32,8 +34,12 @@ Status check_distance(double mm, const char* option) {
 
 void add_display(Options& options, DisplayArguments& arguments) {
   options
+      .add("--language", arguments.language,
+           "Language of the window: en or de; by default that of the system")
+      .type("NAME");
+  options
       .add("--eyes", arguments.eyes,
-           "Picture for: one; anaglyph (red and cyan glasses); side-by-side (3-D display)")
+           "Picture for: one; anaglyph (red and cyan glasses); side-by-side (3-D display); headset (OpenXR)")
       .shows_default()
       .type("NAME");
   options.add("--mirror", arguments.mode.is_mirrored,
@@ -63,12 +69,26 @@ Status choose_display(const DisplayArguments& arguments, view::WindowOptions& op
     return Error{.what = "no display has this name",
                  .where = "--eyes",
                  .found = arguments.eyes,
-                 .expected = "one, anaglyph or side-by-side",
+                 .expected = "one, anaglyph, side-by-side or headset",
                  .remedy = "pass for example --eyes anaglyph"};
+  const auto is_language = [&](const char* name) { return arguments.language == name; };
+  if (!arguments.language.empty() &&
+      std::none_of(view::k_languages.begin(), view::k_languages.end(), is_language))
+    return Error{.what = "the window has no catalogue of this language",
+                 .where = "--language",
+                 .found = arguments.language,
+                 .expected = "en or de",
+                 .remedy = "omit the option for the language of the system"};
+  options.language = arguments.language;
   if (Status error = check_distance(arguments.mode.screen_width, "--screen-width")) return error;
   if (Status error = check_distance(arguments.mode.viewing_distance, "--viewing-distance")) return error;
   options.display = arguments.mode;
   options.display.eyes = found->eyes;
+  if (found->eyes == view::DisplayMode::Eyes::headset) {
+    auto hmd = view::open_hmd();
+    if (!hmd) return hmd.error();
+    options.hmd = std::move(hmd).value();
+  }
   if (arguments.head_tracker.empty()) return {};
   auto tracker = view::open_head_tracker(arguments.head_tracker);
   if (!tracker) return tracker.error();

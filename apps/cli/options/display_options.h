@@ -1,4 +1,4 @@
-// Options of the presentation of a picture: stereo, mirror and head tracker.
+// Options of the presentation of a window: language, stereo, mirror and head tracker.
 #pragma once
 
 #include <string>
@@ -9,11 +9,11 @@
 namespace trephine::cli {
 
 struct DisplayArguments {
-  std::string eyes = "one", head_tracker;
+  std::string language, eyes = "one", head_tracker;
   view::DisplayMode mode;
 };
 
-/// Adds --eyes, --mirror, --head-tracker, --screen-width and --viewing-distance.
+/// Adds --language, --eyes, --mirror, --head-tracker, --screen-width and --viewing-distance.
 void add_display(Options& options, DisplayArguments& arguments);
 /// Sets the presentation of a window, and opens its head tracker. Errors: an unknown name, a value out of
 /// range, and those of view::open_head_tracker().

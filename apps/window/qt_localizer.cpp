@@ -1,0 +1,157 @@
+#include "apps/window/qt_localizer.h"
+
+#include <QCoreApplication>
+#include <QHash>
+#include <QLibraryInfo>
+#include <QLocale>
+#include <QRegularExpression>
+#include <QTranslator>
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <utility>
+
+namespace trephine::view {
+
+namespace {
+
+constexpr int k_max_depth = 12;  // of matches within placeholders
+constexpr int k_max_size = 600;  // characters of a line; longer ones, such as errors with lists, stay English
+constexpr int k_max_kept = 5000;  // texts; numbers in messages make many different ones
+
+bool is_number(const QString& text) {
+  static const QRegularExpression k_number("^[-+]?[0-9]+(\\.[0-9]+)?$");
+  return k_number.match(text).hasMatch();
+}
+
+}  // namespace
+
+Localizer::Localizer(const std::vector<const char*>& patterns, const Translate& translate,
+                     QChar decimal_point)
+    : decimal_point_(decimal_point) {
+  static const QRegularExpression k_placeholder("%([1-9])");
+  std::vector<std::pair<int, Pattern>> sorted;
+  for (const char* source : patterns) {
+    const QString text = QString::fromUtf8(source);
+    Pattern pattern;
+    int end = 0;
+    for (auto all = k_placeholder.globalMatch(text); all.hasNext();) {
+      const QRegularExpressionMatch one = all.next();
+      pattern.literals << text.mid(end, one.capturedStart() - end);
+      pattern.numbers.push_back(one.captured(1).toInt());
+      end = one.capturedEnd();
+    }
+    pattern.literals << text.mid(end);
+    const QString letters = pattern.literals.join("");
+    pattern.is_joint = std::none_of(letters.begin(), letters.end(), [](QChar c) { return c.isLetter(); });
+    pattern.translation = translate(source);
+    if (pattern.translation.isEmpty()) pattern.translation = text;
+    sorted.emplace_back(pattern.is_joint ? -1 : letters.size(), std::move(pattern));
+  }
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  for (auto& [size, pattern] : sorted) patterns_.push_back(std::move(pattern));
+}
+
+QString Localizer::translate(const QString& text) const {
+  if (kept_.size() >= k_max_kept) kept_.clear();
+  QStringList lines;
+  for (const QString& line : text.split('\n')) lines << find(line, 0).value_or(line);
+  return lines.join('\n');
+}
+
+bool Localizer::matches(const QString& text) const {
+  const QStringList lines = text.split('\n');
+  return std::all_of(lines.begin(), lines.end(),
+                     [this](const QString& line) { return find(line, 0).has_value(); });
+}
+
+std::optional<QString> Localizer::find(const QString& text, int depth) const {
+  if (is_number(text)) return QString(text).replace('.', decimal_point_);
+  if (text.isEmpty() || text.size() > k_max_size || depth > k_max_depth) return std::nullopt;
+  // Joints divide a text at each of their marks: parts are searched once.
+  if (const auto known = kept_.constFind(text); known != kept_.constEnd()) return *known;
+  std::optional<QString> found;
+  for (const Pattern& pattern : patterns_)
+    if ((found = apply(pattern, text, depth))) break;
+  kept_.insert(text, found);
+  return found;
+}
+
+std::optional<QString> Localizer::apply(const Pattern& pattern, const QString& text, int depth) const {
+  if (pattern.numbers.empty())
+    return pattern.literals[0] == text ? std::optional(pattern.translation) : std::nullopt;
+  if (!text.startsWith(pattern.literals.first()) || !text.endsWith(pattern.literals.last()))
+    return std::nullopt;
+  std::vector<QString> captures(10);
+  if (!fill(pattern, text, depth, pattern.literals.first().size(), 0, captures)) return std::nullopt;
+  QString result;
+  for (int i = 0; i < pattern.translation.size(); ++i) {
+    const QChar c = pattern.translation[i];
+    const bool is_placeholder = c == '%' && i + 1 < pattern.translation.size() &&
+                                pattern.translation[i + 1] >= '1' && pattern.translation[i + 1] <= '9';
+    if (!is_placeholder) {
+      result += c;
+      continue;
+    }
+    const QString& capture = captures[static_cast<std::size_t>(pattern.translation[++i].digitValue())];
+    result += find(capture, depth + 1).value_or(capture);
+  }
+  return result;
+}
+
+/// Fills the placeholders from `part` on with the shortest possible texts, the first of which begins at
+/// `from`.
+bool Localizer::fill(const Pattern& pattern, const QString& text, int depth, int from, std::size_t part,
+                     std::vector<QString>& captures) const {
+  if (part == pattern.numbers.size()) return from == text.size();
+  const QString& next = pattern.literals[static_cast<int>(part) + 1];
+  const bool is_last = part + 1 == pattern.numbers.size();
+  for (int end = from + 1; end <= text.size(); ++end) {
+    end = is_last ? std::max(end, text.size() - next.size()) : text.indexOf(next, end);
+    if (end < 0 || text.mid(end, next.size()) != next) return false;
+    const QString capture = text.mid(from, end - from);
+    if (pattern.is_joint && !find(capture, depth + 1)) continue;
+    captures[static_cast<std::size_t>(pattern.numbers[part])] = capture;
+    if (fill(pattern, text, depth, end + next.size(), part + 1, captures)) return true;
+  }
+  return false;
+}
+
+namespace {
+
+/// Null in English.
+std::unique_ptr<Localizer>& selected_localizer() {
+  static std::unique_ptr<Localizer> k_localizer;
+  return k_localizer;
+}
+
+}  // namespace
+
+QString localized(const QString& text) {
+  const auto& localizer = selected_localizer();
+  return localizer ? localizer->translate(text) : text;
+}
+
+void select_language(const QString& language) {
+  static QTranslator k_own, k_qt;
+  const QLocale locale = language.isEmpty() ? QLocale::system() : QLocale(language);
+  const bool is_known = locale.language() != QLocale::C && locale.language() != QLocale::English &&
+                        k_own.load(locale, "trephine", "_", ":/translations");
+  QCoreApplication::removeTranslator(&k_own);
+  QCoreApplication::removeTranslator(&k_qt);
+  selected_localizer().reset();
+  QLocale shown = is_known ? locale : QLocale(QLocale::English, QLocale::UnitedStates);
+  shown.setNumberOptions(QLocale::OmitGroupSeparator);
+  QLocale::setDefault(shown);
+  if (!is_known) return;
+  QCoreApplication::installTranslator(&k_own);
+  // The texts of Qt's own dialogs, if Qt's catalogues are installed.
+  if (k_qt.load(locale, "qtbase", "_", QLibraryInfo::location(QLibraryInfo::TranslationsPath)))
+    QCoreApplication::installTranslator(&k_qt);
+  selected_localizer() = std::make_unique<Localizer>(
+      message_patterns(), [](const char* pattern) { return k_own.translate("messages", pattern); },
+      shown.decimalPoint());
+}
+
+}  // namespace trephine::view
