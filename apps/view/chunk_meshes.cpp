@@ -206,8 +206,11 @@ ChunkMesh make_chunk_mesh(const haptics::TouchScene& scene, std::size_t shape, c
     fine.openness.push_back(openness_at(scene, version, p, normal));
     fine.density.push_back(density_below(touch.field, p, -k_density_depth * frame.diagonal_mm() * normal));
   }
-  // Cubes of three voxels, or of four for a large scan, are fine enough while the view turns.
-  const double cells = base.voxels.size() > 20'000'000 ? 4 : 3;
+  // Cubes of three voxels, or of four for a large scan, are fine enough while the view turns. Rims of cuts
+  // are sharper than the surface of the scan: coarse ones would look ragged.
+  const bool has_cut =
+      std::any_of(fine.freshness.begin(), fine.freshness.end(), [](float f) { return f > 0; });
+  const double cells = has_cut ? 1.25 : base.voxels.size() > 20'000'000 ? 4 : 3;
   // The outermost two layers of cells are shared with neighbouring chunks.
   std::vector<bool> is_border(count);
   const glm::vec3 low(volume::k_chunk * chunk), high = low + static_cast<float>(volume::k_chunk - 2);

@@ -176,7 +176,7 @@ void LabelLayer::lay_out(std::span<const Box> occupied) {
     if (display[0] < 0 || display[1] < 0 || display[0] > window[0] || display[1] > window[1] ||
         display[2] > 1 || display[2] < 0)
       continue;
-    const bool is_behind = is_hidden(at);
+    const bool is_behind = is_hidden(at, p.labels[i].is_name);
     if (is_behind && p.names == Names::in_front && p.labels[i].is_name) continue;
     p.labels[i].text->SetInput((p.labels[i].name + (is_behind ? " (behind)" : "")).c_str());
     p.labels[i].text->GetTextProperty()->SetOpacity(is_behind ? 0.55 : 1);

@@ -37,7 +37,9 @@ class LabelLayer {
   Names names() const noexcept;
   /// Returns true if a point is hidden. A label of such a point, if shown, is dimmed and marked "(behind)".
   /// Called in lay_out().
-  std::function<bool(const glm::dvec3& at_world)> is_hidden = [](const glm::dvec3&) { return false; };
+  std::function<bool(const glm::dvec3& at_world, bool is_name)> is_hidden = [](const glm::dvec3&, bool) {
+    return false;
+  };
   /// Sets the factor of the text size.
   void set_text_scale(double factor);
   std::size_t size() const noexcept;

@@ -1,6 +1,7 @@
 #include "apps/view/operation_controller.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <glm/common.hpp>
@@ -159,9 +160,10 @@ std::string OperationController::job_text() const {
   constexpr double k_short = 0.3;  // s
   const double elapsed = seconds() - job_started_;
   if (job_.empty() || elapsed < k_short) return "";
-  std::string words = job_;
+  std::string words = job_ == "take-instrument" ? "preparing the tool" : job_;
   std::replace(words.begin(), words.end(), '-', ' ');
-  return workbench::format_text("%s, %.0f s so far ...", words.c_str(), std::ceil(elapsed));
+  words[0] = static_cast<char>(std::toupper(words[0]));
+  return workbench::format_text("%s: %.0f s so far ...", words.c_str(), std::ceil(elapsed));
 }
 
 EventLevel OperationController::notice_level() const {
@@ -236,7 +238,11 @@ void OperationController::frame() {
 
   // Fetch the state of the other threads: the version, its changed voxels, the newest tick.
   state_ = live_.fetch_state();
-  if (state_.refused) refused_ = state_.refused->message();
+  if (state_.refused) {
+    const Error& error = *state_.refused;
+    refused_ = error.what + (error.remedy.empty() ? "" : "; " + error.remedy) + ".";
+    if (steps_) refused_ = workbench::with_step_titles(refused_, steps_->procedure());
+  }
   if (state_.refused) release_handle();
   collect_notices();
   send_history_steps();
@@ -259,7 +265,7 @@ void OperationController::frame() {
   const bool is_held =
       state_.overlays && std::any_of(state_.overlays->begin(), state_.overlays->end(),
                                      [](const sim::Overlay& overlay) { return overlay.holder >= 0; });
-  if (state_.overlays && (is_held || shown_ != state_.overlays || shows_clip_volumes_)) {
+  if (state_.overlays && !waits_for_bone() && (is_held || shown_ != state_.overlays || shows_clip_volumes_)) {
     shown_ = state_.overlays;
     if (shows_clip_volumes_)
       viewport_.show(with_clip_volumes(*shown_, state_.depths), state_.hands);

@@ -213,6 +213,7 @@ class OperationController {
   double distance_to_bodies(const Ray& ray) const;
   void follow_surface(const Ray& ray, bool is_over_bone, bool is_soft);
   bool follow_guide(const Ray& ray, double hit);
+  bool waits_for_bone() const;
   bool has_event(std::string_view name) const;
   bool follow_line(const Ray& ray, const ToolAppearance& tool, bool is_pressed);
   std::optional<glm::dvec3> bone_near(const Ray& ray, double hit);

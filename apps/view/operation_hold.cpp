@@ -316,6 +316,8 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   const std::optional<ToolGuide::Pose> pose = guide_.follow(bone_in(*version_), bone_in(*untouched_), input);
   viewport_.mark_line(guide_.edge());
   if (std::string reason = guide_.take_message(); !reason.empty()) {
+    // The reason at another position is outdated.
+    if (seconds() - guide_refused_at_ < Notices::k_refusal_seconds) notices_.dismiss(guide_refused_at_);
     guide_refused_at_ = seconds();
     notices_.add({seconds(), static_cast<double>(state_.newest.tick) / options_.rate_hz, EventLevel::refusal,
                   "The tool cannot work here: " + reason});
@@ -328,6 +330,16 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   mouse_.set(pose->at_world, pose->turn, pose->is_pressed,
              pose->is_jump ? std::optional(pose->at_world) : std::nullopt);
   return true;
+}
+
+/// Returns true while the surface of the bone still contains a piece that was just detached: drawn together,
+/// they would flicker.
+bool OperationController::waits_for_bone() const {
+  if (!shown_ || viewport_.is_whole()) return false;
+  const auto count = [](const sim::Overlays& all) {
+    return std::count_if(all.begin(), all.end(), [](const sim::Overlay& o) { return o.is_detached; });
+  };
+  return count(*state_.overlays) > count(*shown_);
 }
 
 /// Stops the press of a tool that slid behind bone, where the user cannot see it, and shows a message. The

@@ -45,6 +45,7 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
       cap_(scene),
       touch_radius_(scene.tool->radius()),
       is_rigid_(scene.tool->is_six_dof()) {
+  uncut_ = haptics::untouched(scene);
   worker_ = std::make_unique<ChunkWorker>(scene, k_threads);
   opened_ = std::make_unique<OpenedStructures>(scene, opened_labels_);
   // Box of the solid voxels: the camera needs it before the surface is finished.
@@ -84,14 +85,16 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
     const VertexMatter matter = matter_of_detached(*scene_, p, normal);
     return {bone_colour(matter), matter.normal_world};
   };
-  view_.overlays().labels().is_hidden = [this](const dvec3& at) {
+  view_.overlays().labels().is_hidden = [this](const dvec3& at, bool is_name) {
     constexpr double k_deep = 6;           // mm; a point less deep behind the surface counts as visible
     constexpr double k_transparent = 0.5;  // opacity of bone below which it hides no names
     const bool is_transparent =
         list_[0].kind == Structure::Kind::all_bone && list_[0].opacity < k_transparent;
     if (!version_ || is_transparent) return false;
     const dvec3 from = camera().at, line = at - from;
-    const double hit = distance_to_solid(*version_, {from, glm::normalize(line)});
+    // Cuts do not uncover the names of a plan: below an opening there are dura and loose bone.
+    const volume::Version& bone = is_name ? *uncut_ : *version_;
+    const double hit = distance_to_solid(bone, {from, glm::normalize(line)});
     return hit >= 0 && hit < glm::length(line) - k_deep;
   };
 }

@@ -180,6 +180,7 @@ class Viewport {
   sim::Overlays plan_;
   sim::Overlays marks_, in_front_;  ///< `in_front_`: overlays of the last show() that bone does not hide
   std::shared_ptr<const volume::Version> version_;  ///< version of the last request
+  std::shared_ptr<const volume::Version> uncut_;    ///< the scan without cuts
   std::vector<glm::dvec3> edge_;
   const haptics::TouchScene* scene_;
   vtkRenderWindow* window_;

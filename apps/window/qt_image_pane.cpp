@@ -242,7 +242,11 @@ void ImagePane::paintEvent(QPaintEvent*) {
     if (panes_->problem(index_).empty()) {
       double bottom = inner.bottom();
       add_captions(text, *panel, inner, bottom);
-      text.lay_out(*panel, has_names_ && !image_.isNull(), bottom);
+      // In a small X-ray, many names would cover the film.
+      constexpr std::size_t k_few = 6;
+      constexpr int k_large = 500;  // pixels
+      const bool has_room = kind != PaneKind::xray || panel->labels.size() <= k_few || width() >= k_large;
+      text.lay_out(*panel, has_names_ && has_room && !image_.isNull(), bottom);
     }
   }
   painter.setRenderHint(QPainter::SmoothPixmapTransform);
@@ -345,8 +349,9 @@ void ImagePane::draw_overlays(QPainter& painter, const volume::ImagePlane& plane
       if (const auto at = pixel_of(overlay.placement.world_from_local(label.at))) {
         const QString text = QString::fromStdString(label.text);
         const QFontMetrics metrics = fontMetrics();
+        const double room = metrics.horizontalAdvance(text) + 8;
         write_text(painter,
-                   QRectF(at->x() + 8, at->y() - metrics.height() - 4, metrics.horizontalAdvance(text) + 8,
+                   QRectF(std::min(at->x() + 8, width() - room - 4), at->y() - metrics.height() - 4, room,
                           metrics.height() + 2),
                    Qt::AlignLeft | Qt::AlignVCenter, text, colour);
       }

@@ -139,7 +139,8 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "Depth %1 mm"),
       QT_TRANSLATE_NOOP("messages", "%1 mm to the planned target"),
       QT_TRANSLATE_NOOP("messages", "%1 mm beyond the planned target"),
-      QT_TRANSLATE_NOOP("messages", "%1, %2 s so far ..."),
+      QT_TRANSLATE_NOOP("messages", "%1: %2 s so far ..."),
+      QT_TRANSLATE_NOOP("messages", "Preparing the tool"),
       QT_TRANSLATE_NOOP("messages", "The command was refused: %1"),
       QT_TRANSLATE_NOOP("messages", "The running command was cancelled."),
       QT_TRANSLATE_NOOP(
@@ -325,7 +326,7 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "Evaluate canal and screws"),
       QT_TRANSLATE_NOOP(
           "messages",
-          "Judge each screw with judge-screw and the canal with judge-laminectomy, with the label of the vertebra."),
+          "Choose Judge screw for each screw, and Judge laminectomy for the canal, in the menu Commands. Enter the label of the vertebra."),
       QT_TRANSLATE_NOOP("messages", "The operation is complete"),
       QT_TRANSLATE_NOOP("messages", "Mark the entry"),
       QT_TRANSLATE_NOOP(

@@ -161,6 +161,7 @@ void ScoreDialog::judge(const QString& session, const std::string& scan) {
   scan_ = scan;
   score_.reset();
   points_->clear();
+  critical_->hide();
   for (QTableWidget* table : {judged_, reported_}) table->setRowCount(0), table->hide();
   is_report_ = false;
   const QString copy = folder_.filePath("operation.session");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <utility>
 
@@ -107,7 +108,7 @@ EventText text_of(const sim::StepEntered& e, const volume::SurgicalProcedure& pr
 }
 EventText text_of(const sim::StepRefused& e, const volume::SurgicalProcedure& procedure = {}) {
   return {format_text("%s was refused in the step %s: %s.", words_of(e.request).c_str(),
-                      step_words(procedure, e.step).c_str(), e.reason.c_str()),
+                      step_words(procedure, e.step).c_str(), with_step_titles(e.reason, procedure).c_str()),
           Level::refusal};
 }
 EventText text_of(const bone_flap::FlapCut& e) {
@@ -386,6 +387,18 @@ EventText describe_event(const sim::Event& event, const volume::SurgicalProcedur
   if (!result.text.empty() && result.text[0] >= 'a' && result.text[0] <= 'z')
     result.text[0] = static_cast<char>(result.text[0] - 'a' + 'A');
   return result;
+}
+
+std::string with_step_titles(std::string text, const volume::SurgicalProcedure& procedure) {
+  const auto is_letter = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-'; };
+  for (const volume::ProcedureStep& step : procedure.steps) {
+    if (step.title.empty()) continue;
+    const std::string name = "the step " + step.name, title = "the step \"" + step.title + "\"";
+    for (std::size_t at = text.find(name); at != std::string::npos; at = text.find(name, at + title.size()))
+      if (at + name.size() == text.size() || !is_letter(text[at + name.size()]))
+        text.replace(at, name.size(), title);
+  }
+  return text;
 }
 
 std::string fault_reasons(std::uint32_t faults) {

@@ -25,6 +25,8 @@ struct EventText {
 /// event has no sentence of its own, returns the name and the fields of the event, at level `record`.
 /// `procedure`: procedure of the operation, which contains the titles of the steps.
 EventText describe_event(const sim::Event& event, const volume::SurgicalProcedure& procedure = {});
+/// Replaces the names of steps after the words "the step" by their titles in quotes.
+std::string with_step_titles(std::string text, const volume::SurgicalProcedure& procedure);
 /// True if events of this type have a sentence of their own.
 bool has_event_text(const sim::ValueType& type);
 

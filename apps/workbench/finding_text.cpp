@@ -37,7 +37,9 @@ std::string limits_text(const Finding& finding) {
 
 std::string points_text(const Finding& finding) {
   if (!(finding.weight > 0)) return "";
-  return finding.value ? format_text("%.1f of %g", finding.points, finding.weight)
+  // Points that are rounded up must not look like all points.
+  const bool looks_full = finding.points < finding.weight && finding.points >= finding.weight - 0.05;
+  return finding.value ? format_text(looks_full ? "%.2f of %g" : "%.1f of %g", finding.points, finding.weight)
                        : format_text("\u2013 of %g", finding.weight);
 }
 

@@ -35,7 +35,8 @@ sim::Overlays plan_overlays(const volume::SurgicalPlan& plan) {
     const glm::dvec3 begin = t.entry_world + k_before * outward;
     overlay.lines.push_back({begin, t.target_world});
     overlay.labels.push_back({begin, t.name});
-    // A ring at the entry and one at the target, with the planned diameter.
+    // A ring at the entry and one at the target, with the planned diameter. The first one is lifted off the
+    // bone, whose surface may be oblique.
     const glm::dvec3 axis_u = glm::normalize(
         glm::cross(outward, std::abs(outward.x) < 0.8 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
     const glm::dvec3 axis_v = glm::cross(outward, axis_u);
@@ -44,7 +45,7 @@ sim::Overlays plan_overlays(const volume::SurgicalPlan& plan) {
       const double angle = corner * 2 * 3.14159265358979323846 / k_corners;
       return radius * (std::cos(angle) * axis_u + std::sin(angle) * axis_v);
     };
-    for (const glm::dvec3& centre : {t.entry_world + k_lift * outward, t.target_world})
+    for (const glm::dvec3& centre : {t.entry_world + std::max(k_lift, radius) * outward, t.target_world})
       for (int corner = 0; corner < k_corners; ++corner)
         overlay.lines.push_back({centre + on_ring(corner), centre + on_ring(corner + 1)});
   }

@@ -128,7 +128,7 @@ class Rows {
 void set_text(TimelineRow& row, std::size_t& strokes) {
   if (row.units == 0) {
     row.kind = TimelineRow::Kind::press;
-    row.text = format_text("press, %.2f s, %.2f N at most, changed nothing", row.seconds, row.strongest);
+    row.text = format_text("press, %.2f s, %.2f N at most, removed no bone", row.seconds, row.strongest);
   } else {
     row.text = format_text("stroke %zu, %.2f s, %.2f N at most", ++strokes, row.seconds, row.strongest);
   }

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "modules/drilling/burr_tick.h"
+#include "volume/base/axes.h"
 #include "volume/base/text.h"
 #include "volume/scan/bone_labels.h"
 
@@ -22,6 +23,9 @@ constexpr double k_hole_step = 0.25;           // mm between the points at which
 constexpr double k_hole_gap = 1;               // mm of air inside the bone that a hole may cross
 constexpr double k_max_hole = 40;              // mm, longest hole that is measured
 constexpr double k_ahead[] = {0.3, 0.8, 1.3};  // mm ahead of the end at which bone holds the inner drill
+// The floor that a round end leaves in the hole breaks out when the clutch releases, and the surgeon lifts it
+// out: within this share of the inner drill's radius, up to this thickness (mm) below the tip.
+constexpr double k_floor = 0.5, k_floor_thickness = 1.5;
 // Directions around the axis, and the share of the inner drill's radius at which its end is examined.
 constexpr double k_diagonal = 0.7071067811865476, k_share = 0.5;
 constexpr double k_around[][2] = {{1, 0},  {k_diagonal, k_diagonal},   {0, 1},  {-k_diagonal, k_diagonal},
@@ -80,6 +84,24 @@ double hole_behind(const dvec3& tip, const dvec3& shaft, const sim::Work& work) 
   return length;
 }
 
+/// Removes the floor of the hole: the matter around the round end, and the rest below its tip. The rest has
+/// labels of soft tissue, or is less than is_held() notices.
+void break_floor(const Perforator& p, const PerforatorState& state, sim::Work& work) {
+  const double radius = k_floor * 0.5 * p.inner;
+  const auto [u, v] = volume::perpendicular_axes(state.shaft);
+  const dvec3 tip = tip_of(p, state);
+  double depth = 0;
+  const auto search = [&](const dvec3& at) {
+    for (double ahead = k_hole_step; ahead <= k_floor_thickness; ahead += k_hole_step)
+      if (work.is_matter(at - ahead * state.shaft)) depth = std::max(depth, ahead + k_hole_step);
+  };
+  search(tip);
+  for (const double(&around)[2] : k_around) search(tip + radius * (around[0] * u + around[1] * v));
+  const ToolBody floor = ToolBody::cylinder(radius, p.inner, 0.3);
+  const volume::ToolPose pose{tip - depth * state.shaft, state.shaft};
+  work.remove(volume::ToolSweep{floor, pose, pose, false});
+}
+
 void stop(PerforatorState& state, double depth, const dvec3& tip, sim::Work& work) {
   state.has_stopped = true;
   work.raise_event(PerforatorStopped{depth}, tip);
@@ -124,6 +146,7 @@ void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInpu
     state.has_begun = true, state.begun_tip = tip + hole_behind(tip, state.shaft, work) * state.shaft;
   const double depth = glm::dot(state.begun_tip - tip, state.shaft);
   if (!state.has_begun || depth < k_min_depth || is_held(p, state, work)) return;
+  break_floor(p, state, work);
   stop(state, depth, tip, work);
 }
 

@@ -24,7 +24,8 @@ constexpr double k_wall_puncture = 0.4;                     // N, of the ventric
 constexpr double k_max_force = 5;                           // N
 constexpr double k_hub_stiffness = 1;                       // N/mm
 
-constexpr double k_near = 2;     // mm; the catheter enters when a layer is this near ahead of its tip
+constexpr double k_near = 2;  // mm; the catheter enters when a layer is this near ahead of its tip
+constexpr double k_obstructed_seconds = 0.2;  // least duration of an obstruction that is a refusal
 constexpr double k_left = 3;     // mm; it has left when its tip is this far outside the outermost layer
 constexpr double k_clear = 10;   // mm ahead of the tip that must be free of bone
 constexpr double k_shaft = 15;   // mm of the shaft that must be free of bone
@@ -79,8 +80,11 @@ void try_to_enter(const Catheter& c, CatheterState& state, const haptics::ServoR
   const volume::Volume& scan = work.remaining().base();
   if (!has_ventricle(state)) static_cast<Layers&>(state) = layers_of(scan);
   const dvec3 tip = tick.proxy_world, ahead = ahead_of(tick.pose.orientation);
+  // A hand turns the catheter while it approaches: only an obstruction that lasts is a refusal.
   const auto refuse = [&](std::string reason) {
-    if (!state.is_refused) work.raise_event(CatheterRefused{std::move(reason)}, tip);
+    if (state.obstructed_at < 0) state.obstructed_at = tick.t;
+    if (state.is_refused || tick.t - state.obstructed_at < k_obstructed_seconds) return;
+    work.raise_event(CatheterRefused{std::move(reason)}, tip);
     state.is_refused = true;
   };
   // A catheter enters only from outside the layers. After an undo, the tip of a catheter that has not entered
@@ -92,7 +96,7 @@ void try_to_enter(const Catheter& c, CatheterState& state, const haptics::ServoR
   const bool is_pressed = tick.has_contact && glm::dot(tick.contact_force_world, -ahead) > k_press;
   if (is_pressed) return refuse("there is bone in the way. Drill a burr hole there first.");
   if (nearest < 0) {
-    if (!tick.has_contact) state.is_refused = false;
+    if (!tick.has_contact) state.is_refused = false, state.obstructed_at = -1;
     return;
   }
   // A refusal is reported once. The catheter enters as soon as it was turned or moved enough.
@@ -229,6 +233,7 @@ const sim::Schema& CatheterState::schema() {
       field<&CatheterState::ventricle>("ventricle"),
       field<&CatheterState::other_ventricle>("other_ventricle"),
       field<&CatheterState::has_entered>("has_entered"),
+      field<&CatheterState::obstructed_at>("obstructed_at", {.unit = "s"}),
       field<&CatheterState::is_refused>("is_refused"),
       field<&CatheterState::start>("start", {.unit = "mm"}),
       field<&CatheterState::ahead>("ahead"),

@@ -32,7 +32,8 @@ std::string name_of_label(const volume::Volume& scan, int label);
 /// State of a catheter. Depths are in mm along `ahead` from `start`, where the path first meets a layer.
 struct CatheterState : Layers {
   bool has_entered = false;
-  bool is_refused = false;  ///< from a refusal until the catheter is lifted
+  double obstructed_at = -1;  ///< s, since when it cannot enter; -1: it can, or is away
+  bool is_refused = false;    ///< from a refusal until the catheter is lifted
   glm::dvec3 start{0.0}, ahead{0, 0, -1};
   double depth = 0;     ///< of the tip
   double deepest = 0;   ///< greatest depth of the tip in this passage

@@ -340,7 +340,7 @@ TEST_F(PictureLayout, LabelsCanBeHidden) {
   EXPECT_EQ(labels.boxes().size(), 1u) << "a length is no name";
   picture_->set_plan(names(3, 1));
   // Names of hidden points are shown only if all names are requested.
-  labels.is_hidden = [](const dvec3&) { return true; };
+  labels.is_hidden = [](const dvec3&, bool) { return true; };
   labels.set_names(LabelLayer::Names::in_front);
   picture_->draw();
   EXPECT_TRUE(labels.boxes().empty());

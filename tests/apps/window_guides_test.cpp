@@ -356,6 +356,57 @@ TEST_F(ToolWindow, ACraniotomeIsNotPressedWhereItsFootHasNoPlace) {
   }
 }
 
+/// The craniotome enters the hole that a perforator leaves, without widening, and cuts along the bone.
+TEST_F(ToolWindow, ACraniotomeEntersAHoleOfThePerforator) {
+  open("head", drilling::craniotome({}));
+  int cuts = 0;
+  const int sides = std::getenv("TREPHINE_WHOLE") == nullptr ? 1 : 4;
+  const std::tuple<Qt::Key, QPoint> places[] = {
+      {Qt::Key_L, {0, -150}}, {Qt::Key_R, {40, -170}}, {Qt::Key_S, {60, 40}}, {Qt::Key_A, {30, -200}}};
+  for (int side = 0; side < sides; ++side) {
+    SCOPED_TRACE(side);
+    hand().take_instrument(drilling::perforator({}).parameters);
+    ASSERT_TRUE(reaches([&] { return holds("perforator"); }));
+    QTest::keyClick(window_.get(), std::get<0>(places[side]), Qt::ShiftModifier);
+    let_run(300);
+    const QPoint at = window_->canvas()->rect().center() + std::get<1>(places[side]);
+    QTest::mouseMove(window_->canvas(), at + QPoint(2, 0));
+    QTest::mouseMove(window_->canvas(), at);
+    ASSERT_TRUE(reaches([&] { return hand().surface_point().has_value(); }));
+    const dvec3 hole = *hand().surface_point();
+    child<QSlider>(*window_, "depth")->setValue(8);
+    const auto stops = [&] {
+      const auto& log = hand().notices().log();
+      return std::count_if(log.begin(), log.end(),
+                           [](const auto& entry) { return entry.text.starts_with("The clutch released"); });
+    };
+    const auto before = stops();
+    QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, at);
+    EXPECT_TRUE(reaches([&] { return stops() > before; }));
+    QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, at);
+    QTest::mouseMove(window_->canvas(), at + QPoint(150, 0));
+    let_run(300);
+    save_screenshot(*window_, ("perforator-hole-" + std::to_string(side)).c_str());
+
+    hand().take_instrument(drilling::craniotome({}).parameters);
+    ASSERT_TRUE(reaches([&] { return holds("craniotome"); }));
+    point_at(hole);
+    let_run(500);
+    EXPECT_TRUE(hand().guide().is_holding());
+    const double removed = hand().state().removed_mm3;
+    QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(hole));
+    const QPoint start = pixel_of(hole);
+    for (int i = 1; i <= 40; ++i) {
+      QTest::mouseMove(window_->canvas(), start + QPoint(3 * i, 0));
+      let_run(60);
+    }
+    QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, start + QPoint(120, 0));
+    cuts += hand().state().removed_mm3 > removed + 60;
+    save_screenshot(*window_, ("craniotome-kerf-" + std::to_string(side)).c_str());
+  }
+  EXPECT_EQ(cuts, sides);
+}
+
 TEST_F(ToolWindow, ACraniotomeMovesFromABurrHoleAlongTheBone) {
   if (std::getenv("TREPHINE_WHOLE") == nullptr) GTEST_SKIP() << "takes 50 s: set TREPHINE_WHOLE=1 to run it";
   open("head", drilling::craniotome({}));

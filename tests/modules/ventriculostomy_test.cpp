@@ -245,6 +245,7 @@ TEST(Catheter, PassesTheBlurredEdgeOfBoneButNoBone) {
   sim::Lockstep other = bone.run(1000, {4, -5.2});
   drill_hole(other);
   move(other, 1000, 4, -8, 20, k_ignore);
+  for (int i = 0; i < 300; ++i) tick(other, {0, 0, -8}, k_upright);
   EXPECT_TRUE(events_of<CatheterEntered>(other.engine()).empty());
   EXPECT_EQ(events_of<CatheterRefused>(other.engine()).size(), 1u);
 }
@@ -260,6 +261,11 @@ TEST(Catheter, IsRefusedWithAReasonAwayFromAHole) {
   };
   const auto down = [](sim::Lockstep& run, double x, const glm::dquat& turn, double to) {
     for (double z = 4; z > to; z -= 0.05) tick(run, {x, 0, z}, turn);
+    // An obstruction of a moment is no refusal: a hand turns the catheter while it approaches.
+    const std::size_t before = events_of<CatheterRefused>(run.engine()).size();
+    for (int i = 0; i < 100; ++i) tick(run, {x, 0, to}, turn);
+    EXPECT_EQ(events_of<CatheterRefused>(run.engine()).size(), before);
+    for (int i = 0; i < 200; ++i) tick(run, {x, 0, to}, turn);
   };
   {
     sim::Lockstep run = bench.run();

@@ -541,8 +541,12 @@
         <translation>%1 mm hinter dem geplanten Ziel</translation>
     </message>
     <message>
-        <source>%1, %2 s so far ...</source>
-        <translation>%1, bisher %2 s ...</translation>
+        <source>%1: %2 s so far ...</source>
+        <translation>%1: bisher %2 s ...</translation>
+    </message>
+    <message>
+        <source>Preparing the tool</source>
+        <translation>Werkzeug wird vorbereitet</translation>
     </message>
     <message>
         <source>The command was refused: %1</source>
@@ -1093,8 +1097,8 @@
         <translation>Kanal und Schrauben bewerten</translation>
     </message>
     <message>
-        <source>Judge each screw with judge-screw and the canal with judge-laminectomy, with the label of the vertebra.</source>
-        <translation>Jede Schraube mit „Schraube beurteilen“ und den Kanal mit „Laminektomie beurteilen“ prüfen, mit dem Label des Wirbels.</translation>
+        <source>Choose Judge screw for each screw, and Judge laminectomy for the canal, in the menu Commands. Enter the label of the vertebra.</source>
+        <translation>Im Menü Befehle „Schraube beurteilen“ für jede Schraube und „Laminektomie beurteilen“ für den Kanal wählen. Das Label des Wirbels eingeben.</translation>
     </message>
     <message>
         <source>The operation is complete</source>
