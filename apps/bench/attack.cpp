@@ -151,15 +151,17 @@ struct Target {
   std::function<double(const dvec3&)> distance = {};
 };
 
+/// The target, touched by a ball. Like the following functions, returns a target without items, which is
+/// skipped, if the tool is not possible.
 Target with_radius(Target target, double radius) {
-  if (haptics::set_tool_radius(target.scene, radius)) target.scene.items.clear();
+  if (const Status error = haptics::set_tool_radius(target.scene, radius)) target.scene.items.clear();
   return target;
 }
 
 /// The target, touched by a rod of three balls.
 Target with_rod(Target target, double radius) {
   const std::vector<dvec3> centres{{-2.5 * radius, 0, 0}, {0, 0, 0}, {2.5 * radius, 0, 0}};
-  if (haptics::set_tool(target.scene, radius, centres)) target.scene.items.clear();
+  if (const Status error = haptics::set_tool(target.scene, radius, centres)) target.scene.items.clear();
   return target;
 }
 
@@ -167,7 +169,7 @@ Target with_rod(Target target, double radius) {
 Target with_shell(Target target, double radius) {
   auto rod = std::make_shared<const haptics::ToolShape>(
       haptics::ToolProfile{{{-radius, radius}, {5 * radius, radius}}, radius});
-  if (haptics::set_tool(target.scene, std::move(rod))) target.scene.items.clear();
+  if (const Status error = haptics::set_tool(target.scene, std::move(rod))) target.scene.items.clear();
   return target;
 }
 
@@ -424,7 +426,7 @@ std::vector<AttackRow> run_attack(const AttackOptions& options) {
   const long steps = std::max(250L, options.steps / static_cast<long>(std::max<std::size_t>(1, runs)));
   for (const Target& target : targets)
     for (const MethodInfo* info : methods) {
-      if (!is_fit(target, *info)) continue;
+      if (target.scene.items.empty() || !is_fit(target, *info)) continue;
       if (options.progress &&
           !options.progress(
               std::min(1.0, static_cast<double>(done) / static_cast<double>(std::max<std::size_t>(1, runs)))))

@@ -328,7 +328,9 @@ std::vector<std::string> feel_methods() {
 
 FeelReport run_feel(const FeelOptions& options) {
   FeelReport report;
-  const double total = static_cast<double>(feel_scene_ids(options.is_quick).size() + options.more.size()) + 3;
+  constexpr double k_scaling_share = 3;  // of the progress, in scenes: for measure_scaling()
+  const double total =
+      static_cast<double>(feel_scene_ids(options.is_quick).size() + options.more.size()) + k_scaling_share;
   double done = 0;
   std::vector<Contender> all = contenders();
   if (!options.methods.empty())

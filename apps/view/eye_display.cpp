@@ -149,6 +149,7 @@ EyeDisplay::~EyeDisplay() {
   for (const unsigned long observer : observers_) last_->RemoveObserver(observer);
   window_->MakeCurrent();
   if (!window_->IsCurrent()) return;
+  if (hmd_) hmd_->end_session();
   for (PictureCache& picture : pictures_->eyes) picture.release();
 }
 
@@ -180,7 +181,7 @@ std::array<double, 18> EyeDisplay::centre_view() const {
 /// Draws the eyes of a headset and shows them. While the headset shows nothing, one ordinary frame is drawn.
 bool EyeDisplay::render_headset(BoneLayer& bone, const std::function<bool()>& draw) {
   window_->MakeCurrent();
-  const auto eyes = hmd_->begin_frame();
+  const auto eyes = is_paused_ ? std::nullopt : hmd_->begin_frame();
   vtkCamera* camera = renderer_->GetActiveCamera();
   drawn_view_ = centre_view();
   if (eyes && !start_) start_ = horizontal_middle(*eyes);
@@ -208,10 +209,13 @@ bool EyeDisplay::render_headset(BoneLayer& bone, const std::function<bool()>& dr
   return is_drawn;
 }
 
-/// Keeps the finished picture of an eye without texts, which the renderer `last_` draws next.
+/// Keeps the finished picture of an eye without texts, which the renderer `last_` draws next. The window then
+/// shows the picture of the left eye, with texts.
 void EyeDisplay::keep_headset_eye() {
   const int* size = window_->GetSize();
-  if (eye_ >= 0) pictures_->eyes[static_cast<std::size_t>(eye_)].save(size[0], size[1]);
+  if (eye_ < 0) return;
+  pictures_->eyes[static_cast<std::size_t>(eye_)].save(size[0], size[1]);
+  if (eye_ == 1) combine();
 }
 
 bool EyeDisplay::render(BoneLayer& bone, const std::function<bool()>& draw) {
@@ -255,12 +259,17 @@ double EyeDisplay::drawn_share() const { return centre_view() == drawn_view_ ? s
 /// outside render(), by the window system or for a file, shows the last pictures of the eyes. If the view has
 /// changed since, it shows both eyes the same picture until the next render().
 void EyeDisplay::end_frame() {
-  if (hmd_ && eye_ != 1) return;
+  if (hmd_) return;
   const int* size = window_->GetSize();
   const bool is_outdated = eye_ < 0 && centre_view() != drawn_view_;
   for (int i = 0; i < 2; ++i)
-    if (!hmd_ && (is_outdated || eye_ == i))
-      pictures_->eyes[static_cast<std::size_t>(i)].save(size[0], size[1]);
+    if (is_outdated || eye_ == i) pictures_->eyes[static_cast<std::size_t>(i)].save(size[0], size[1]);
+  combine();
+}
+
+/// Draws the kept pictures of the eyes over the framebuffer.
+void EyeDisplay::combine() {
+  const int* size = window_->GetSize();
   const bool has_two = mode_.eyes != DisplayMode::Eyes::one;
   const auto& eyes = pictures_->eyes;
   const PictureCache &left = eyes[0], &right = eyes[has_two && eyes[1].is_filled() ? 1 : 0];

@@ -50,6 +50,8 @@ class EyeDisplay {
   bool render(BoneLayer& bone, const std::function<bool()>& draw);
   /// Returns once why the headset ended; the window then shows ordinary pictures.
   Status take_problem();
+  /// A paused headset receives no pictures: the window draws ordinary frames.
+  void pause(bool is_paused) noexcept { is_paused_ = is_paused; }
   /// True while the camera is at an eye.
   bool is_drawing_eye() const noexcept { return eye_ >= 0; }
   /// As of BoneLayer, for both eyes, in the last frame.
@@ -62,6 +64,7 @@ class EyeDisplay {
   std::array<double, 18> centre_view() const;
   bool render_headset(BoneLayer& bone, const std::function<bool()>& draw);
   void keep_headset_eye();
+  void combine();
   void end_frame();
 
   vtkRenderWindow* window_;
@@ -71,7 +74,7 @@ class EyeDisplay {
   std::shared_ptr<Hmd> hmd_;
   std::optional<HmdEye> start_;               ///< of the headset, see move_to_headset_eye()
   std::array<unsigned long, 2> observers_{};  ///< of `last_`
-  bool is_problem_taken_ = false;
+  bool is_problem_taken_ = false, is_paused_ = false;
   int eye_ = -1;  ///< eye that is drawn; -1: none
   struct Pictures;
   std::unique_ptr<Pictures> pictures_;

@@ -81,7 +81,6 @@ class OpenXr final : public Hmd {
   ~OpenXr() override {
     if (session_ != XR_NULL_HANDLE) xr_.destroy_session(session_);
     if (instance_ != XR_NULL_HANDLE) xr_.destroy_instance(instance_);
-    if (copy_ != 0) glDeleteFramebuffers(1, &copy_);
     if (library_ != nullptr) dlclose(library_);
   }
 
@@ -89,6 +88,7 @@ class OpenXr final : public Hmd {
   std::optional<std::array<HmdEye, 2>> begin_frame() override;
   void show(int eye, unsigned framebuffer, int width, int height) override;
   void end_frame() override;
+  void end_session() override;
   Status problem() const override { return problem_; }
 
  private:
@@ -125,7 +125,8 @@ class OpenXr final : public Hmd {
   std::array<XrView, 2> located_{structure<XrView>(XR_TYPE_VIEW), structure<XrView>(XR_TYPE_VIEW)};
   XrTime display_time_ = 0;
   unsigned copy_ = 0;  ///< framebuffer to which images of the display are attached
-  bool is_running_ = false, has_shown_ = false;
+  bool is_running_ = false;
+  std::array<bool, 2> shown_{};  ///< the eyes received a picture in this frame
   Status problem_;
 };
 
@@ -213,6 +214,13 @@ void OpenXr::start_session() {
   if (check(xr_.create_space(session_, &space, &room_), "xrCreateReferenceSpace")) make_swapchains();
 }
 
+void OpenXr::end_session() {
+  if (session_ != XR_NULL_HANDLE) xr_.destroy_session(session_);  // with its pictures and spaces
+  if (copy_ != 0) glDeleteFramebuffers(1, &copy_);
+  session_ = XR_NULL_HANDLE, room_ = XR_NULL_HANDLE;
+  pictures_ = {}, copy_ = 0, is_running_ = false;
+}
+
 void OpenXr::make_swapchains() {
   std::uint32_t count = 0;
   std::array<XrViewConfigurationView, 2> sizes;
@@ -287,7 +295,7 @@ std::optional<std::array<HmdEye, 2>> OpenXr::begin_frame() {
   auto frame = structure<XrFrameState>(XR_TYPE_FRAME_STATE);
   if (!check(xr_.wait_frame(session_, nullptr, &frame), "xrWaitFrame")) return std::nullopt;
   if (!check(xr_.begin_frame(session_, nullptr), "xrBeginFrame")) return std::nullopt;
-  display_time_ = frame.predictedDisplayTime, has_shown_ = false;
+  display_time_ = frame.predictedDisplayTime, shown_ = {};
   auto where = structure<XrViewLocateInfo>(XR_TYPE_VIEW_LOCATE_INFO);
   where.viewConfigurationType = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
   where.displayTime = display_time_, where.space = room_;
@@ -333,7 +341,8 @@ void OpenXr::show(int eye, unsigned framebuffer, int width, int height) {
   glBindFramebuffer(GL_READ_FRAMEBUFFER, static_cast<GLuint>(read));
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, static_cast<GLuint>(draw));
   if (is_clipped) glEnable(GL_SCISSOR_TEST);
-  has_shown_ = check(xr_.release(picture.swapchain, nullptr), "xrReleaseSwapchainImage");
+  shown_[static_cast<std::size_t>(eye)] =
+      check(xr_.release(picture.swapchain, nullptr), "xrReleaseSwapchainImage");
 }
 
 void OpenXr::end_frame() {
@@ -351,7 +360,7 @@ void OpenXr::end_frame() {
   auto info = structure<XrFrameEndInfo>(XR_TYPE_FRAME_END_INFO);
   info.displayTime = display_time_;
   info.environmentBlendMode = XR_ENVIRONMENT_BLEND_MODE_OPAQUE;
-  if (has_shown_) info.layerCount = 1, info.layers = layers;
+  if (shown_[0] && shown_[1]) info.layerCount = 1, info.layers = layers;
   check(xr_.end_frame(session_, &info), "xrEndFrame");
 }
 

@@ -26,7 +26,7 @@ class Notices {
   void add(Entry entry);
   /// Ends the display of the outcomes and refusals that were added until `now`, such as those of an undone
   /// change. Dangers are still shown for k_danger_seconds.
-  void dismiss(double now) noexcept { dismissed_ = now; }
+  void dismiss(double now) noexcept { dismissed_ = now > dismissed_ ? now : dismissed_; }
   /// Returns the newest messages to show at the tool, at most k_max_shown, one per line, newest last. Equal
   /// messages are merged.
   std::string shown(double now) const;

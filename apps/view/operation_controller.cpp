@@ -184,7 +184,12 @@ void OperationController::collect_notices() {
   }
   if (state_.refused && !is_refusal_in(state_.events, *state_.refused))
     notices_.add({now, session_time(state_.newest.tick), EventLevel::refusal,
-                  "The command was refused: " + state_.refused->message()});
+                  "The command was refused: " + refusal_text(*state_.refused)});
+}
+
+/// Returns the text of an error, with the titles of steps.
+std::string OperationController::refusal_text(const Error& error) const {
+  return steps_ ? workbench::with_step_titles(error.message(), steps_->procedure()) : error.message();
 }
 
 void OperationController::add_notice(const char* text, EventLevel level) {
@@ -238,11 +243,7 @@ void OperationController::frame() {
 
   // Fetch the state of the other threads: the version, its changed voxels, the newest tick.
   state_ = live_.fetch_state();
-  if (state_.refused) {
-    const Error& error = *state_.refused;
-    refused_ = error.what + (error.remedy.empty() ? "" : "; " + error.remedy) + ".";
-    if (steps_) refused_ = workbench::with_step_titles(refused_, steps_->procedure());
-  }
+  if (state_.refused) refused_ = refusal_text(*state_.refused);
   if (state_.refused) release_handle();
   collect_notices();
   send_history_steps();
@@ -265,7 +266,8 @@ void OperationController::frame() {
   const bool is_held =
       state_.overlays && std::any_of(state_.overlays->begin(), state_.overlays->end(),
                                      [](const sim::Overlay& overlay) { return overlay.holder >= 0; });
-  if (state_.overlays && !waits_for_bone() && (is_held || shown_ != state_.overlays || shows_clip_volumes_)) {
+  if (state_.overlays && (is_held || !waits_for_bone()) &&
+      (is_held || shown_ != state_.overlays || shows_clip_volumes_)) {
     shown_ = state_.overlays;
     if (shows_clip_volumes_)
       viewport_.show(with_clip_volumes(*shown_, state_.depths), state_.hands);

@@ -213,7 +213,8 @@ class OperationController {
   double distance_to_bodies(const Ray& ray) const;
   void follow_surface(const Ray& ray, bool is_over_bone, bool is_soft);
   bool follow_guide(const Ray& ray, double hit);
-  bool waits_for_bone() const;
+  bool waits_for_bone();
+  std::string refusal_text(const Error& error) const;
   bool has_event(std::string_view name) const;
   bool follow_line(const Ray& ray, const ToolAppearance& tool, bool is_pressed);
   std::optional<glm::dvec3> bone_near(const Ray& ray, double hit);
@@ -251,14 +252,14 @@ class OperationController {
   LineGuide line_;
   std::vector<LineGuide::Line> planned_lines_;
   std::optional<StepGuide> steps_;
-  std::optional<std::size_t> prepared_step_;  ///< the step whose instruments are prepared
-  std::chrono::steady_clock::time_point guided_at_;
-  double guide_refused_at_ = -1e9;  ///< s, time of the guide's last refusal
-  bool is_over_bone_ = false;       ///< the cursor is over bone
+  std::optional<std::size_t> prepared_step_;         ///< the step whose instruments are prepared
+  std::chrono::steady_clock::time_point guided_at_;  ///< time of the last update of guide_ or line_
+  double guide_refused_at_ = -1e9;                   ///< s, time of the guide's last refusal
+  bool is_over_bone_ = false;                        ///< the cursor is over bone
   bool has_drill_stopped_ = false;  ///< the clutch of a perforator released during this press
   /// Start (s) of the interval in which watch_progress() measures, and volume removed by then (mm³).
   double progress_at_ = 0, progress_mm3_ = 0;
-  bool is_rub_reported_ = false;    ///< reported, and the burr has not cut clearly since
+  bool is_rub_reported_ = false;    ///< it was reported that the burr hardly cuts, and it has not cut since
   double visible_at_ = 0;           ///< s, time of the state in which a pressed tool was last visible
   bool is_hidden_ = false;          ///< a pressed tool slid behind bone
   glm::dvec3 hidden_ray_{0, 1, 0};  ///< direction of the cursor's ray at that time
@@ -266,7 +267,7 @@ class OperationController {
   bool is_tip_held_ = false, is_pressed_ = false, is_finished_ = false, is_started_ = false;
   bool shows_clip_volumes_ = false;
   bool is_face_refused_ = false;     ///< this press on a cut face was refused
-  int scenery_ = -1;                 ///< item that is touched by its screen depth; -1: no such item
+  int scenery_ = -1;                 ///< item that is touched by pictures of the view's depth; -1: none
   volume::Camera requested_camera_;  ///< camera, position and mesh of the last depth request
   glm::dvec3 requested_at_{1e9};
   const haptics::MeshTree* requested_mesh_ = nullptr;
@@ -293,6 +294,7 @@ class OperationController {
   std::string job_;             ///< name of the job that is computed
   double job_started_ = 0;      ///< s, start of that job as seconds()
   std::shared_ptr<const sim::Overlays> shown_;  ///< overlays in the picture
+  double waits_since_ = -1;                     ///< s, see waits_for_bone(); -1: it does not wait
   std::vector<float> frame_ms_, drilling_ms_;   ///< times of frames, and of frames with a cut
   WindowReport report_;
 };

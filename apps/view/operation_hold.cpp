@@ -333,13 +333,18 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
 }
 
 /// Returns true while the surface of the bone still contains a piece that was just detached: drawn together,
-/// they would flicker.
-bool OperationController::waits_for_bone() const {
-  if (!shown_ || viewport_.is_whole()) return false;
+/// they would flicker. Waits at most 1.5 s, because a running tool changes the surface all the time.
+bool OperationController::waits_for_bone() {
+  constexpr double k_longest = 1.5;
   const auto count = [](const sim::Overlays& all) {
     return std::count_if(all.begin(), all.end(), [](const sim::Overlay& o) { return o.is_detached; });
   };
-  return count(*state_.overlays) > count(*shown_);
+  if (!shown_ || viewport_.is_whole() || count(*state_.overlays) <= count(*shown_)) {
+    waits_since_ = -1;
+    return false;
+  }
+  if (waits_since_ < 0) waits_since_ = seconds();
+  return seconds() - waits_since_ < k_longest;
 }
 
 /// Stops the press of a tool that slid behind bone, where the user cannot see it, and shows a message. The

@@ -29,7 +29,7 @@ struct ToolAppearance {
   double shaft_from = 0;      ///< start of the shaft along z, mm
   double shaft_radius = 0.5;  ///< mm
   FootTool foot;              ///< Kind::none for tools without a foot
-  double insertion = 0;       ///< length that is inserted along the shaft, mm; 0: the tool is not inserted
+  double insertion = 0;       ///< greatest inserted length, mm; 0: a tool that cannot be inserted
   bool is_drill = false;      ///< an inserted tool that drills its own hole
 };
 

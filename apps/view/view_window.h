@@ -13,6 +13,7 @@
 #include "apps/view/structures.h"
 #include "apps/workbench/listener.h"
 #include "apps/workbench/session_summary.h"
+#include "data-tools/cases/case_plan.h"
 #include "haptics/servo/servo_loop.h"
 #include "sim/api/finding.h"
 #include "sim/api/overlay.h"
@@ -42,7 +43,8 @@ struct OpenedScene {
   std::shared_ptr<void> owner = nullptr;  ///< owns the data that `start` borrows; null if it borrows nothing
   double rate_hz = 1000;
   haptics::ForceOptions force = {};
-  std::string scan = {};  ///< path of its scan, as WindowOptions::scan
+  std::string scan = {};                           ///< path of its scan, as WindowOptions::scan
+  std::vector<data_tools::CaseModel> models = {};  ///< of the case, which a new case copies
 };
 
 /// Choice of the solid shape.
@@ -104,6 +106,7 @@ struct WindowOptions {
   std::shared_ptr<Hmd> hmd;                      ///< for the mode headset; null: no headset
   std::shared_ptr<HeadTracker> head_tracker;     ///< position of the viewer's head; null: no tracker
   double free_pieces = 50;  ///< mm3; pieces of at least this size are detached after a stroke; 0: never
+  std::vector<data_tools::CaseModel> models;         ///< of the case, which a new case copies
   std::shared_ptr<const volume::SurgicalPlan> plan;  ///< shown in addition to the bone; null: no plan
   bool has_tool = true;                              ///< draws a tool in a screenshot without a window
   std::string title = "trephine";

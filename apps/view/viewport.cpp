@@ -417,10 +417,13 @@ bool Viewport::is_whole() const { return worker_->finished_share() >= 1; }
 bool Viewport::complete() {
   if (!view_.is_drawable()) return false;
   wait();
+  // In a headset, each motion of the head begins a new picture.
+  if (EyeDisplay* eyes = view_.eyes()) eyes->pause(true);
   do {
     draw();
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   } while (!is_complete());
+  if (EyeDisplay* eyes = view_.eyes()) eyes->pause(false);
   return true;
 }
 

@@ -21,6 +21,7 @@
 
 #include "apps/window/qt_localizer.h"
 #include "apps/window/qt_text.h"
+#include "apps/workbench/procedure_names.h"
 #include "apps/workbench/text.h"
 #include "data-tools/cases/procedure_file.h"
 #include "volume/scan/bone_labels.h"
@@ -47,6 +48,9 @@ QTableWidget* make_table(const char* name, const QStringList& headers) {
       "QTableWidget::indicator:checked { background: #6fa8dc; }");
   return table;
 }
+
+/// Data of entries in the list of procedures: steps of a file, and the action that opens one.
+constexpr const char *k_own = "own procedure", *k_file = "procedure file";
 
 /// Sets the height so that all rows are visible, up to eight; a longer table is scrolled.
 void fit_height(QTableWidget* table) {
@@ -76,7 +80,8 @@ std::string new_name(const List& list, const std::string& kind) {
 }  // namespace
 
 CasePanel::CasePanel(const haptics::TouchScene& scene, const volume::SurgicalPlan* plan,
-                     const std::vector<std::string>& forbidden, QWidget* parent)
+                     const std::vector<std::string>& forbidden,
+                     const std::vector<data_tools::CaseModel>& models, QWidget* parent)
     : QDockWidget(tr("Make a case"), parent),
       name_(new QLineEdit),
       procedure_(new QComboBox),
@@ -85,6 +90,7 @@ CasePanel::CasePanel(const haptics::TouchScene& scene, const volume::SurgicalPla
       marks_(new QListWidget) {
   setObjectName("case_panel");
   if (plan != nullptr) request_.plan = *plan;
+  request_.models = models;
   name_->setObjectName("case_name");
   name_->setPlaceholderText(tr("not the name of a patient"));
   procedure_->setObjectName("case_procedure");
@@ -96,7 +102,16 @@ CasePanel::CasePanel(const haptics::TouchScene& scene, const volume::SurgicalPla
         localized(file && !file.value().procedure.title.empty() ? file.value().procedure.title : name),
         text_of(name));
   }
-  procedure_->setCurrentIndex(std::max(0, procedure_->findData(text_of(request_.plan.procedure.name))));
+  if (const auto& current = request_.plan.procedure;
+      !current.steps.empty() && procedure_->findData(text_of(current.name)) < 0) {
+    own_procedure_ = current;
+    procedure_->addItem(localized(current.title), k_own);
+  }
+  procedure_->addItem(tr("Steps of a file ..."), k_file);
+  shown_procedure_ =
+      std::max(0, own_procedure_.steps.empty() ? procedure_->findData(text_of(request_.plan.procedure.name))
+                                               : procedure_->findData(k_own));
+  procedure_->setCurrentIndex(shown_procedure_);
   marks_->setObjectName("case_marks");
   marks_->setFixedHeight(9 * marks_->fontMetrics().height() + 8);
 
@@ -176,11 +191,34 @@ CasePanel::CasePanel(const haptics::TouchScene& scene, const volume::SurgicalPla
 }
 
 void CasePanel::choose_procedure(int index) {
-  const std::string name = procedure_->itemData(index).toString().toStdString();
-  request_.plan.procedure = {};
+  const QString choice = procedure_->itemData(index).toString();
+  if (choice == k_file) return open_procedure();
+  shown_procedure_ = index;
+  const std::string name = choice.toStdString();
+  request_.plan.procedure = choice == k_own ? own_procedure_ : volume::SurgicalProcedure();
   if (auto file = data_tools::shipped_procedure(name)) request_.plan.procedure = file.value().procedure;
   request_.plan.score.clear();  // without own limits, the table shows those of the procedure
   fill_limits();
+}
+
+/// Opens a procedure with own steps, which becomes an entry of the list. After an error the previous choice
+/// remains.
+void CasePanel::open_procedure() {
+  const QString path = on_ask_procedure();
+  const auto file = path.isEmpty() ? Result<data_tools::ProcedureFile>(Error{})
+                                   : workbench::open_known_procedure(path.toStdString());
+  if (!file) {
+    procedure_->setCurrentIndex(shown_procedure_);
+    if (!path.isEmpty()) on_refusal(text_of(file.error().message()));
+    return;
+  }
+  own_procedure_ = file.value().procedure;
+  const QString title = text_of(own_procedure_.title.empty() ? own_procedure_.name : own_procedure_.title);
+  int index = procedure_->findData(k_own);
+  if (index < 0) procedure_->insertItem(index = procedure_->findData(k_file), title, k_own);
+  procedure_->setItemText(index, title);
+  procedure_->setCurrentIndex(index);
+  choose_procedure(index);
 }
 
 void CasePanel::fill_marks() {
@@ -194,7 +232,7 @@ void CasePanel::fill_marks() {
   for (std::size_t i = 0; i < plan.trajectories.size(); ++i) {
     const volume::PlannedTrajectory& t = plan.trajectories[i];
     add_row(Mark::trajectory, i,
-            tr("%1: trajectory, %2 mm")
+            tr("%1: trajectory, %L2 mm")
                 .arg(text_of(t.name))
                 .arg(glm::distance(t.entry_world, t.target_world), 0, 'f', 1));
   }

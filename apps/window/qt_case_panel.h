@@ -25,9 +25,10 @@ class CasePanel : public QDockWidget {
   enum class Mark { trajectory, landmark, outline };
 
   /// `plan`, `forbidden`: plan and names of the forbidden structures of the open scan, which are the initial
-  /// values of the case. Null: no plan.
+  /// values of the case. Null: no plan. `models`: of an open case, which the new case copies.
   CasePanel(const haptics::TouchScene& scene, const volume::SurgicalPlan* plan,
-            const std::vector<std::string>& forbidden, QWidget* parent);
+            const std::vector<std::string>& forbidden, const std::vector<data_tools::CaseModel>& models,
+            QWidget* parent);
   /// Adds a mark at positions (world, mm): entry and target of a trajectory, the position of a landmark, or
   /// the positions of an outline. Too few positions add no mark.
   void add(Mark mark, const std::vector<glm::dvec3>& positions);
@@ -36,6 +37,8 @@ class CasePanel : public QDockWidget {
 
   /// The user requested a mark: the window must ask for its positions, and pass them to add().
   std::function<void(Mark)> on_mark = [](Mark) {};
+  /// Asks for the file of a procedure; returns an empty path if the user cancels.
+  std::function<QString()> on_ask_procedure = [] { return QString(); };
   std::function<void()> on_save = [] {};
   std::function<void(const QString& reason)> on_refusal = [](const QString&) {};
   /// The marks changed.
@@ -43,6 +46,7 @@ class CasePanel : public QDockWidget {
 
  private:
   void choose_procedure(int index);
+  void open_procedure();
   void fill_marks();
   void fill_limits();
   void check_number(QTableWidgetItem* item);
@@ -56,6 +60,8 @@ class CasePanel : public QDockWidget {
   std::string* name_of(const Row& row);
 
   workbench::CaseRequest request_;
+  volume::SurgicalProcedure own_procedure_;  ///< of a file
+  int shown_procedure_ = 0;                  ///< index in the list of procedures
   std::vector<Row> rows_;
   QLineEdit* name_;
   QComboBox* procedure_;

@@ -15,13 +15,19 @@ namespace trephine::view {
 
 namespace {
 
+constexpr int k_short = 8;       // letters; a pattern with fewer ones would match texts by accident
 constexpr int k_max_depth = 12;  // of matches within placeholders
 constexpr int k_max_size = 600;  // characters of a line; longer ones, such as errors with lists, stay English
 constexpr int k_max_kept = 5000;  // texts; numbers in messages make many different ones
 
+/// True for a number, with a unit after a no-break space.
 bool is_number(const QString& text) {
-  static const QRegularExpression k_number("^[-+]?[0-9]+(\\.[0-9]+)?$");
+  static const QRegularExpression k_number("^[-+]?[0-9]+(\\.[0-9]+)?(\u00a0\\S+)?$");
   return k_number.match(text).hasMatch();
+}
+
+int letter_count(const QString& text) {
+  return static_cast<int>(std::count_if(text.begin(), text.end(), [](QChar c) { return c.isLetter(); }));
 }
 
 }  // namespace
@@ -42,11 +48,23 @@ Localizer::Localizer(const std::vector<const char*>& patterns, const Translate& 
       end = one.capturedEnd();
     }
     pattern.literals << text.mid(end);
-    const QString letters = pattern.literals.join("");
-    pattern.is_joint = std::none_of(letters.begin(), letters.end(), [](QChar c) { return c.isLetter(); });
+    const int letters = letter_count(pattern.literals.join(""));
+    pattern.is_short = letters < k_short;
     pattern.translation = translate(source);
     if (pattern.translation.isEmpty()) pattern.translation = text;
-    sorted.emplace_back(pattern.is_joint ? -1 : letters.size(), std::move(pattern));
+    // Whole texts, then long patterns, then joints, then short patterns.
+    constexpr int k_whole = 10000;
+    const int order = pattern.numbers.empty() ? k_whole
+                      : letters == 0          ? 0
+                      : pattern.is_short      ? letters - k_short
+                                              : letters;
+    // As a part of a list of sentences, a sentence has no full stop.
+    if (letters > 0 && text.endsWith('.') && pattern.translation.endsWith('.')) {
+      Pattern part = pattern;
+      part.literals.last().chop(1), part.translation.chop(1);
+      sorted.emplace_back(order, std::move(part));
+    }
+    sorted.emplace_back(order, std::move(pattern));
   }
   std::stable_sort(sorted.begin(), sorted.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
@@ -68,13 +86,18 @@ bool Localizer::matches(const QString& text) const {
 
 std::optional<QString> Localizer::find(const QString& text, int depth) const {
   if (is_number(text)) return QString(text).replace('.', decimal_point_);
-  if (text.isEmpty() || text.size() > k_max_size || depth > k_max_depth) return std::nullopt;
+  if (text.isEmpty() || text.size() > k_max_size) return std::nullopt;
+  if (depth > k_max_depth) {
+    is_cut_off_ = true;
+    return std::nullopt;
+  }
   // Joints divide a text at each of their marks: parts are searched once.
   if (const auto known = kept_.constFind(text); known != kept_.constEnd()) return *known;
   std::optional<QString> found;
   for (const Pattern& pattern : patterns_)
     if ((found = apply(pattern, text, depth))) break;
-  kept_.insert(text, found);
+  if (found || !is_cut_off_) kept_.insert(text, found);
+  if (depth == 0) is_cut_off_ = false;
   return found;
 }
 
@@ -111,7 +134,9 @@ bool Localizer::fill(const Pattern& pattern, const QString& text, int depth, int
     end = is_last ? std::max(end, text.size() - next.size()) : text.indexOf(next, end);
     if (end < 0 || text.mid(end, next.size()) != next) return false;
     const QString capture = text.mid(from, end - from);
-    if (pattern.is_joint && !find(capture, depth + 1)) continue;
+    // A placeholder of a long pattern may be a name, but no further sentence.
+    const bool has_mark = capture.contains("; ") || capture.contains(". ");
+    if ((pattern.is_short || has_mark) && !find(capture, depth + 1)) continue;
     captures[static_cast<std::size_t>(pattern.numbers[part])] = capture;
     if (fill(pattern, text, depth, end + next.size(), part + 1, captures)) return true;
   }

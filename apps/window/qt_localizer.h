@@ -13,8 +13,9 @@
 namespace trephine::view {
 
 /// A text matches a pattern if they are equal except for the placeholders %1 to %9, which match one or more
-/// characters. Several patterns joined by punctuation match, too: patterns without letters, such as "%1; %2",
-/// match only if their parts match. Cost: some hundred comparisons per new text; known texts are kept.
+/// characters. The placeholders of patterns with few letters, such as "%1 mm" or the joint "%1; %2", match
+/// only numbers and texts that match a pattern themselves; those of longer ones match any text within a
+/// sentence. Cost: some hundred comparisons per new text; known texts are kept.
 class Localizer {
  public:
   /// Returns the translation of a pattern, or an empty text.
@@ -32,15 +33,16 @@ class Localizer {
     QStringList literals;      ///< parts between the placeholders; first and last may be empty
     std::vector<int> numbers;  ///< of the placeholders, in their order
     QString translation;       ///< with placeholders
-    bool is_joint = false;     ///< has no letters
+    bool is_short = false;     ///< few letters or none: its placeholders match only known texts
   };
   std::optional<QString> find(const QString& text, int depth) const;
   std::optional<QString> apply(const Pattern& pattern, const QString& text, int depth) const;
   bool fill(const Pattern& pattern, const QString& text, int depth, int from, std::size_t part,
             std::vector<QString>& captures) const;
 
-  std::vector<Pattern> patterns_;  ///< those with the longest literals first, joints last
+  std::vector<Pattern> patterns_;  ///< in the order in which they are tried
   QChar decimal_point_;
+  mutable bool is_cut_off_ = false;                      ///< the search ended at its greatest depth
   mutable QHash<QString, std::optional<QString>> kept_;  ///< known translations; nullopt: no pattern matches
 };
 

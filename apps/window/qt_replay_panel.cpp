@@ -123,8 +123,8 @@ void ReplayPanel::ask_note() {
   dialog->setAttribute(Qt::WA_DeleteOnClose);
   dialog->setWindowTitle(tr("Note"));
   dialog->setInputMode(QInputDialog::TextInput);
-  dialog->setLabelText(is_edited ? tr("Note at %1 s. An empty text removes it.").arg(at, 0, 'f', 1)
-                                 : tr("Note at %1 s:").arg(at, 0, 'f', 1));
+  dialog->setLabelText(is_edited ? tr("Note at %L1 s. An empty text removes it.").arg(at, 0, 'f', 1)
+                                 : tr("Note at %L1 s:").arg(at, 0, 'f', 1));
   if (is_edited) dialog->setTextValue(QString::fromStdString(nearest->text));
   dialog->resize(480, dialog->sizeHint().height());
   connect(dialog, &QInputDialog::textValueSelected, this,

@@ -24,8 +24,8 @@ class ScoreDialog : public QDialog {
   Q_OBJECT
 
  public:
-  /// `check_output`: returns an error if a file cannot be written or is in use. `stage`: stage of the window,
-  /// which does not replace the operation while the dialog asks for a file.
+  /// `check_output`: returns an error if a file cannot be written or is in use. `stage`: stage of the window.
+  /// The dialog marks itself as open there while it asks for a file: the window then keeps the operation.
   ScoreDialog(const WindowHost& host, std::function<Status(const std::string& file)> check_output,
               WindowStage& stage, QWidget* parent);
   /// Cancels the work and waits for it.

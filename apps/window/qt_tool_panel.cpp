@@ -36,6 +36,11 @@ class NumberBox : public QDoubleSpinBox {
     setSingleStep(info.unit == "mm" ? 0.5 : 1);
     setKeyboardTracking(false);
   }
+  /// A point is a decimal point in every language.
+  QValidator::State validate(QString& text, int& position) const override {
+    text.replace('.', locale().decimalPoint());
+    return QDoubleSpinBox::validate(text, position);
+  }
   QString textFromValue(double value) const override { return locale().toString(value, 'g', 7); }
 };
 

@@ -168,7 +168,8 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   style->on_shift_press = [this](bool is_down) {
     if (!operation_) return;
     if (!is_down) return operation_->release_handle();
-    if (!operation_->grasp_handle()) show_refusal(tr("Touch an anchor or a pin to drag it."));
+    if (!operation_->grasp_handle())
+      show_refusal(tr("Touch a point of the outline (an anchor) or a pin of the clamp to drag it."));
   };
   style->on_wheel = [this](int steps) { press_deeper(steps); };
   style->on_roll = [this](int steps) {
@@ -297,8 +298,8 @@ void MainWindow::forget_preview() {
 }
 
 void MainWindow::show_error(const Error& error) {
-  auto* box =
-      new QMessageBox(QMessageBox::Warning, "trephine", localized(error.message()), QMessageBox::Ok, this);
+  auto* box = new QMessageBox(QMessageBox::Warning, "trephine", QString::fromStdString(error.message()),
+                              QMessageBox::Ok, this);
   box->setObjectName("error");
   box->setAttribute(Qt::WA_DeleteOnClose);
   box->open();
@@ -318,12 +319,15 @@ void MainWindow::tick() {
   const double elapsed = seconds_since(last_tick_);
   last_tick_ = Clock::now();
   if (!is_drawable()) return;
+  if (EyeDisplay* eyes = viewport()->view().eyes())
+    if (const Status problem = eyes->take_problem()) {
+      change_display([](DisplayMode& mode) { mode.eyes = DisplayMode::Eyes::one; });
+      show_error(*problem);
+    }
   if (operation_) {
     follow_cursor();
     show_marking();
     operation_->frame();
-    if (EyeDisplay* eyes = viewport()->view().eyes())
-      if (const Status problem = eyes->take_problem()) show_error(*problem);
   } else if (replay_) {
     if (leader_ != nullptr) follow_leader();
     if (const Status error = replay_->frame(elapsed)) {
@@ -397,10 +401,10 @@ void MainWindow::show_state() {
   if (is_sound_on_) sound_.show(force, record.pose.is_pressed(), record.has_contact);
   const double removed = operation_ ? operation_->state().removed_mm3 : replay_->engine().removed_mm3();
   const std::size_t changes = operation_ ? operation_->state().strokes : replay_->engine().stroke_count();
-  removed_->setText(removed > 0 ? (changes == 1 ? tr("%L1 mm\u00b3 removed, 1 change")
-                                                : tr("%L1 mm\u00b3 removed, %2 changes").arg(changes))
-                                      .arg(removed, 0, 'f', 1)
-                                : tr("nothing removed yet"));
+  removed_->setText(
+      removed > 0 ? changes == 1 ? tr("%L1 mm\u00b3 removed, 1 change").arg(removed, 0, 'f', 1)
+                                 : tr("%L1 mm\u00b3 removed, %2 changes").arg(removed, 0, 'f', 1).arg(changes)
+                  : tr("nothing removed yet"));
   const bool can_undo = operation_ && operation_->state().can_undo,
              can_redo = operation_ && operation_->state().can_redo;
   undo_->setEnabled(can_undo), undo_action_->setEnabled(operation_ != nullptr);  // undo() explains refusals

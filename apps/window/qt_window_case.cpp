@@ -18,13 +18,18 @@ void MainWindow::show_case_panel() {
   if (case_panel_ == nullptr) {
     std::vector<std::string> forbidden;
     for (const auto& structure : operation_->forbidden()) forbidden.push_back(structure->name());
-    case_panel_ = new CasePanel(*scene_, options_.plan.get(), forbidden, this);
+    case_panel_ = new CasePanel(*scene_, options_.plan.get(), forbidden, options_.models, this);
     case_panel_->on_mark = [this](CasePanel::Mark mark) { mark_for_case(mark); };
     case_panel_->on_change = [this] {
       // The picture and the panes show the marks.
       options_.plan = std::make_shared<const volume::SurgicalPlan>(case_panel_->request().plan);
       viewport()->set_plan(workbench::plan_overlays(*options_.plan));
       show_names(LabelLayer::Names::all);  // a mark in a slice may lie behind bone
+    };
+    case_panel_->on_ask_procedure = [this] {
+      const WindowStage::Dialog dialog(stage_);
+      return QFileDialog::getOpenFileName(this, tr("Open the steps of a procedure"), {},
+                                          tr("Procedures (*.toml)"));
     };
     case_panel_->on_save = [this] { ask_and_save_case(); };
     case_panel_->on_refusal = [this](const QString& reason) { show_refusal(reason); };

@@ -112,7 +112,7 @@ WindowHost::Listener MainWindow::Opening::listener() const {
 void MainWindow::show_assumptions() {
   for (const std::string& text : options_.notices) {
     operation_->note(text);
-    if (text.starts_with("shape:")) show_message(localized(text).remove(0, 7));
+    if (text.starts_with("shape:")) show_message(localized(text.substr(7)));
   }
   // Without forbidden structures, as in most scans, a burr in the brain raises no event.
   const sim::Engine& engine = options_.start->engine;
@@ -170,6 +170,7 @@ void MainWindow::adopt_opened() {
   options_.in_use = o.in_use;
   options_.start = std::move(o.start);
   options_.plan = std::move(o.plan);
+  options_.models = std::move(o.models);
   options_.notices = *opening_.notices;
   options_.side = 0;
   options_.title = o.title;

@@ -37,17 +37,19 @@ void MainWindow::change_display(const std::function<void(DisplayMode&)>& change)
   DisplayMode mode = options_.display;
   change(mode);
   const bool is_headset = mode.eyes == DisplayMode::Eyes::headset;
-  if (is_headset && !options_.hmd) {
+  Status error;
+  if (is_headset && (!options_.hmd || options_.hmd->problem())) {
+    options_.hmd.reset();  // a runtime may allow one instance only
     auto hmd = open_hmd();
-    if (!hmd) {
-      constexpr const char* actions[] = {"eyes_one", "eyes_anaglyph", "eyes_side_by_side", "eyes_headset"};
-      findChild<QAction*>(actions[static_cast<std::size_t>(options_.display.eyes)])->setChecked(true);
-      return show_error(hmd.error());
-    }
-    options_.hmd = std::move(hmd).value();
+    if (hmd)
+      options_.hmd = std::move(hmd).value();
+    else
+      error = hmd.error();
   }
-  if (!is_headset) options_.hmd.reset();
-  options_.display = mode;
+  if (!error) options_.display = mode;
+  constexpr const char* actions[] = {"eyes_one", "eyes_anaglyph", "eyes_side_by_side", "eyes_headset"};
+  findChild<QAction*>(actions[static_cast<std::size_t>(options_.display.eyes)])->setChecked(true);
+  if (error) return show_error(*error);
   if (viewport() != nullptr) viewport()->view().set_display(mode, options_.head_tracker, options_.hmd);
 }
 
@@ -223,7 +225,7 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
     case Qt::Key_G:
       if (!operation_) return;
       if (operation_->has_handle()) return operation_->release_handle();
-      if (!operation_->grasp_handle()) show_refusal(tr("Touch an anchor or a pin to drag it."));
+      if (!operation_->grasp_handle()) show_refusal(tr("Touch a point of the outline (an anchor) or a pin of the clamp to drag it."));
       return;
     case Qt::Key_Comma:
     case Qt::Key_Period:

@@ -63,7 +63,10 @@ Status check_request(const CaseRequest& request) {
 
 Result<data_tools::CasePlan> case_plan_of(const CaseRequest& request, const haptics::TouchScene& scene) {
   const volume::Volume& scan = *scene.base;
-  if (request.name.find_first_not_of(' ') == std::string::npos || !data_tools::is_utf8(request.name))
+  if (!data_tools::is_utf8(request.name))
+    return Error{
+        .what = "the name of the case is not valid UTF-8", .where = "name", .remedy = "enter the name again"};
+  if (request.name.find_first_not_of(' ') == std::string::npos)
     return Error{.what = "the case has no name",
                  .where = "name",
                  .expected = "a name that does not identify a patient",
@@ -79,6 +82,7 @@ Result<data_tools::CasePlan> case_plan_of(const CaseRequest& request, const hapt
   plan.is_hounsfield = scan.is_hounsfield;
   plan.label_names = scan.label_names;
   plan.label_colours = scan.label_colours;
+  plan.models = request.models;
   for (const haptics::TouchItem& item : base_shapes(scene)) {
     if (&item.field.volume() != &scan) continue;
     data_tools::CaseStructure structure{.shape = item.field.shape(), .material = {}};

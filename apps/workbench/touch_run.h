@@ -10,7 +10,7 @@ struct TouchTick {
   double t = 0;                          ///< s
   const haptics::ServoRecord& record;    ///< input and output of the tick
   const haptics::ServoCore& servo;       ///< servo of the hand after the tick
-  const haptics::ServoHand& servo_hand;  ///< scene of the hand in the tick
+  const haptics::ServoHand& servo_hand;  ///< touchable data of the hand in the tick
   double step_us = 0;                    ///< duration of the servo's step, us
 };
 using TouchObserver = std::function<void(const TouchTick& tick)>;

@@ -1,4 +1,6 @@
 // Repeated slices of a DICOM folder: removes copies, splits repetitions, and joins series of single slices.
+// Marks are properties that may distinguish slices at one position, such as the echo time
+// (DicomSlice::marks).
 #pragma once
 
 #include "data-tools/dicom/dicom_series.h"
@@ -21,8 +23,8 @@ std::vector<std::string> drop_copies(const DicomFolder& folder, std::vector<Dico
 /// appended unchanged.
 void split_repeats(DicomStack stack, std::size_t mark, std::vector<DicomStack>& stacks);
 
-/// Joins series of one slice each that have equal modality, number, description and kernel and form one
-/// regular stack: some anonymizers assign a different series UID to each slice. Adds a notice.
+/// Joins series of one slice each that have equal modality, series number, description and kernel and form
+/// one regular stack: some anonymizers assign a different series UID to each slice. Adds a notice.
 void join_lone_slices(DicomFolder& folder);
 
 }  // namespace trephine::data_tools

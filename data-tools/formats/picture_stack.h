@@ -1,5 +1,6 @@
-// Stacks of pictures: open_picture_stack() reads and write_picture_stack() writes slices as pictures (PNG,
-// TIFF and other formats of OpenImageIO), one per file in the order of the names, or as pages of one TIFF.
+// Stacks of pictures. open_picture_stack() reads slices from pictures (PNG, TIFF and other formats of
+// OpenImageIO), one per file in the order of the names, or from the pages of one TIFF. write_picture_stack()
+// writes a folder of PNG or TIFF files.
 #pragma once
 
 #include "data-tools/formats/opened_volume.h"

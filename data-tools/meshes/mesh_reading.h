@@ -20,7 +20,7 @@ struct PolygonModel {
 /// Polygons and strips become triangles; `scale` (mm per unit) is applied. `frame`, "LPS" or "RAS", states
 /// the axes; "" uses the file's own statement (3D Slicer writes SPACE=RAS into headers or field data), else
 /// LPS. Error if the file does not exist, is damaged or contains no polygon, or if a coordinate is not finite
-/// or exceeds 1000 m.
+/// or exceeds 1e6 mm (1 km).
 Result<PolygonModel> read_polygon_model(const std::string& path, double scale = 1,
                                         const std::string& frame = "");
 

@@ -18,7 +18,7 @@ constexpr double k_pi = 3.14159265358979323846;
 constexpr double k_a = 60;                         // upper arm
 constexpr double k_b = 102.5;                      // long side of the parallelogram
 constexpr double k_c = 14.43;                      // grip to its joint, along u
-constexpr double k_d_and_e = 22.5;                 // both short sides
+constexpr double k_d_plus_e = 22.5;                // sum of the two short sides
 constexpr double k_f = -25;                        // grip to its joint, along v
 constexpr double k_r = 40;                         // centre of the base to the shoulder, along u
 constexpr double k_s = -23.09;                     // centre of the base to the shoulder, along v
@@ -63,7 +63,7 @@ std::optional<Closure> closure(const ArmAxes& arm, double angle, const dvec3& p)
   const Joint joint = joint_of(arm, p);
   const double c = std::cos(angle), s = std::sin(angle);
   const double du = joint.along - k_a * c, dw = joint.out - k_a * s;
-  const double distance = std::sqrt(du * du + dw * dw), in_plane = distance - k_d_and_e;
+  const double distance = std::sqrt(du * du + dw * dw), in_plane = distance - k_d_plus_e;
   const double length = std::sqrt(in_plane * in_plane + joint.across * joint.across);
   if (!(distance > 1) || !(length > 1)) return std::nullopt;
   const double by_distance = in_plane / length;
@@ -85,7 +85,7 @@ std::optional<FalconAngles> FalconKinematics::inverse(const dvec3& p) noexcept {
     const double in_plane_square = k_b * k_b - joint.across * joint.across;
     if (!(in_plane_square >= 0)) return std::nullopt;
     // The elbow lies on two circles: about the shoulder, and about the joint of the grip.
-    const double reach = std::sqrt(in_plane_square) + k_d_and_e;
+    const double reach = std::sqrt(in_plane_square) + k_d_plus_e;
     const double square = joint.along * joint.along + joint.out * joint.out;
     const double cosine = (square + k_a * k_a - reach * reach) / (2 * k_a * std::sqrt(square));
     if (!(std::abs(cosine) <= 1)) return std::nullopt;

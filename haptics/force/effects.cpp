@@ -367,9 +367,7 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
     memory.kind = effect.kind.index() + 1;
     if (start) memory.start_world = *start, memory.direction_world = *ahead;
   }
-  const auto add_rendered = [&](const dvec3& force) {
-    sum.rendered_world += limited(force, effect.max_force);
-  };
+  const auto add_passive = [&](const dvec3& force) { sum.passive_world += limited(force, effect.max_force); };
   const auto add_active = [&](const dvec3& force) { sum.active_world += limited(force, effect.max_force); };
   const auto advance = [&](double hz) {
     memory.phase += std::min(hz, 0.25 / input.dt) * input.dt;
@@ -378,9 +376,9 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
   if (const auto* constant = std::get_if<ConstantForce>(&effect.kind)) {
     add_active(constant->force_world);
   } else if (const auto* viscosity = std::get_if<Viscosity>(&effect.kind)) {
-    add_rendered(-viscosity->damping * input.velocity_world);
+    add_passive(-viscosity->damping * input.velocity_world);
   } else if (const auto* spring = std::get_if<Spring>(&effect.kind)) {
-    add_rendered(spring->stiffness * (spring->anchor_world - hip));
+    add_passive(spring->stiffness * (spring->anchor_world - hip));
   } else if (const auto* line = std::get_if<LineTrack>(&effect.kind)) {
     const dvec3 offset = hip - line->start_world;
     const double depth = glm::dot(offset, line->direction_world);
@@ -394,10 +392,10 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
       push = line->resistance;
     }
     if (push > 0) force -= push * line->direction_world;
-    add_rendered(force);
+    add_passive(force);
   } else if (const auto* plane = std::get_if<PlaneStop>(&effect.kind)) {
     const double height = glm::dot(hip - plane->point_world, plane->normal_world);
-    if (height < 0) add_rendered(-plane->stiffness * height * plane->normal_world);
+    if (height < 0) add_passive(-plane->stiffness * height * plane->normal_world);
   } else if (const auto* vibration = std::get_if<Vibration>(&effect.kind)) {
     advance(vibration->frequency_hz);
     add_active(vibration->amplitude * deterministic_sin(k_turn * memory.phase) * vibration->direction_world);
@@ -422,7 +420,7 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
     const double shake = spin->chatter * deterministic_sin(k_turn * memory.phase);
     add_active(press * (shake * n - (spin->drag + shake) * glm::cross(shaft, n)));
   } else if (insertion) {
-    add_rendered(step_insertion(*insertion, memory, input, sum));
+    add_passive(step_insertion(*insertion, memory, input, sum));
   } else if (const auto* align = std::get_if<Align>(&effect.kind)) {
     const dvec3 points = glm::normalize(input.orientation) * dvec3(0, 0, -1);
     constexpr double k_arm = 10;  // mm, since the limit of an effect is given in newtons

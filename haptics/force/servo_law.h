@@ -32,7 +32,7 @@ struct LawInput {
 
 /// Sum of the laws of a hand.
 struct LawForces {
-  glm::dvec3 rendered_world{0.0};    ///< N, of springs and dampers, which store or dissipate energy
+  glm::dvec3 passive_world{0.0};     ///< N, of springs and dampers, which store or dissipate energy
   glm::dvec3 active_world{0.0};      ///< N, of laws that may create energy
   glm::dvec3 torque_world{0.0};      ///< N mm, of springs and dampers
   bool has_lost_resistance = false;  ///< a tip left the matter that resisted its track

@@ -42,8 +42,9 @@ Status Inverse3Device::open() {
   const LinkResult result = socket.value()->receive(message, k_first_ms);
   const auto state = result == LinkResult::done ? parse_inverse3(message, choice_.index) : std::nullopt;
   if (!state)
-    return Error{.what = result == LinkResult::done ? "the service of Haply reports no such Inverse3"
-                                                    : "the service of Haply sends no state",
+    return Error{.what = result == LinkResult::done
+                             ? "the service of Haply reports no Inverse3 with this number"
+                             : "the service of Haply sends no state",
                  .where = "inverse3: absent",
                  .found = "",
                  .expected = "at least " + std::to_string(choice_.index + 1) + " Inverse3",

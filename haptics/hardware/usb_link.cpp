@@ -134,7 +134,7 @@ Result<std::unique_ptr<UsbLink>> open_usb(std::uint16_t vendor, std::uint16_t pr
     return Error{
         .what = at == 0 ? "the device was not found on the USB" : "no device of this kind has this index",
         .where = name + ": absent",
-        .found = std::to_string(at),
+        .found = "connected devices: " + std::to_string(at),
         .expected = "at least " + std::to_string(index + 1),
         .remedy = "plug it in, and switch its power on",
         .kind = ErrorKind::missing_here};
@@ -146,7 +146,7 @@ Result<std::unique_ptr<UsbLink>> open_usb(std::uint16_t vendor, std::uint16_t pr
         .remedy = "install packaging/60-trephine.rules in /etc/udev/rules.d, then plug the device in again",
         .kind = ErrorKind::missing_here};
   if (code == 0) {
-    // By default the kernel's serial driver uses a converter of FTDI.
+    // By default, the kernel's serial driver claims the device's FTDI converter.
     libusb_set_auto_detach_kernel_driver(handle, 1);
     code = libusb_claim_interface(handle, 0);
     if (code != 0) libusb_close(handle);

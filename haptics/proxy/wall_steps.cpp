@@ -46,10 +46,10 @@ dvec3 single_step(const volume::Frame& frame, double voxel_mm, const Plane& plan
     c += k_min_hessian - least;
   }
   const double ru = hip_u - lambda * plane.distance * un, rw = hip_w - lambda * plane.distance * wn;
-  const double share = 1 / (a * c - b * b);
-  const double pu = share * (c * ru - b * rw), pw = share * (a * rw - b * ru);
+  const double inverse_determinant = 1 / (a * c - b * b);
+  const double pu = inverse_determinant * (c * ru - b * rw), pw = inverse_determinant * (a * rw - b * ru);
   const dvec3 p = plane.distance * n + pu * u + pw * w;
-  // A short step follows the wall to second order.
+  // A long step ends on the tangent plane; a short one follows the wall to second order.
   if (const double max_step = k_short_step * voxel_mm; pu * pu + pw * pw > max_step * max_step) return p;
   return p - inverse *
                  (0.5 * (pu * pu * uu + pw * pw * ww) + pu * pw * uw + plane.distance * (pu * un + pw * wn)) *

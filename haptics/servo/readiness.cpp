@@ -12,8 +12,8 @@ using glm::dvec3;
 
 namespace {
 
-/// Returns true if a partly available item blocks: its available part contains the surroundings of hand and
-/// proxy, or these are outside the volume. `farthest`: mm, extent of the tool.
+/// Returns true if a partly available item is ready to stop the tool: its available part contains the
+/// surroundings of hand and proxy, or these are outside the volume. `farthest`: mm, extent of the tool.
 bool is_part_ready(const ServoHand& hand, const ServoHand::Part& part, const ReadinessQuery& query,
                    double farthest) noexcept {
   const TouchItem& item = item_of(*hand.scene, part.item);

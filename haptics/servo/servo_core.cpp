@@ -206,7 +206,7 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
       const LawForces forces =
           laws_.step(*hand.laws, {scene, hand.state.version.get(), step_, requested_.force_world, hip,
                                   input.pose.orientation, dvec3(0), dvec3(0), dt_, is_working});
-      requested_.force_world += forces.rendered_world;
+      requested_.force_world += forces.passive_world;
       requested_.torque_world += forces.torque_world;
       active_force_ = forces.active_world;
       if (forces.has_lost_resistance) add_event(record, TouchEvent::lost_resistance, forces.exited_shape);

@@ -45,8 +45,10 @@ void ServoHand::set_ready(int item, bool is_ready) noexcept {
 }
 
 void ServoHand::set_ready(int item, const volume::VoxelBox& voxels) noexcept {
-  set_ready(item, part_count < parts.size());
-  if (part_count < parts.size()) parts[part_count++] = {item, voxels};
+  set_ready(item, false);  // frees the item's previous part
+  if (part_count == parts.size()) return;
+  parts[part_count++] = {item, voxels};
+  not_ready.set(item, false);
 }
 
 void ServoHand::set_placement(int mover, const Placement& placement) noexcept {

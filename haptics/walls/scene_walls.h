@@ -26,7 +26,7 @@ class SceneLayout {
     glm::dvec3 low, high;  ///< mm; world frame, or for a moving mesh the frame of the mesh
   };
 
-  /// Error if the shapes of a volume are not adjacent, or volumes, shapes or movers are too many.
+  /// Error if the shapes of a volume are not consecutive items, or volumes, shapes or movers are too many.
   static Result<SceneLayout> of(const TouchScene& scene);
 
   /// Returns an axis-aligned frame with the finest voxel spacing of all volumes as its step. Without volumes

@@ -84,19 +84,23 @@ double hole_behind(const dvec3& tip, const dvec3& shaft, const sim::Work& work) 
   return length;
 }
 
-/// Removes the floor of the hole: the matter around the round end, and the rest below its tip. The rest has
-/// labels of soft tissue, or is less than is_held() notices.
+/// Removes the floor of the hole: the matter around the round end, and a rest below its tip that is thin. The
+/// rest has labels of soft tissue, or is less than is_held() notices.
 void break_floor(const Perforator& p, const PerforatorState& state, sim::Work& work) {
   const double radius = k_floor * 0.5 * p.inner;
   const auto [u, v] = volume::perpendicular_axes(state.shaft);
   const dvec3 tip = tip_of(p, state);
   double depth = 0;
+  // Matter that begins at the plane of the tip and ends within the thickness. Thicker bone is no floor.
   const auto search = [&](const dvec3& at) {
-    for (double ahead = k_hole_step; ahead <= k_floor_thickness; ahead += k_hole_step)
-      if (work.is_matter(at - ahead * state.shaft)) depth = std::max(depth, ahead + k_hole_step);
+    double end = 0;
+    for (double ahead = k_hole_step; ahead <= end + 2 * k_hole_step; ahead += k_hole_step)
+      if (work.is_matter(at - ahead * state.shaft)) end = ahead;
+    if (end <= k_floor_thickness) depth = std::max(depth, end);
   };
   search(tip);
   for (const double(&around)[2] : k_around) search(tip + radius * (around[0] * u + around[1] * v));
+  if (depth > 0) depth += k_hole_step;
   const ToolBody floor = ToolBody::cylinder(radius, p.inner, 0.3);
   const volume::ToolPose pose{tip - depth * state.shaft, state.shaft};
   work.remove(volume::ToolSweep{floor, pose, pose, false});

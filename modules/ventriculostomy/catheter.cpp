@@ -57,7 +57,7 @@ dvec3 ahead_of(const glm::dquat& hand) { return haptics::unit_of(hand) * dvec3(0
 std::string reason_not_to_enter(const Catheter& c, const CatheterState& state, const dvec3& tip,
                                 const dvec3& ahead, const dvec3& layer, const sim::Work& work) {
   if (!c.has_stylet && remaining_label(work, layer) == state.dura)
-    return "a catheter without its stylet does not pass the dura. Take the catheter again with stylet=yes.";
+    return "a catheter without its stylet does not pass the dura. Take the catheter with its stylet.";
   const auto [a, b] = volume::perpendicular_axes(ahead);
   constexpr double k_half = 0.70710678118654752;
   const std::array<dvec3, 8> around{a,  b,  k_half * (a + b),  k_half * (a - b),
@@ -96,7 +96,8 @@ void try_to_enter(const Catheter& c, CatheterState& state, const haptics::ServoR
   const bool is_pressed = tick.has_contact && glm::dot(tick.contact_force_world, -ahead) > k_press;
   if (is_pressed) return refuse("there is bone in the way. Drill a burr hole there first.");
   if (nearest < 0) {
-    if (!tick.has_contact) state.is_refused = false, state.obstructed_at = -1;
+    state.obstructed_at = -1;
+    if (!tick.has_contact) state.is_refused = false;
     return;
   }
   // A refusal is reported once. The catheter enters as soon as it was turned or moved enough.
@@ -233,7 +234,6 @@ const sim::Schema& CatheterState::schema() {
       field<&CatheterState::ventricle>("ventricle"),
       field<&CatheterState::other_ventricle>("other_ventricle"),
       field<&CatheterState::has_entered>("has_entered"),
-      field<&CatheterState::obstructed_at>("obstructed_at", {.unit = "s"}),
       field<&CatheterState::is_refused>("is_refused"),
       field<&CatheterState::start>("start", {.unit = "mm"}),
       field<&CatheterState::ahead>("ahead"),
@@ -242,8 +242,9 @@ const sim::Schema& CatheterState::schema() {
       field<&CatheterState::searched>("searched", {.unit = "mm"}),
       field<&CatheterState::has_passed_dura>("has_passed_dura"),
       field<&CatheterState::has_reached_ventricle>("has_reached_ventricle"),
-      field<&CatheterState::ventricle_wall>("ventricle_wall", {.unit = "mm"})};
-  static constexpr sim::Schema table{"catheter-state", 1, fields};
+      field<&CatheterState::ventricle_wall>("ventricle_wall", {.unit = "mm"}),
+      field<&CatheterState::obstructed_at>("obstructed_at", {.unit = "s"})};
+  static constexpr sim::Schema table{"catheter-state", 2, fields};
   return table;
 }
 

@@ -32,19 +32,19 @@ std::string name_of_label(const volume::Volume& scan, int label);
 /// State of a catheter. Depths are in mm along `ahead` from `start`, where the path first meets a layer.
 struct CatheterState : Layers {
   bool has_entered = false;
-  double obstructed_at = -1;  ///< s, since when it cannot enter; -1: it can, or is away
-  bool is_refused = false;    ///< from a refusal until the catheter is lifted
+  bool is_refused = false;  ///< from a refusal until the catheter is lifted
   glm::dvec3 start{0.0}, ahead{0, 0, -1};
   double depth = 0;     ///< of the tip
   double deepest = 0;   ///< greatest depth of the tip in this passage
   double searched = 0;  ///< depth up to which layers were searched
   bool has_passed_dura = false, has_reached_ventricle = false;
   glm::dvec3 ventricle_wall{0.0};  ///< mm, world: entry into the ventricle; valid if has_reached_ventricle
+  double obstructed_at = -1;       ///< s, since when it is pressed but cannot enter; -1: it is not
   glm::dvec3 tip() const noexcept { return start + depth * ahead; }
   static const sim::Schema& schema();
 };
 
-/// The catheter entered the head. Emitted at the outermost layer.
+/// The catheter reached the outermost layer: the dura or, without a label of the dura, the brain.
 struct CatheterEntered {
   glm::dvec3 direction{0, 0, -1};  ///< unit, into the head
   static const sim::Schema& schema();

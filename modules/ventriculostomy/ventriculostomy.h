@@ -12,7 +12,9 @@ class Ventriculostomy final : public sim::Module {
   std::span<const sim::InstrumentType* const> instruments() const override;
   std::span<const sim::JobType* const> jobs() const override;
   std::span<const sim::ValueType* const> events() const override;
-  std::uint32_t version() const noexcept override { return 2; }  // 2: catheters left in place
+  std::uint32_t version() const noexcept override {
+    return 3;
+  }  // 3: only a lasting obstruction refuses a catheter
   sim::Value undoable() const override { return CathetersInPlace{}; }
   sim::Value settings() const override { return CatheterPassages{}; }
   sim::Value result() const override { return CatheterJudged{}; }

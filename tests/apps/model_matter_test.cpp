@@ -121,7 +121,8 @@ least = 1
   EXPECT_NE(r.err.find("not the surface of a solid"), std::string::npos) << r.err;
 }
 
-/// The case of the spine: a burr between two laminae enters the dural sac, and a probe from the side a root.
+/// The case of the spine: a burr between two laminae enters the dural sac; a probe from the side enters a
+/// nerve root.
 /// Both are models, which appear as soft tissue.
 TEST_F(Command, TheSpinesCaseHasNervesAsModels) {
   ASSERT_EQ(run("phantom spine --spacing 0.8 --case spine").exit_code, 0);

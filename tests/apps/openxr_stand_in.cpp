@@ -197,6 +197,7 @@ XrResult locate_views(XrSession, const XrViewLocateInfo* info, XrViewState* stat
   expect(info->displayTime == 1000 + g_log.frames, "views at another time than that of the frame");
   *count = 2;
   if (capacity < 2) return XR_ERROR_SIZE_INSUFFICIENT;
+  g_log.head[0] += g_log.tremor;
   state->viewStateFlags = XR_VIEW_STATE_POSITION_VALID_BIT | XR_VIEW_STATE_ORIENTATION_VALID_BIT;
   for (int i = 0; i < 2; ++i) views[i].pose = pose_of_eye(i), views[i].fov = fov_of_eye(i);
   return XR_SUCCESS;

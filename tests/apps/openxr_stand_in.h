@@ -19,6 +19,7 @@ struct Log {
   bool is_worn = true;                    ///< the session becomes ready
   bool shows = true;                      ///< XrFrameState::shouldRender
   int ends_after = -1;                    ///< frames after which the session is lost; -1: never
+  double tremor = 0;                      ///< m, by which the head moves in each frame
   double yaw = 0;                         ///< radians, of the head about the vertical
   std::array<double, 3> head{0, 1.6, 0};  ///< m
   // Set by the runtime.

@@ -1,7 +1,9 @@
 // Cases made in the window: marks, structures, procedure and limits are in the folder, which opens again.
 #include <QListWidget>
+#include <fstream>
 
 #include "apps/workbench/case_maker.h"
+#include "apps/workbench/clock.h"
 #include "data-tools/cases/case_folder.h"
 #include "data-tools/cases/procedure_file.h"
 #include "tests/apps/operation_window_fixture.h"
@@ -94,6 +96,48 @@ TEST_F(CaseWindow, IsMadeByClicksAndOpensAgain) {
   EXPECT_TRUE(std::equal(a.begin(), a.end(), b.begin(), b.end())) << "every voxel";
 }
 
+/// From a real CT to a case with procedure, trajectories and outline, by clicks alone. The time of the
+/// program is printed; that of an instructor is added to it.
+TEST_F(CaseWindow, OfARealSpineIsMadeByClicks) {
+  const char* data = std::getenv("TREPHINE_DATA");
+  if (data == nullptr || std::getenv("TREPHINE_WHOLE") == nullptr)
+    GTEST_SKIP() << "set TREPHINE_DATA, and TREPHINE_WHOLE=1";
+  const auto start = workbench::Clock::now();
+  open(std::string(data) + "/spine_lumbar/example_ct.nii.gz", drilling::burr({.diameter = 4}));
+  QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
+  let_run(300);
+  child<QAction>(*window_, "make_case")->trigger();
+  child<QLineEdit>(*window_, "case_name")->setText("Lumbar case");
+  auto* procedure = child<QComboBox>(*window_, "case_procedure");
+  procedure->setCurrentIndex(procedure->findData("laminectomy-screws"));
+  emit procedure->activated(procedure->currentIndex());
+  const QPoint middle = window_->canvas()->rect().center();
+  const auto click = [&](int x, int y) {
+    const QPoint at = middle + QPoint(x, y);
+    QTest::mouseMove(window_->canvas(), at + QPoint(2, 0));
+    QTest::mouseMove(window_->canvas(), at);
+    let_run(200);
+    QTest::mouseClick(window_->canvas(), Qt::LeftButton, {}, at);
+  };
+  for (const int side : {-1, 1}) {
+    press_button("mark_trajectory");
+    click(40 * side, 0), click(25 * side, 15);
+  }
+  press_button("mark_outline");
+  click(-30, -40), click(30, -40), click(0, 40);
+  QTest::keyClick(window_->canvas(), Qt::Key_Return);
+  save_screenshot(*window_, "make-spine-case");
+  const std::string folder = (folder_ / "made").string();
+  ASSERT_FALSE(window_->save_case(QString::fromStdString(folder)));
+  const double made = workbench::seconds_since(start);
+  const auto opened = workbench::open_operation(folder, workbench::OperationChoice());
+  ASSERT_TRUE(opened) << opened.error().message();
+  EXPECT_EQ(opened.value().spec.plan.procedure.name, "laminectomy-screws");
+  EXPECT_EQ(opened.value().spec.plan.trajectories.size(), 2u);
+  EXPECT_EQ(opened.value().spec.plan.outlines.size(), 1u);
+  std::printf("opened, marked and saved in %.0f s\n", made);
+}
+
 class CaseRequests : public testing::Test {
  protected:
   CaseRequests()
@@ -136,6 +180,49 @@ TEST_F(CaseRequests, BadOnesAreRefused) {
   request_.forbidden.clear(), request_.plan.targets.clear();
   request_.plan.landmarks = {{"a", {0, 0, std::nan("")}}};
   EXPECT_FALSE(workbench::case_plan_of(request_, scene_).is_ok());
+}
+
+/// A procedure with own steps is read from a file. A file with errors changes nothing. The models of an open
+/// case are copied.
+TEST_F(Window, ACaseHasTheStepsOfAFileAndTheModelsOfTheOpenCase) {
+  std::ofstream(folder_ / "nerve.stl") << "solid nerve\nendsolid nerve\n";
+  data_tools::CaseModel& nerve = options_.models.emplace_back();
+  nerve.name = "nerve", nerve.file = "nerve.stl", nerve.path = (folder_ / "nerve.stl").string();
+  nerve.matter = volume::Matter::soft_tissue, nerve.is_forbidden = true;
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
+  child<QAction>(window, "make_case")->trigger();
+  auto* procedure = child<QComboBox>(window, "case_procedure");
+  const auto choose_file = [&](const std::string& path) {
+    answer_dialog_with(path);
+    procedure->setCurrentIndex(procedure->findData("procedure file"));
+    emit procedure->activated(procedure->currentIndex());
+  };
+  const auto shipped = data_tools::shipped_procedures();
+  const auto write = [&](const char* name, const std::string& text) {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  };
+  choose_file(write("bad.toml", "name = \"bad\"\n[[steps]]\nname = \"a\"\ninstruments = [\"hammer\"]\n"));
+  EXPECT_EQ(procedure->currentData().toString(), "") << "no procedure, as before";
+  std::string text(shipped[0].text);
+  text.replace(text.find("title = "), text.find('\n', text.find("title = ")) - text.find("title = "),
+               "title = \"Own steps\"");
+  choose_file(write("own.toml", text));
+  EXPECT_EQ(procedure->currentText(), "Own steps");
+  child<QLineEdit>(window, "case_name")->setText("Case with own steps");
+  const std::string made = (folder_ / "made").string();
+  const Status error = window.save_case(QString::fromStdString(made));
+  ASSERT_FALSE(error) << error->message();
+  const auto opened = data_tools::open_case(made);
+  ASSERT_TRUE(opened.is_ok()) << opened.error().message();
+  EXPECT_EQ(opened.value().plan.procedure.title, "Own steps");
+  EXPECT_FALSE(opened.value().plan.procedure.steps.empty());
+  ASSERT_EQ(opened.value().plan.models.size(), 1u);
+  EXPECT_EQ(opened.value().plan.models[0].name, "nerve");
+  EXPECT_TRUE(opened.value().plan.models[0].is_forbidden);
+  EXPECT_TRUE(fs::exists(folder_ / "made" / "nerve.stl"));
 }
 
 }  // namespace

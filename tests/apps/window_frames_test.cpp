@@ -42,8 +42,8 @@ TEST_F(Window, DrawsNothingWithoutChanges) {
   EXPECT_TRUE(is_drawn_after([&] { window.resize(940, 720); }));
 }
 
-/// After a signal should_close() returns true. The window then closes without a dialog, although bone was
-/// cut.
+/// should_close() returns true after the program received a signal, such as SIGINT. The window then closes
+/// without a dialog, although bone was cut.
 TEST_F(Window, AProgramCanCloseItWithoutWaiting) {
   std::atomic<bool> is_asked = false;
   options_.should_close = [&] { return is_asked.load(); };

@@ -8,6 +8,7 @@
 #include <vtkCamera.h>
 #include <vtkNew.h>
 #include <vtkRenderWindow.h>
+#include <vtkUnsignedCharArray.h>
 
 #include "apps/bench/scenes/scenes.h"
 #include "apps/view/eye_display.h"
@@ -158,6 +159,50 @@ TEST_F(Headset, SendsNoPictureThatIsNotShown) {
   draw(5);
   EXPECT_EQ(log_->frames, 5);
   EXPECT_EQ(log_->eyes[0].width, 0);
+}
+
+/// The session belongs to the GL context of the window. A display that is chosen again starts a new session.
+TEST_F(Headset, ASessionEndsWithTheModeAndStartsAgain) {
+  auto opened = open_hmd();
+  ASSERT_TRUE(opened);
+  const std::shared_ptr<Hmd> hmd = std::move(opened).value();
+  for (int i = 0; i < 3; ++i) {
+    picture_->view().set_display({.eyes = DisplayMode::Eyes::headset}, nullptr, hmd);
+    draw(4);
+    EXPECT_EQ(log_->sessions, 1);
+    picture_->view().set_display({}, nullptr);
+    EXPECT_EQ(log_->sessions, 0);
+  }
+  EXPECT_EQ(log_->frames, 12);
+  EXPECT_EQ(log_->instances, 1);
+}
+
+/// The window shows texts over the picture of the left eye, which the headset does not show.
+TEST_F(Headset, TextsStayInTheWindow) {
+  begin();
+  picture_->show_text("MMMMMMMMMMMM", "");
+  draw(10);
+  const auto whites = [](const unsigned char* rgb, std::size_t stride, std::size_t count) {
+    int sum = 0;
+    for (std::size_t i = 0; i < count; ++i)
+      sum += rgb[stride * i] > 200 && rgb[stride * i + 1] > 200 && rgb[stride * i + 2] > 200;
+    return sum;
+  };
+  vtkNew<vtkUnsignedCharArray> pixels;
+  window_->GetPixelData(0, 0, 399, 299, 0, pixels);
+  EXPECT_GT(whites(pixels->GetPointer(0), 3, 400 * 300), 100);
+  EXPECT_EQ(whites(log_->eyes[0].rgba.data(), 4, 320 * 240), 0);
+}
+
+/// A picture for a file is completed although the head never rests.
+TEST_F(Headset, APictureIsCompletedWhileTheHeadMoves) {
+  log_->tremor = 1e-3;
+  begin();
+  draw(5);
+  EXPECT_TRUE(picture_->complete());
+  const int frames = log_->frames;
+  draw(5);
+  EXPECT_EQ(log_->frames, frames + 5) << "the headset continues";
 }
 
 TEST_F(Headset, ALostDisplayIsReportedOnce) {

@@ -149,6 +149,37 @@ TEST(Language, TextsOfTheLibrariesMatchPatterns) {
   }
 }
 
+/// Sentences that are joined of clauses and reasons are translated as a whole, texts of users not at all.
+TEST(Language, SentencesAreTranslatedAsAWhole) {
+  std::map<QString, QString> translations;
+  for (const Message& m : messages_in(k_catalogue))
+    if (m.context == "messages") translations.emplace(m.source, m.translation);
+  const Localizer localizer(
+      message_patterns(), [&](const char* pattern) { return translations[QString::fromUtf8(pattern)]; }, ',');
+  const std::pair<const char*, const char*> sentences[] = {
+      {"Flap of 60 by 50 mm; 100 % of tumour exposed, margin 5.0 mm; distance from the plan 1.5 mm on average, "
+       "2.0 mm at most.",
+       "Deckel von 60 mal 50 mm; 100 % freigelegt (Tumor), Rand 5,0 mm; Abstand vom Plan im Mittel 1,5 mm, "
+       "höchstens 2,0 mm."},
+      {"Left screw in L4: grade B, breach of 1.5 mm toward the canal. Entry 1.0 mm, tip 2.0 mm from the plan; 80 "
+       "of 100 points.",
+       "Schraube links in L4: Grad B, Durchbruch von 1,5 mm zum Kanal hin. Eintritt 1,0 mm, Spitze 2,0 mm vom "
+       "Plan; 80 von 100 Punkten."},
+      {"Screw 3 placed: 6.5 mm in diameter, 45 mm long. It is 4 mm longer than its track.",
+       "Schraube 3 gesetzt: Durchmesser 6,5 mm, Länge 45 mm. Sie ist 4 mm länger als ihr Bohrkanal."},
+      {"The catheter did not enter: there is bone in the way. Drill a burr hole there first.",
+       "Der Katheter drang nicht ein: Knochen ist im Weg. Dort zuerst ein Bohrloch anlegen."},
+      {"The tip of the catheter is outside the ventricles; 12 mm below the outer table.",
+       "Die Spitze des Katheters liegt außerhalb der Ventrikel; 12 mm unter der Tabula externa."},
+      {"12.34\u00a0mm", "12,34\u00a0mm"},
+      {"full at 0.5, none at 2", "voll bei 0,5, keine bei 2"}};
+  for (const auto& [english, german] : sentences)
+    EXPECT_EQ(localizer.translate(english).toStdString(), german);
+  for (const char* own : {"/data/copy of head.nii", "Case of Mr. Smith",
+                          "Remove 5 mm of bone behind the sinus", "at least my own step"})
+    EXPECT_EQ(localizer.translate(own).toStdString(), own);
+}
+
 /// A window in German shows no text that has a different translation.
 TEST_F(ToolWindow, SpeaksGerman) {
   std::map<QString, QString> translations;

@@ -218,7 +218,7 @@ TEST_F(Dicom, FractionsKeepTheirScaleOrAreRefused) {
   const Volume ct = open();
   EXPECT_TRUE(ct.is_hounsfield);
   EXPECT_EQ(ct.voxels[1], 51);
-  expect_notice("at most 0.5 off");
+  expect_notice("rounding error at most 0.5");
   // One slope per slice (PET): the values are scaled to one step, which is finer than the noise.
   const auto pet = [](int noise) {
     return [noise](int k, SliceSpec& s) {

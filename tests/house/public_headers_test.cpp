@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 /// The headers that the CMakeLists.txt files list, as paths from the root of the tree.
 struct Headers {
-  std::set<std::string> installed;  ///< HEADERS and FRONT
+  std::set<std::string> installed;  ///< HEADERS (for modules and devices) and FRONT (for programs)
   std::set<std::string> shared;     ///< SHARED: for the other libraries of this tree
   bool are_listed(const std::string& header) const {
     return installed.contains(header) || shared.contains(header);

@@ -472,8 +472,8 @@ TEST(Ventriculostomy, LeavesACatheterInPlace) {
   const sim::Body body = run.engine().state().undoable.bodies[0];
   EXPECT_TRUE(body.is_fixed && body.is_implant);
   EXPECT_EQ(body.matter, volume::Matter::soft_tissue);
-  // The body is a tube with a diameter of 3 mm and a round tip. It reaches from the tip to 20 mm outside the
-  // outermost layer.
+  // The body is a tube with a diameter of 3 mm and a round tip. It reaches from the tip to 20 mm above its
+  // entry into the dura.
   const double length = glm::distance(tip, entry) + 20;
   EXPECT_NEAR(body.piece->mm3, 3.14159265 * 1.5 * 1.5 * (length - 0.5), 0.02 * body.piece->mm3);
   double lowest = 1e9, highest = -1e9;
@@ -515,7 +515,8 @@ TEST(Ventriculostomy, LeavesACatheterInPlace) {
   EXPECT_EQ(measure(run.engine(), "catheters left in place"), 0);
 }
 
-/// A catheter that is drawn out while the job runs is not left in place; one that only trembles is, once.
+/// A catheter that is drawn out while the job runs is not left in place. One that only trembles is left in
+/// place; two pending jobs leave it only once.
 TEST(Ventriculostomy, ACatheterThatMovedMeanwhileIsNotLeft) {
   const Slab bench;
   for (const double z : {-36.0, -35.5, 40.0}) {

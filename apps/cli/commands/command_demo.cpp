@@ -75,7 +75,7 @@ Result<Outcome> run_demo(const DemoArguments& arguments) {
   const haptics::ServoReport& servo = played.live->servo;
   json["servo"] = servo_json(servo);
   json["servo"]["rate_hz"] = operation.spec.rate_hz;
-  json["servo"]["stalled_looks"] = played.live->stalls;
+  json["servo"]["stale_scene_resets"] = played.live->stalls;
   json["memory"] = memory_report(*operation.scene(), version);
   json["pictures"] = played.pictures;
   json["checks"] = checks_json(report);

@@ -245,15 +245,15 @@ void report_contacts(const sim::Engine& engine, const volume::VertebraFrame& fra
     if (nearest < sim::Forbidden::k_reach) row["nearest_mm"] = nearest;
     if (!contacts.empty())
       outcome.print(
-          "{structure}: entered {count} times here, {depth:.1f} mm deep at most in the operation, slices "
-          "{slices}",
+          "{structure}: entered {count} times at this vertebra (slices {slices}); greatest depth in the whole "
+          "operation {depth:.1f} mm",
           {{"structure", name},
            {"count", contacts.size()},
            {"depth", std::max(0.0, -nearest)},
            {"slices", slices}});
     else if (nearest < sim::Forbidden::k_reach)
       outcome.print(nearest > 0 ? "{structure}: not touched, {nearest_mm:.1f} mm away at least"
-                                : "{structure}: not entered here, but at another vertebra",
+                                : "{structure}: entered at another vertebra only",
                     row);
   }
 }
@@ -280,7 +280,9 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
     row["position_world_mm"] = json_of(at), row["slice"] = drawer.slice(at) + 1;
     return row;
   };
-  const auto percent = [](double left, double before) { return before > 0 ? 100 * left / before : 100.0; };
+  const auto percent = [](double remaining, double before) {
+    return before > 0 ? 100 * remaining / before : 100.0;
+  };
   json["vertebra"] = arguments.vertebra;
   json["canal"] = located({{"before_mm2", j.canal_before}, {"now_mm2", j.canal_after}}, j.narrowest_at);
   json["opening"] = located({{"length_mm", j.opened_length},
@@ -294,14 +296,14 @@ Result<Outcome> run_laminectomy(const LaminectomyArguments& arguments) {
       {{"before_mm3", j.spinous_before}, {"remaining_mm3", j.spinous_remaining}}, o.spinous_process.at_world);
   json["is_at_border"] = o.is_at_border;
   if (o.is_at_border) notice("the scan ends within the vertebra: sizes and shares refer to the scanned part");
-  outcome.print("canal: {before_mm2:.0f} mm² where it is narrowest (slice {slice}), now {now_mm2:.0f}",
+  outcome.print("canal: {before_mm2:.0f} mm² where it was narrowest (slice {slice}), now {now_mm2:.0f} mm²",
                 json["canal"]);
   outcome.print(o.widest_opened < 0 ? "the roof of the canal is closed"
                                     : "the roof of the canal is open along {length_mm:.0f} mm, at most "
                                       "{width_mm:.1f} mm wide (slice {slice}); area of the canal there: "
                                       "{canal_before_mm2:.0f} mm² before, {canal_now_mm2:.0f} now",
                 json["opening"]);
-  outcome.print("lamina: {lamina:.0f} % left; spinous process: {process:.0f} % left",
+  outcome.print("lamina: {lamina:.0f} % remains; spinous process: {process:.0f} % remains",
                 {{"lamina", percent(j.lamina_remaining, j.lamina_before)},
                  {"process", percent(j.spinous_remaining, j.spinous_before)}});
   for (std::size_t side = 0; side < 2; ++side) {

@@ -144,7 +144,7 @@ Run build_slice(Options& options) {
   add_objects(options, a->objects);
   std::vector<std::string> names;
   for (const ct_viewer::NamedWindow& window : ct_viewer::k_windows) names.emplace_back(window.name);
-  options.add("--window", a->window, "Grey window of CT (bone)").one_of(names);
+  options.add("--window", a->window, "Named grey window, for a CT (default: bone)").one_of(names);
   options.add("--level", a->level, "Grey window by its middle and width").type("L,W");
   options.add("--slab", a->thickness, "Thickness of a slab (default: a plane)").type("MM");
   options.add("--slab-kind", a->slab, volume::k_slab_kinds, "Value of a pixel of the slab");

@@ -142,6 +142,7 @@ class Host {
     if (opened.recorder) opened.session_file = record.file;
     opened.scan = path;
     opened.plan = std::make_shared<const volume::SurgicalPlan>(operation.value().spec.plan);
+    if (source.plan) opened.models = source.plan->models;
     return opened;
   }
 
@@ -231,6 +232,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   if (Status error = choose_display(arguments.display, options)) return *error;
   options.has_tool = arguments.side.empty();  // a picture with --from shows only the anatomy and its plan
   options.plan = std::make_shared<const volume::SurgicalPlan>(operation.spec.plan);
+  if (source.plan) options.models = source.plan->models;
   options.title = source.written_name();
   options.is_offscreen = is_offscreen;
 

@@ -51,7 +51,7 @@ Status write_quality_chart(const data_tools::ScanQuality& q, const std::string& 
   view::Chart chart;
   chart.title = "edges of the scan, superimposed";
   chart.x_label = "mm from the edge, inward";
-  chart.y_label = "share of the step";
+  chart.y_label = "share of the edge's rise in intensity";
   view::ChartSeries points;
   points.name = "voxels";
   points.color = {150, 165, 185};

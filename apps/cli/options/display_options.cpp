@@ -20,14 +20,14 @@ constexpr EyesName k_eyes[] = {{"one", view::DisplayMode::Eyes::one},
                                {"side-by-side", view::DisplayMode::Eyes::side_by_side},
                                {"headset", view::DisplayMode::Eyes::headset}};
 
-Status check_distance(double mm, const char* option) {
+Status check_distance(double mm, const char* option, const char* remedy) {
   constexpr double k_least = 100, k_most = 5000;
   if (mm >= k_least && mm <= k_most) return {};
-  return Error{.what = "the distance is out of range",
+  return Error{.what = "the length is out of range",
                .where = option,
                .found = rounded_text(mm) + " mm",
                .expected = "100 to 5000 mm",
-               .remedy = "measure it on the screen, in mm"};
+               .remedy = remedy};
 }
 
 }  // namespace
@@ -80,8 +80,12 @@ Status choose_display(const DisplayArguments& arguments, view::WindowOptions& op
                  .expected = "en or de",
                  .remedy = "omit the option for the language of the system"};
   options.language = arguments.language;
-  if (Status error = check_distance(arguments.mode.screen_width, "--screen-width")) return error;
-  if (Status error = check_distance(arguments.mode.viewing_distance, "--viewing-distance")) return error;
+  if (Status error = check_distance(arguments.mode.screen_width, "--screen-width",
+                                    "measure the width of the picture on the screen, in mm"))
+    return error;
+  if (Status error = check_distance(arguments.mode.viewing_distance, "--viewing-distance",
+                                    "measure from the eyes to the screen, in mm"))
+    return error;
   options.display = arguments.mode;
   options.display.eyes = found->eyes;
   if (found->eyes == view::DisplayMode::Eyes::headset) {

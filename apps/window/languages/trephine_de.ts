@@ -146,11 +146,11 @@
     </message>
     <message>
         <source>%1 small parts removed as debris, %2 mm³.</source>
-        <translation>%1 kleine Teile als Abrieb entfernt, %2 mm³.</translation>
+        <translation>%1 kleine Teile als Knochenreste entfernt, %2 mm³.</translation>
     </message>
     <message>
         <source>%1 small part removed as debris, %2 mm³.</source>
-        <translation>%1 kleines Teil als Abrieb entfernt, %2 mm³.</translation>
+        <translation>%1 kleines Teil als Knochenreste entfernt, %2 mm³.</translation>
     </message>
     <message>
         <source>The step %1 began.</source>
@@ -329,16 +329,20 @@
         <translation>Die Schraube wurde nicht gesetzt: %1.</translation>
     </message>
     <message>
-        <source>%1 screw in %2: grade %3, no breach%4.</source>
-        <translation>Schraube %1 in %2: Grad %3, kein Durchbruch%4.</translation>
+        <source>%1 screw in %2: grade %3, no breach, %4 mm in front of the bone.</source>
+        <translation>Schraube %1 in %2: Grad %3, kein Durchbruch, %4 mm vor dem Knochen.</translation>
     </message>
     <message>
         <source>%1 screw in %2: grade %3, breach of %4 mm %5.</source>
         <translation>Schraube %1 in %2: Grad %3, Durchbruch von %4 mm %5.</translation>
     </message>
     <message>
-        <source>%1 screw: grade %2, no breach%3.</source>
-        <translation>Schraube %1: Grad %2, kein Durchbruch%3.</translation>
+        <source>%1 screw: grade %2, no breach, %3 mm in front of the bone.</source>
+        <translation>Schraube %1: Grad %2, kein Durchbruch, %3 mm vor dem Knochen.</translation>
+    </message>
+    <message>
+        <source>%1 screw in %2: grade %3, breach of %4 mm %5, %6 mm in front of the bone.</source>
+        <translation>Schraube %1 in %2: Grad %3, Durchbruch von %4 mm %5, %6 mm vor dem Knochen.</translation>
     </message>
     <message>
         <source>%1 screw: grade %2, breach of %3 mm %4.</source>
@@ -583,6 +587,50 @@
     <message>
         <source>no burr hole is near. Make one with the perforator first.</source>
         <translation>kein Bohrloch ist nahe. Zuerst eines mit dem Perforator bohren.</translation>
+    </message>
+    <message>
+        <source>the bit is in bone. Start in a burr hole.</source>
+        <translation>die Fräse steckt im Knochen. In einem Bohrloch beginnen.</translation>
+    </message>
+    <message>
+        <source>the foot has no room under the bone. Widen the hole to its inner side.</source>
+        <translation>der Fuß hat unter dem Knochen keinen Platz. Das Loch bis zur Innenseite weiten.</translation>
+    </message>
+    <message>
+        <source>there is no bone near the bit. Move it to the edge of a burr hole.</source>
+        <translation>nahe der Fräse ist kein Knochen. Sie an den Rand eines Bohrlochs führen.</translation>
+    </message>
+    <message>
+        <source>the foot is in bone. Slide it under the lamina first.</source>
+        <translation>der Fuß steckt im Knochen. Ihn zuerst unter die Lamina schieben.</translation>
+    </message>
+    <message>
+        <source>a cup is in bone. Move the jaws to a thinner edge, or open them wider.</source>
+        <translation>ein Löffel steckt im Knochen. Das Maul an einen dünneren Rand führen oder weiter öffnen.</translation>
+    </message>
+    <message>
+        <source>a catheter without its stylet does not pass the dura. Take the catheter with its stylet.</source>
+        <translation>ein Katheter ohne Mandrin dringt nicht durch die Dura. Den Katheter mit Mandrin nehmen.</translation>
+    </message>
+    <message>
+        <source>there is bone within 10 mm ahead of the tip. Aim through the hole, or widen its inner end with a burr.</source>
+        <translation>innerhalb von 10 mm vor der Spitze ist Knochen. Durch das Loch zielen oder sein inneres Ende mit einer Fräse weiten.</translation>
+    </message>
+    <message>
+        <source>the catheter meets the edge of the hole. Turn it along the hole, or widen the hole.</source>
+        <translation>der Katheter trifft den Rand des Lochs. Ihn in Richtung des Lochs drehen oder das Loch weiten.</translation>
+    </message>
+    <message>
+        <source>there is bone in the way. Drill a burr hole there first.</source>
+        <translation>Knochen ist im Weg. Dort zuerst ein Bohrloch anlegen.</translation>
+    </message>
+    <message>
+        <source>Nearest: %1.</source>
+        <translation>Am nächsten: %1.</translation>
+    </message>
+    <message>
+        <source>Pin %1.</source>
+        <translation>Dorn %1.</translation>
     </message>
     <message>
         <source>%1: click a position. %2</source>
@@ -2892,6 +2940,10 @@
         <translation>Kein Eingriff: freies Üben</translation>
     </message>
     <message>
+        <source>Steps of a file ...</source>
+        <translation>Schritte einer Datei ...</translation>
+    </message>
+    <message>
         <source>Name</source>
         <translation>Name</translation>
     </message>
@@ -2952,8 +3004,8 @@
         <translation>Entfernen</translation>
     </message>
     <message>
-        <source>%1: trajectory, %2 mm</source>
-        <translation>%1: Trajektorie, %2 mm</translation>
+        <source>%1: trajectory, %L2 mm</source>
+        <translation>%1: Trajektorie, %L2 mm</translation>
     </message>
     <message>
         <source>%1: landmark</source>
@@ -3369,8 +3421,8 @@
         <translation>Eine Sitzung wurde unterbrochen. Im Menü Datei kann sie fortgesetzt werden.</translation>
     </message>
     <message>
-        <source>Touch an anchor or a pin to drag it.</source>
-        <translation>Einen Ankerpunkt oder Dorn berühren, um ihn zu ziehen.</translation>
+        <source>Touch a point of the outline (an anchor) or a pin of the clamp to drag it.</source>
+        <translation>Einen Punkt des Umrisses (Ankerpunkt) oder einen Dorn der Klemme berühren, um ihn zu ziehen.</translation>
     </message>
     <message>
         <source>Drawing the anatomy: %1 %</source>
@@ -3417,6 +3469,14 @@ Zum Fortsetzen auf der Startseite von trephine simulator wählen oder trephine r
     <message>
         <source>Preparing the tool ...</source>
         <translation>Werkzeug wird vorbereitet ...</translation>
+    </message>
+    <message>
+        <source>Open the steps of a procedure</source>
+        <translation>Schritte eines Eingriffs öffnen</translation>
+    </message>
+    <message>
+        <source>Procedures (*.toml)</source>
+        <translation>Eingriffe (*.toml)</translation>
     </message>
     <message>
         <source>Trajectory (entry, then target)</source>
@@ -3790,7 +3850,7 @@ Lizenz: Apache-2.0</translation>
     </message>
     <message>
         <source>&amp;Put the piece back in its place	Shift+T</source>
-        <translation>Stück &amp;zurücksetzen	Shift+T</translation>
+        <translation>Stück &amp;zurücksetzen	Umschalt+T</translation>
     </message>
     <message>
         <source>&amp;Commands</source>
@@ -4232,12 +4292,12 @@ Lizenz: Apache-2.0</translation>
         <translation>Notiz</translation>
     </message>
     <message>
-        <source>Note at %1 s. An empty text removes it.</source>
-        <translation>Notiz bei %1 s. Ein leerer Text entfernt sie.</translation>
+        <source>Note at %L1 s. An empty text removes it.</source>
+        <translation>Notiz bei %L1 s. Ein leerer Text entfernt sie.</translation>
     </message>
     <message>
-        <source>Note at %1 s:</source>
-        <translation>Notiz bei %1 s:</translation>
+        <source>Note at %L1 s:</source>
+        <translation>Notiz bei %L1 s:</translation>
     </message>
 </context>
 <context>

@@ -8,7 +8,7 @@
 namespace trephine::haptics::depth {
 namespace {
 
-TEST(DepthTouch, ABallIsTouchedToATenthOfHalfAPixelByAPointAndABall) {
+TEST(DepthTouch, APointAndABallTouchABallWithinATwentiethOfAPixel) {
   const auto model = at_rest(ball({0, 0, 0}, 30, 400));
   for (const double radius : {0.0, 2.0}) {
     Hand hand(model, radius);
@@ -205,7 +205,7 @@ TEST(DepthTouch, NothingPassesAMovingSwellingShell) {
     EXPECT_GT(kept.contacts, ticks / 20) << is_in;
     EXPECT_LT(kept.deepest, 0.5) << is_in;  // mm; facets are up to 0.03 mm from the sphere
     RecordProperty(is_in ? "deepest_in" : "deepest_out", std::to_string(kept.deepest));
-    // Planted fault: the proxy passes through the shell if sets do not move until the next set.
+    // Planted fault: if the motion of the shell between two sets is ignored, the proxy passes through it.
     EXPECT_GT(keep_in_or_out(is_in, ticks, false).passed, 0) << is_in;
   }
 }

@@ -22,13 +22,13 @@ struct EffectRun {
 TEST(Effects, EachEqualsItsFormulaWithinItsBound) {
   expect_near(EffectRun("constant force=1,0,-0.5").step({3, 4, 5}).active_world, {1, 0, -0.5}, 1e-15);
   expect_near(EffectRun("constant force=0,0,9 most=2").step({}).active_world, {0, 0, 2}, 1e-12);
-  expect_near(EffectRun("spring anchor=0,0,10 stiffness=0.2").step({5, 0, 10}).rendered_world, {-1, 0, 0},
+  expect_near(EffectRun("spring anchor=0,0,10 stiffness=0.2").step({5, 0, 10}).passive_world, {-1, 0, 0},
               1e-15);
-  expect_near(EffectRun("spring anchor=0,0,10 stiffness=0.2").step({500, 0, 10}).rendered_world, {-3, 0, 0},
+  expect_near(EffectRun("spring anchor=0,0,10 stiffness=0.2").step({500, 0, 10}).passive_world, {-3, 0, 0},
               1e-12);
   EffectRun plane("plane point=0,0,2 normal=0,0,4 stiffness=0.5");
-  expect_near(plane.step({0, 0, 3}).rendered_world, dvec3(0), 1e-15);
-  expect_near(plane.step({0, 0, 1}).rendered_world, {0, 0, 0.5}, 1e-15);
+  expect_near(plane.step({0, 0, 3}).passive_world, dvec3(0), 1e-15);
+  expect_near(plane.step({0, 0, 1}).passive_world, {0, 0, 0.5}, 1e-15);
   expect_near(EffectRun("gravity mass=0.1").step({}).active_world, {0, 0, 0.980665}, 1e-12);
   // A drill along z with a wall toward -x is dragged toward -y. Without contact, and while the drill is off,
   // no force acts.
@@ -42,7 +42,7 @@ TEST(Effects, EachEqualsItsFormulaWithinItsBound) {
   EffectRun viscous("viscous damping=0.01");
   LawForces f;
   for (int i = 0; i < 60; ++i) f = viscous.step({0.02 * i, 0, 0});  // 20 mm/s
-  expect_near(f.rendered_world, {-0.2, 0, 0}, 1e-6);
+  expect_near(f.passive_world, {-0.2, 0, 0}, 1e-6);
   EffectRun vibration("vibration direction=1,0,0 amplitude=0.5 frequency=50");
   double most = 0, mean = 0, crossings = 0, last = 0;
   for (int i = 0; i < 1000; ++i) {
@@ -72,15 +72,15 @@ TEST(Effects, ATrackResistsOnlyAtItsEnd) {
   const auto at = [&](double x, double z) { return track.step({x, 0, z}); };
   double z = 1.99;
   for (; z > 0.1; z -= 0.01)
-    EXPECT_NEAR(at(0, z).rendered_world.z, 2 - z, 0.02);  // the spring at the end of the track
+    EXPECT_NEAR(at(0, z).passive_world.z, 2 - z, 0.02);  // the spring at the end of the track
   for (; z > -6; z -= 0.01) at(0, z);
-  EXPECT_NEAR(at(0, z).rendered_world.z, 2, 0.02);
+  EXPECT_NEAR(at(0, z).passive_world.z, 2, 0.02);
   // A motion back and forth within the track meets no resistance; sideways, a spring holds the tip.
   for (double back = z; back < -1; back += 0.01)
     if (const LawForces f = at(0, back); back > z + 2.1) {
-      EXPECT_NEAR(f.rendered_world.z, 0, 1e-9);
+      EXPECT_NEAR(f.passive_world.z, 0, 1e-9);
     }
-  EXPECT_NEAR(at(0.5, -2).rendered_world.x, -0.5, 1e-12);
+  EXPECT_NEAR(at(0.5, -2).passive_world.x, -0.5, 1e-12);
   // Cycles in and out take energy from the hand, and return no more than they took.
   track.memory.reset();
   double given = 0, last_z = 1, least = 1e300;
@@ -89,7 +89,7 @@ TEST(Effects, ATrackResistsOnlyAtItsEnd) {
     const double depth = 3 * std::sin(1e-3 * i) - 1;
     given += held.z * (depth - last_z);
     last_z = depth;
-    held = at(0, depth).rendered_world;
+    held = at(0, depth).passive_world;
     least = std::min(least, -given);
   }
   EXPECT_GT(least, -0.01);
@@ -113,7 +113,7 @@ TEST(Effects, ALawKeepsItsMemoryByItsIdWhileOthersComeAndGo) {
   const auto push_at = [&](const LawSet& set, double z) {
     return memory
         .step(set, {scene, nullptr, none, dvec3(0), {0, 0, z}, {1, 0, 0, 0}, dvec3(0), dvec3(0), k_dt, true})
-        .rendered_world.z;
+        .passive_world.z;
   };
   const LawSet alone = set_of({track(2, 7)}), second = set_of({law_of("constant", 1), track(2, 7)}),
                softer = set_of({track(1, 7)}), another = set_of({track(2, 8)});
@@ -177,7 +177,7 @@ TEST(Effects, AlignTurnsTheStylusAlongADirection) {
     // -x.
     const double expected = -std::min(80 * std::abs(std::sin(angle)), 50.0) * (std::sin(angle) < 0 ? -1 : 1);
     expect_near(f.torque_world, {expected, 0, 0}, 1e-9);
-    EXPECT_EQ(f.rendered_world, dvec3(0));
+    EXPECT_EQ(f.passive_world, dvec3(0));
     EXPECT_EQ(f.active_world, dvec3(0));
   }
   EXPECT_FALSE(parse_effect("align direction=0,0,0"));

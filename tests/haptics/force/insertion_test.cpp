@@ -62,7 +62,7 @@ TEST(Insertion, ResistsWhileTheTrackGrowsAndLetsGoAtTheFarSide) {
         // The tip is on the line, 2 N / (1 N/mm) = 2 mm behind the hand.
         EXPECT_NEAR(f.tip_world.x, 0.3, 1e-12);
         if (z < 1.5 && z > -1.5) {
-          EXPECT_NEAR(f.rendered_world.z, 2, 0.04) << z;
+          EXPECT_NEAR(f.passive_world.z, 2, 0.04) << z;
           EXPECT_NEAR(f.tip_world.z, z + 2, 0.06) << z;
         }
         deepest = f.tip_world.z;
@@ -72,34 +72,34 @@ TEST(Insertion, ResistsWhileTheTrackGrowsAndLetsGoAtTheFarSide) {
       // The tip is released where the tip leaves the plate, not 2 mm earlier, where the hand leaves it. The
       // tolerance is 0.2 mm plus the motion in one tick.
       EXPECT_NEAR(released_at, -0.5 * k_thickness, 0.2 + step) << released_at;
-      EXPECT_NEAR(push.at(-8).rendered_world.z, 0, 1e-9);
+      EXPECT_NEAR(push.at(-8).passive_world.z, 0, 1e-9);
       EXPECT_NEAR(deepest, -8, 0.1);
       // The hand moves back and in again along the track: no force and no event.
       for (double z = -8; z < 4; z += step) {
         const LawForces f = push.at(z);
-        EXPECT_NEAR(f.rendered_world.z, 0, 1e-12);
+        EXPECT_NEAR(f.passive_world.z, 0, 1e-12);
         EXPECT_FALSE(f.has_lost_resistance || f.has_met_resistance);
         EXPECT_NEAR(f.tip_world.z, z, 1e-12);
       }
-      for (double z = 4; z > -7.5; z -= step) EXPECT_NEAR(push.at(z).rendered_world.z, 0, 1e-12);
+      for (double z = 4; z > -7.5; z -= step) EXPECT_NEAR(push.at(z).passive_world.z, 0, 1e-12);
       // Sideways, a spring of 2 N/mm holds the tip.
-      EXPECT_NEAR(push.at({1.3, -0.2, 0}).rendered_world.x, -2, 1e-12);
+      EXPECT_NEAR(push.at({1.3, -0.2, 0}).passive_world.x, -2, 1e-12);
     }
 }
 
 TEST(Insertion, ALayerIsPuncturedOnce) {
   Push push(plate(8, dvec3(0.4)), track_in({0, -1, 3, 0.5}, 4.5));
   double most = 0, z = 4.5;
-  for (; z > 3; z -= 0.01) most = std::max(most, push.at(z).rendered_world.z);
+  for (; z > 3; z -= 0.01) most = std::max(most, push.at(z).passive_world.z);
   double before_puncture = 0;
   for (; most < 2.99 && z > -4; z -= 0.01)
-    most = std::max(most, before_puncture = push.at(z).rendered_world.z);
+    most = std::max(most, before_puncture = push.at(z).passive_world.z);
   EXPECT_NEAR(most, 3, 0.02);
   for (int i = 0; i < 50; ++i) push.at(z);  // the tip moves at most 0.5 mm in a tick
-  EXPECT_NEAR(push.at(z).rendered_world.z, 0.5, 1e-6);
-  for (const double end = z - 2; z > end; z -= 0.01) EXPECT_LT(push.at(z).rendered_world.z, 0.53);
+  EXPECT_NEAR(push.at(z).passive_world.z, 0.5, 1e-6);
+  for (const double end = z - 2; z > end; z -= 0.01) EXPECT_LT(push.at(z).passive_world.z, 0.53);
   for (double back = z; back < 4.5; back += 0.05) push.at(back);
-  for (double again = 4.5; again > z; again -= 0.05) EXPECT_LT(push.at(again).rendered_world.z, 0.53);
+  for (double again = 4.5; again > z; again -= 0.05) EXPECT_LT(push.at(again).passive_world.z, 0.53);
 }
 
 TEST(Insertion, ALabelIsALayerAndRemovedMatterDoesNotResist) {
@@ -116,9 +116,9 @@ TEST(Insertion, ALabelIsALayerAndRemovedMatterDoesNotResist) {
   scene.base = labelled;
   Push push(scene, track_in({-1, 1, 1, 1}, 6));
   double z = 6;
-  for (; z > 2.5; z -= 0.02) EXPECT_NEAR(push.at(z).rendered_world.z, 0, 0.03);
+  for (; z > 2.5; z -= 0.02) EXPECT_NEAR(push.at(z).passive_world.z, 0, 0.03);
   for (; z > 0.5; z -= 0.02) push.at(z);
-  for (; z > -2.5; z -= 0.02) EXPECT_NEAR(push.at(z).rendered_world.z, 1, 0.03) << z;
+  for (; z > -2.5; z -= 0.02) EXPECT_NEAR(push.at(z).passive_world.z, 1, 0.03) << z;
 
   // A drilled hole does not resist.
   TouchScene solid = plate(8, dvec3(0.5));
@@ -128,9 +128,9 @@ TEST(Insertion, ALabelIsALayerAndRemovedMatterDoesNotResist) {
   const auto cut = editor.publish();
   Push drilled(solid, track_in({0, -1, 2, 2}, 4));
   drilled.cuts = cut.get();
-  for (z = 4; z > -1; z -= 0.02) EXPECT_NEAR(drilled.at(z).rendered_world.z, 0, 0.03) << z;
+  for (z = 4; z > -1; z -= 0.02) EXPECT_NEAR(drilled.at(z).passive_world.z, 0, 0.03) << z;
   for (; z > -4; z -= 0.02) drilled.at(z);
-  EXPECT_NEAR(drilled.at(z).rendered_world.z, 2, 0.03);
+  EXPECT_NEAR(drilled.at(z).passive_world.z, 2, 0.03);
 }
 
 TEST(Insertion, NeverReturnsMoreWorkThanItTook) {
@@ -138,14 +138,14 @@ TEST(Insertion, NeverReturnsMoreWorkThanItTook) {
   std::normal_distribution<double> shake(0, 1);
   for (const double rate : {250.0, 1000.0, 4000.0}) {
     Push push(plate(8, dvec3(0.4)), track_in({0, -1, 3, 0.8}, 4), rate);
-    dvec3 hip = push.track.start_world, velocity(0), held = push.at(hip).rendered_world;
+    dvec3 hip = push.track.start_world, velocity(0), held = push.at(hip).passive_world;
     double work = 0, least = 0;  // N mm, done by the hand
     for (int i = 0; i < 40 * rate; ++i) {
       velocity +=
           (0.2 * 60.0 * dvec3(shake(random), shake(random), shake(random)) - 2.0 * velocity) / rate * 20.0;
       dvec3 next = hip + velocity / rate;
       next += 0.002 * (push.track.start_world - dvec3(0, 0, 4) - next);  // stays near the plate
-      const dvec3 force = push.at(next).rendered_world;
+      const dvec3 force = push.at(next).passive_world;
       work -= 0.5 * glm::dot(held + force, next - hip);  // the trapezoid rule excludes errors of sampling
       held = force, hip = next;
       least = std::min(least, work);
@@ -178,12 +178,12 @@ TEST(Insertion, WordsAndInvalidInput) {
   // Items and labels that the scene lacks resist nothing.
   for (const InsertionLayer& layer : {InsertionLayer{7, -1, 2, 2}, InsertionLayer{-1, 3, 2, 2}}) {
     Push push(plate(8, dvec3(0.5)), track_in(layer, 4));
-    for (double z = 4; z > -6; z -= 0.05) EXPECT_NEAR(push.at(z).rendered_world.z, 0, 1e-9);
+    for (double z = 4; z > -6; z -= 0.05) EXPECT_NEAR(push.at(z).passive_world.z, 0, 1e-9);
   }
   // Forces at positions far away stay bounded.
   Push push(plate(8, dvec3(0.5)), track_in({0, -1, 2, 2}, 4));
   for (const double far : {1e3, 1e6, -1e6})
-    EXPECT_LE(glm::length(push.at({far, far, far}).rendered_world), 20.001);
+    EXPECT_LE(glm::length(push.at({far, far, far}).passive_world), 20.001);
 }
 
 }  // namespace

@@ -91,6 +91,18 @@ TEST(ServoCore, RemovedItemsAreForgotten) {
   EXPECT_EQ(r.shape, 0);
 }
 
+/// When all boxes are in use, an item still renews its own box. A further item is not ready.
+TEST(ServoCore, ABoxIsRenewedWhenAllAreInUse) {
+  Servo servo(scene_of_plane(), "scene");
+  ServoHand& hand = servo.hand();
+  const int count = static_cast<int>(ServoHand::k_max_parts);
+  for (int item = 0; item <= count; ++item) hand.set_ready(item, volume::VoxelBox{{0, 0, 0}, {9, 9, 9}});
+  EXPECT_TRUE(hand.not_ready.contains(count));
+  hand.set_ready(0, volume::VoxelBox{{1, 1, 1}, {8, 8, 8}});
+  EXPECT_EQ(hand.part_count, ServoHand::k_max_parts);
+  for (int item = 0; item < count; ++item) EXPECT_FALSE(hand.not_ready.contains(item)) << item;
+}
+
 /// A scene may add a model, move it, or make it untouchable: the contact with the plane continues.
 TEST(ServoCore, AdoptsChangesOfTheNextScene) {
   Servo servo(scene_of_plane(), "scene");
