@@ -225,7 +225,8 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
     case Qt::Key_G:
       if (!operation_) return;
       if (operation_->has_handle()) return operation_->release_handle();
-      if (!operation_->grasp_handle()) show_refusal(tr("Touch a point of the outline (an anchor) or a pin of the clamp to drag it."));
+      if (!operation_->grasp_handle())
+        show_refusal(tr("Touch a point of the outline (an anchor) or a pin of the clamp to drag it."));
       return;
     case Qt::Key_Comma:
     case Qt::Key_Period:

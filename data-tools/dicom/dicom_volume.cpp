@@ -113,7 +113,7 @@ class Loader {
       step_ = 0;
     } else if (opened.volume.is_hounsfield) {
       step_ = 1;
-      opened.notices.push_back("rounded to whole Hounsfield units: at most 0.5 off");
+      opened.notices.push_back("rounded to whole Hounsfield units: rounding error at most 0.5");
     } else if (is_uniform) {
       keeps_stored_ = true;
       opened.notices.push_back("voxels are the stored numbers: the file's units are " +
@@ -171,9 +171,9 @@ class Loader {
     if (!value_step.is_finer_than_noise) return too_coarse(where_, statistics);
     step_ = value_step.step;
     const double noise = statistics.noise();
-    opened.notices.push_back("values were scaled: the file's units are " + rounded_text(step_) +
-                             " x voxel, at most " + rounded_text(0.5 * step_) + " off, noise is " +
-                             rounded_text(noise));
+    opened.notices.push_back("values were scaled: one voxel unit is " + rounded_text(step_) +
+                             " of the file's units; rounding error at most " + rounded_text(0.5 * step_) +
+                             ", noise " + rounded_text(noise));
     return std::nullopt;
   }
 

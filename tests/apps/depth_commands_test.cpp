@@ -43,8 +43,7 @@ TEST_F(Command, ObjectsTouchedByDepthImagesAreRecordedReplayedAndAudited) {
     path << "t,x,y,z,button\n0,20,1,15,0\n0.4,2,1,13,0\n1.6,1,1,12,0\n2,18,0,14,0\n";
   }
   const std::string beat = " --depth-beat 0.1 --depth-repeat ";
-  const Json touch =
-      json("touch s.mha --depth-images keys" + beat + "--path p.csv -o t.csv --record a.session");
+  const Json touch = json("touch s.mha --depth keys" + beat + "--path p.csv -o t.csv --record a.session");
   EXPECT_EQ(touch["method"], "scene");
   EXPECT_GT(touch["max_force_n"].get<double>(), 0.3);
   EXPECT_EQ(touch["fall_throughs"], 0);
@@ -60,7 +59,7 @@ TEST_F(Command, ObjectsTouchedByDepthImagesAreRecordedReplayedAndAudited) {
   EXPECT_EQ(result["pictures"], 18);
   EXPECT_EQ(run("depth-record keys --camera-at 0,0,200 -o video").exit_code, 2);  // it exists already
   EXPECT_NE(run("depth-record keys --camera-at 0,0,200 --aim 0,0,400 -o other").exit_code, 0);
-  const Json video = json("touch s.mha --depth-images video --path p.csv -o t.csv --record b.session");
+  const Json video = json("touch s.mha --depth video --path p.csv -o t.csv --record b.session");
   EXPECT_GT(video["max_force_n"].get<double>(), 0.3);
   EXPECT_TRUE(json("audit b.session --scan s.mha")["is_certified"].get<bool>());
 
@@ -73,21 +72,19 @@ TEST_F(Command, ObjectsTouchedByDepthImagesAreRecordedReplayedAndAudited) {
     std::ofstream list(file("tum/depth.txt"));
     list << "# depth maps\n1305031102.160407 first.png\n1305031102.194330 second.png\n";
   }
-  const auto lacking = run("touch s.mha --depth-images tum --path p.csv -o t.csv");
+  const auto lacking = run("touch s.mha --depth tum --path p.csv -o t.csv");
   EXPECT_EQ(lacking.exit_code, 2);
   EXPECT_NE(lacking.err.find("intrinsics"), std::string::npos) << lacking.err;
-  EXPECT_EQ(run("touch s.mha --depth-images tum --camera 525,525,99.5,99.5 --path p.csv -o t.csv").exit_code,
-            0);
-  EXPECT_EQ(run("touch s.mha --depth-images tum --camera 525,0,99.5,99.5 --path p.csv -o t.csv").exit_code,
-            2);
+  EXPECT_EQ(run("touch s.mha --depth tum --camera 525,525,99.5,99.5 --path p.csv -o t.csv").exit_code, 0);
+  EXPECT_EQ(run("touch s.mha --depth tum --camera 525,0,99.5,99.5 --path p.csv -o t.csv").exit_code, 2);
   std::filesystem::remove(file("tum/second.png"));
-  const auto stops = run("touch s.mha --depth-images tum --camera 525,525,99.5,99.5 --path p.csv -o t.csv");
+  const auto stops = run("touch s.mha --depth tum --camera 525,525,99.5,99.5 --path p.csv -o t.csv");
   EXPECT_NE(stops.err.find("second.png"), std::string::npos) << stops.err;
   // Errors: keys with different triangles, and a surface that is not closed.
   { std::ofstream(file("keys/key9.obj")) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"; }
-  EXPECT_NE(run("touch s.mha --depth-images keys --path p.csv -o t.csv").err.find("same triangles"),
+  EXPECT_NE(run("touch s.mha --depth keys --path p.csv -o t.csv").err.find("same triangles"),
             std::string::npos);
-  EXPECT_NE(run("touch s.mha --depth-images keys/key9.obj --path p.csv -o t.csv").err.find("not closed"),
+  EXPECT_NE(run("touch s.mha --depth keys/key9.obj --path p.csv -o t.csv").err.find("not closed"),
             std::string::npos);
 }
 
@@ -105,7 +102,7 @@ TEST_F(Command, AHandThatImagesDoNotHoldIsCounted) {
     std::ofstream(file("deep.csv")) << "t,x,y,z\n0,0,0,-95\n0.6,0,0,-280\n0.8,0,0,-280\n";
     std::ofstream(file("held.csv")) << "t,x,y,z\n0,0,0,-95\n0.1,0,0,-120\n0.3,0,0,-120\n";
   }
-  const std::string touch = "touch s.mha --depth-images cube.obj --depth-pixel 1 --stiffness 0.02 -o t.csv ";
+  const std::string touch = "touch s.mha --depth cube.obj --depth-pixel 1 --stiffness 0.02 -o t.csv ";
   const Json held = json(touch + "--path held.csv --record held.session");
   EXPECT_EQ(held["ticks_inside_depth_object"], 0);
   EXPECT_TRUE(json("audit held.session --scan s.mha")["is_certified"].get<bool>());
@@ -113,7 +110,7 @@ TEST_F(Command, AHandThatImagesDoNotHoldIsCounted) {
   const auto audit = run("audit deep.session --scan s.mha");
   EXPECT_EQ(audit.exit_code, 1);
   EXPECT_NE(audit.out.find("where no images held the hand"), std::string::npos) << audit.out;
-  const auto fine = run("touch s.mha --depth-images cube.obj --depth-pixel 0.02 --path held.csv -o t.csv");
+  const auto fine = run("touch s.mha --depth cube.obj --depth-pixel 0.02 --path held.csv -o t.csv");
   EXPECT_EQ(fine.exit_code, 2);
   EXPECT_NE(fine.err.find("choose larger pixels"), std::string::npos) << fine.err;
 }

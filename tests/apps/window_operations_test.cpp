@@ -75,7 +75,7 @@ TEST_F(WholeOperation, AProbeMakesATrackAlongThePlanForAScrewThatIsJudged) {
   EXPECT_EQ(track.find("beyond"), std::string::npos) << track;
 
   submit("command_place-screw", {{"seconds", 1}});
-  EXPECT_NE(logged("Screw of 6.0 mm, 40 mm long"), "");
+  EXPECT_NE(logged("Screw 1 placed: 6.0 mm in diameter, 40 mm long"), "");
   submit("command_judge-screw");
   EXPECT_TRUE(logged("Left screw in L4: grade ").starts_with("Left screw in L4: grade A"));
   let_run(1500);

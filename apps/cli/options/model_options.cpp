@@ -114,7 +114,7 @@ void add_models(Options& options, ModelArguments& a) {
            "selects --method scene unless --method is passed")
       .type("FILE");
   options
-      .add("--depth-images", a.depths,
+      .add("--depth", a.depths,
            "A closed model to touch by depth images, which are drawn while the hand is near; a folder with "
            "the key frames of a model that moves; or a depth video (depth-record writes one, TUM RGB-D is "
            "read); may be repeated")

@@ -27,7 +27,7 @@ struct ModelArguments {
   std::vector<std::string> files() const;
 };
 
-/// Adds --more-scan, --mesh, --depth-images and all options that belong to them.
+/// Adds --more-scan, --mesh, --depth and all options that belong to them.
 void add_models(Options& options, ModelArguments& arguments);
 /// Adds the units and frames of model files: --mesh-scale, --mesh-frame, --mesh-at.
 void add_model_units(Options& options, ModelArguments& arguments);

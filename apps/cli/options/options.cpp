@@ -177,8 +177,8 @@ namespace {
 /// only if they exist or contain "/" or ".".
 bool is_file_option(const std::string& name) {
   for (const char* option : {"SRC", "SESSION", "SCRIPT", "--output", "--scan", "--case", "--path", "--record",
-                             "--labels", "--write-labels", "--mesh", "--depth-images", "--screenshot",
-                             "--results", "--export", "--hand", "--pictures", "--module"})
+                             "--labels", "--write-labels", "--mesh", "--depth", "--screenshot", "--results",
+                             "--export", "--hand", "--pictures", "--module"})
     if (name == option) return true;
   return false;
 }
