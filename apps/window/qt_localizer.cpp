@@ -15,15 +15,19 @@ namespace trephine::view {
 
 namespace {
 
-constexpr int k_short = 8;       // letters; a pattern with fewer ones would match texts by accident
-constexpr int k_max_depth = 12;  // of matches within placeholders
-constexpr int k_max_size = 600;  // characters of a line; longer ones, such as errors with lists, stay English
+constexpr int k_short = 8;        // letters; a pattern with fewer ones would match texts by accident
+constexpr int k_max_marks = 12;   // of a text that joints divide; longer lists, as of an error, stay English
 constexpr int k_max_kept = 5000;  // texts; numbers in messages make many different ones
 
 /// True for a number, with a unit after a no-break space.
 bool is_number(const QString& text) {
   static const QRegularExpression k_number("^[-+]?[0-9]+(\\.[0-9]+)?(\u00a0\\S+)?$");
   return k_number.match(text).hasMatch();
+}
+
+/// Returns the number of marks at which joints may divide a text.
+int mark_count(const QString& text) {
+  return text.count(", ") + text.count("; ") + text.count(". ") + text.count(": ");
 }
 
 int letter_count(const QString& text) {
@@ -49,6 +53,7 @@ Localizer::Localizer(const std::vector<const char*>& patterns, const Translate& 
     }
     pattern.literals << text.mid(end);
     const int letters = letter_count(pattern.literals.join(""));
+    pattern.is_joint = letters == 0 && !pattern.numbers.empty();
     pattern.is_short = letters < k_short;
     pattern.translation = translate(source);
     if (pattern.translation.isEmpty()) pattern.translation = text;
@@ -74,40 +79,37 @@ Localizer::Localizer(const std::vector<const char*>& patterns, const Translate& 
 QString Localizer::translate(const QString& text) const {
   if (kept_.size() >= k_max_kept) kept_.clear();
   QStringList lines;
-  for (const QString& line : text.split('\n')) lines << find(line, 0).value_or(line);
+  for (const QString& line : text.split('\n')) lines << find(line).value_or(line);
   return lines.join('\n');
 }
 
 bool Localizer::matches(const QString& text) const {
   const QStringList lines = text.split('\n');
   return std::all_of(lines.begin(), lines.end(),
-                     [this](const QString& line) { return find(line, 0).has_value(); });
+                     [this](const QString& line) { return find(line).has_value(); });
 }
 
-std::optional<QString> Localizer::find(const QString& text, int depth) const {
+std::optional<QString> Localizer::find(const QString& text) const {
   if (is_number(text)) return QString(text).replace('.', decimal_point_);
-  if (text.isEmpty() || text.size() > k_max_size) return std::nullopt;
-  if (depth > k_max_depth) {
-    is_cut_off_ = true;
-    return std::nullopt;
-  }
-  // Joints divide a text at each of their marks: parts are searched once.
+  if (text.isEmpty()) return std::nullopt;
+  // Joints divide a text at each of their marks: parts are searched once. Placeholders are shorter than the
+  // text, so the search ends.
   if (const auto known = kept_.constFind(text); known != kept_.constEnd()) return *known;
+  const bool is_list = mark_count(text) > k_max_marks;
   std::optional<QString> found;
   for (const Pattern& pattern : patterns_)
-    if ((found = apply(pattern, text, depth))) break;
-  if (found || !is_cut_off_) kept_.insert(text, found);
-  if (depth == 0) is_cut_off_ = false;
+    if (!(is_list && pattern.is_joint) && (found = apply(pattern, text))) break;
+  kept_.insert(text, found);
   return found;
 }
 
-std::optional<QString> Localizer::apply(const Pattern& pattern, const QString& text, int depth) const {
+std::optional<QString> Localizer::apply(const Pattern& pattern, const QString& text) const {
   if (pattern.numbers.empty())
     return pattern.literals[0] == text ? std::optional(pattern.translation) : std::nullopt;
   if (!text.startsWith(pattern.literals.first()) || !text.endsWith(pattern.literals.last()))
     return std::nullopt;
   std::vector<QString> captures(10);
-  if (!fill(pattern, text, depth, pattern.literals.first().size(), 0, captures)) return std::nullopt;
+  if (!fill(pattern, text, pattern.literals.first().size(), 0, captures)) return std::nullopt;
   QString result;
   for (int i = 0; i < pattern.translation.size(); ++i) {
     const QChar c = pattern.translation[i];
@@ -118,14 +120,14 @@ std::optional<QString> Localizer::apply(const Pattern& pattern, const QString& t
       continue;
     }
     const QString& capture = captures[static_cast<std::size_t>(pattern.translation[++i].digitValue())];
-    result += find(capture, depth + 1).value_or(capture);
+    result += find(capture).value_or(capture);
   }
   return result;
 }
 
 /// Fills the placeholders from `part` on with the shortest possible texts, the first of which begins at
 /// `from`.
-bool Localizer::fill(const Pattern& pattern, const QString& text, int depth, int from, std::size_t part,
+bool Localizer::fill(const Pattern& pattern, const QString& text, int from, std::size_t part,
                      std::vector<QString>& captures) const {
   if (part == pattern.numbers.size()) return from == text.size();
   const QString& next = pattern.literals[static_cast<int>(part) + 1];
@@ -136,9 +138,9 @@ bool Localizer::fill(const Pattern& pattern, const QString& text, int depth, int
     const QString capture = text.mid(from, end - from);
     // A placeholder of a long pattern may be a name, but no further sentence.
     const bool has_mark = capture.contains("; ") || capture.contains(". ");
-    if ((pattern.is_short || has_mark) && !find(capture, depth + 1)) continue;
+    if ((pattern.is_short || has_mark) && !find(capture)) continue;
     captures[static_cast<std::size_t>(pattern.numbers[part])] = capture;
-    if (fill(pattern, text, depth, end + next.size(), part + 1, captures)) return true;
+    if (fill(pattern, text, end + next.size(), part + 1, captures)) return true;
   }
   return false;
 }

@@ -33,16 +33,16 @@ class Localizer {
     QStringList literals;      ///< parts between the placeholders; first and last may be empty
     std::vector<int> numbers;  ///< of the placeholders, in their order
     QString translation;       ///< with placeholders
+    bool is_joint = false;     ///< no letters: punctuation between texts
     bool is_short = false;     ///< few letters or none: its placeholders match only known texts
   };
-  std::optional<QString> find(const QString& text, int depth) const;
-  std::optional<QString> apply(const Pattern& pattern, const QString& text, int depth) const;
-  bool fill(const Pattern& pattern, const QString& text, int depth, int from, std::size_t part,
+  std::optional<QString> find(const QString& text) const;
+  std::optional<QString> apply(const Pattern& pattern, const QString& text) const;
+  bool fill(const Pattern& pattern, const QString& text, int from, std::size_t part,
             std::vector<QString>& captures) const;
 
   std::vector<Pattern> patterns_;  ///< in the order in which they are tried
   QChar decimal_point_;
-  mutable bool is_cut_off_ = false;                      ///< the search ended at its greatest depth
   mutable QHash<QString, std::optional<QString>> kept_;  ///< known translations; nullopt: no pattern matches
 };
 

@@ -79,6 +79,14 @@ TEST(Localizer, FillsPlaceholdersAndTranslatesThem) {
 TEST(Localizer, ReturnsUnknownTextsUnchanged) {
   const Localizer localizer(
       {"%1, %2", "%1; %2", "%1. %2", "%1: %2", "a"}, [](const char*) { return QString(); }, '.');
+  // Known parts before an unknown one: each division must be tried once only.
+  QString numbers = "1";
+  for (int i = 0; i < 300; ++i) numbers += ", 1";
+  EXPECT_EQ(localizer.translate(numbers + ", b"), numbers + ", b");
+  QString few = "1";
+  for (int i = 0; i < 11; ++i) few += i % 2 == 0 ? ", 1" : "; 1";
+  EXPECT_TRUE(localizer.matches(few));
+  EXPECT_EQ(localizer.translate(few + ", b"), few + ", b");
   QString list = "b";
   for (int i = 0; i < 100; ++i) list += i % 2 == 0 ? ", a" : "; b";
   for (const QString& text :
