@@ -8,6 +8,7 @@
 #include <vector>
 #include <vtk_glew.h>
 
+#include "apps/view/framebuffer_copy.h"
 #include "apps/workbench/text.h"
 
 // The headers of X define macros with common names, so they come last.
@@ -328,19 +329,13 @@ void OpenXr::show(int eye, unsigned framebuffer, int width, int height) {
   auto wait = structure<XrSwapchainImageWaitInfo>(XR_TYPE_SWAPCHAIN_IMAGE_WAIT_INFO);
   wait.timeout = XR_INFINITE_DURATION;
   if (!check(xr_.wait_image(picture.swapchain, &wait), "xrWaitSwapchainImage")) return;
-  GLint read = 0, draw = 0;
-  glGetIntegerv(GL_READ_FRAMEBUFFER_BINDING, &read);
+  GLint draw = 0;
   glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &draw);
-  const GLboolean is_clipped = glIsEnabled(GL_SCISSOR_TEST);
-  glDisable(GL_SCISSOR_TEST);
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, copy_);
   glFramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
                          picture.images[index].image, 0);
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
-  glBlitFramebuffer(0, 0, width, height, 0, 0, picture.width, picture.height, GL_COLOR_BUFFER_BIT, GL_LINEAR);
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, static_cast<GLuint>(read));
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, static_cast<GLuint>(draw));
-  if (is_clipped) glEnable(GL_SCISSOR_TEST);
+  copy_framebuffer(framebuffer, {width, height}, copy_, {picture.width, picture.height}, false);
   shown_[static_cast<std::size_t>(eye)] =
       check(xr_.release(picture.swapchain, nullptr), "xrReleaseSwapchainImage");
 }

@@ -4,6 +4,7 @@
 #include <vtkShaderProgram.h>
 #include <vtk_glew.h>
 
+#include "apps/view/framebuffer_copy.h"
 #include "apps/view/screen_quad.h"
 
 namespace trephine::view {
@@ -31,22 +32,6 @@ int current_depth_format() {
     glBindTexture(GL_TEXTURE_2D, static_cast<GLuint>(bound));
   }
   return format;
-}
-
-/// Copies between framebuffers and restores every binding, because VTK caches them.
-void copy(unsigned from, unsigned to, int width, int height) {
-  GLint read = 0, draw = 0;
-  glGetIntegerv(GL_READ_FRAMEBUFFER_BINDING, &read);
-  glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &draw);
-  const GLboolean is_clipped = glIsEnabled(GL_SCISSOR_TEST);
-  glDisable(GL_SCISSOR_TEST);
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, from);
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, to);
-  glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT,
-                    GL_NEAREST);
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, static_cast<GLuint>(read));
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, static_cast<GLuint>(draw));
-  if (is_clipped) glEnable(GL_SCISSOR_TEST);
 }
 
 }  // namespace
@@ -98,7 +83,7 @@ bool PictureCache::save(int width, int height) {
   GLint draw = 0;
   glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &draw);
   while (glGetError() != GL_NO_ERROR) {}
-  copy(static_cast<unsigned>(draw), framebuffer_, width_, height_);
+  copy_framebuffer(static_cast<unsigned>(draw), {width_, height_}, framebuffer_, {width_, height_}, true);
   return is_filled_ = glGetError() == GL_NO_ERROR;
 }
 
@@ -106,7 +91,7 @@ void PictureCache::restore() const {
   if (!is_filled_) return;
   GLint draw = 0;
   glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &draw);
-  copy(framebuffer_, static_cast<unsigned>(draw), width_, height_);
+  copy_framebuffer(framebuffer_, {width_, height_}, static_cast<unsigned>(draw), {width_, height_}, true);
 }
 
 void PictureCache::blend(vtkRenderWindow* window, double opacity) {

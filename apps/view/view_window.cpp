@@ -215,6 +215,8 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
                         "Ctrl+wheel: zoom   u: undo   "
                         "y: redo   a p l r s i: views   q: quit");
     l->operation->frame();
+    if (EyeDisplay* eyes = l->operation->viewport().view().eyes())
+      if (const Status problem = eyes->take_problem()) l->operation->show_refusal(problem->message().c_str());
     if ((l->options->seconds && seconds_since(l->started) > *l->options->seconds) ||
         l->options->should_close()) {
       // Write the picture now: the event loop destroys the graphics context at its end, and with it the bone.
