@@ -22,6 +22,7 @@
 #include "apps/bench/scenes/scratch.h"
 #include "apps/view/render_window.h"
 #include "apps/view/viewport.h"
+#include "tests/apps/bone_ball.h"
 #include "volume/cuts/removal.h"
 
 namespace trephine::view {
@@ -90,13 +91,7 @@ class StereoPicture : public testing::Test {
     auto surface = make_offscreen(k_columns, k_lines);
     if (!surface) GTEST_SKIP() << "no OpenGL here";
     surface_ = std::move(surface).value();
-    volume::Volume base = volume::make_volume(ivec3(48), volume::Frame(), false).value();
-    base.is_hounsfield = true;
-    for (int z = 0; z < 48; ++z)
-      for (int y = 0; y < 48; ++y)
-        for (int x = 0; x < 48; ++x)
-          base.voxels[base.index(x, y, z)] = glm::length(dvec3(x, y, z) - k_ball) <= 4 ? 1000 : -1000;
-    scene_ = std::make_unique<haptics::TouchScene>(scenes::scene_of(std::move(base), {}));
+    scene_ = bone_ball(k_ball);
     picture_ = std::make_unique<Viewport>(*scene_, surface_->window(), true);
     picture_->request_all(haptics::untouched(*scene_));
     picture_->view().aim_camera(k_focus, {0, -1, 0}, {0, 0, 1}, k_distance);

@@ -10,10 +10,10 @@
 #include <vtkRenderWindow.h>
 #include <vtkUnsignedCharArray.h>
 
-#include "apps/bench/scenes/scenes.h"
 #include "apps/view/eye_display.h"
 #include "apps/view/hmd.h"
 #include "apps/view/viewport.h"
+#include "tests/apps/bone_ball.h"
 #include "tests/apps/openxr_stand_in.h"
 
 namespace trephine::view {
@@ -33,13 +33,7 @@ class Headset : public testing::Test {
     *log_ = {};
     window_->SetSize(400, 300);
     window_->Render();  // creates the GL context
-    volume::Volume base = volume::make_volume(ivec3(48), volume::Frame(), false).value();
-    base.is_hounsfield = true;
-    for (int z = 0; z < 48; ++z)
-      for (int y = 0; y < 48; ++y)
-        for (int x = 0; x < 48; ++x)
-          base.voxels[base.index(x, y, z)] = glm::length(dvec3(x, y, z) - k_ball) <= 4 ? 1000 : -1000;
-    scene_ = std::make_unique<haptics::TouchScene>(scenes::scene_of(std::move(base), {}));
+    scene_ = bone_ball(k_ball);
     picture_ = std::make_unique<Viewport>(*scene_, window_, true);
     picture_->request_all(haptics::untouched(*scene_));
     picture_->wait();
