@@ -197,8 +197,9 @@ std::vector<PlacedLabel> place_labels(const Panel& panel, const LabelSpace& spac
   };
   std::vector<std::size_t> without_room;
   for (const std::size_t i : order) {
-    if (const auto found = layout.place(request(i, panel.labels[i].text)))
-      placed[i] = {panel.labels[i].text, 0, found->box, found->lead};
+    const std::string text = space.shown_text(panel.labels[i].text);
+    if (const auto found = layout.place(request(i, text)))
+      placed[i] = {text, 0, found->box, found->lead};
     else
       without_room.push_back(i);
   }

@@ -66,8 +66,10 @@ struct LabelSpace {
   double width = 0, height = 0;                        ///< size of the area into which the panel is fitted
   double line = 0;                                     ///< height of a label
   std::function<double(const std::string&)> width_of;  ///< width of a label with this text
-  std::vector<PictureBox> occupied = {};               ///< boxes of controls and of other texts
-  int first_number = 1;                                ///< first of the numbers that replace names
+  /// Returns the text that is shown for the text of a label, such as its translation.
+  std::function<std::string(const std::string&)> shown_text = [](const std::string& text) { return text; };
+  std::vector<PictureBox> occupied = {};  ///< boxes of controls and of other texts
+  int first_number = 1;                   ///< first of the numbers that replace names
 };
 struct PlacedLabel {
   std::string text;     ///< the name, or its number; empty: not shown

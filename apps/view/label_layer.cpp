@@ -21,6 +21,8 @@
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
 
+#include "apps/view/display_text.h"
+
 namespace trephine::view {
 
 using glm::dvec2;
@@ -109,7 +111,8 @@ bool LabelLayer::is_stale() const noexcept { return parts_->is_stale; }
 
 void LabelLayer::add(const dvec3& at_world, const std::string& text, const dvec3& colour, bool is_name) {
   const auto actor = vtkSmartPointer<vtkTextActor>::New();
-  actor->SetInput(text.c_str());
+  const std::string shown = display_text(text);
+  actor->SetInput(shown.c_str());
   vtkTextProperty* style = actor->GetTextProperty();
   style->SetFontFamilyToArial();
   style->SetFontSize(static_cast<int>(std::lround(k_text_size * parts_->scale)));
@@ -120,7 +123,7 @@ void LabelLayer::add(const dvec3& at_world, const std::string& text, const dvec3
   style->SetVerticalJustificationToBottom();
   actor->SetVisibility(false);
   parts_->renderer->AddActor2D(actor);
-  parts_->labels.push_back({at_world, text, actor, is_name});
+  parts_->labels.push_back({at_world, shown, actor, is_name});
   parts_->is_stale = true;
 }
 
@@ -178,7 +181,8 @@ void LabelLayer::lay_out(std::span<const Box> occupied) {
       continue;
     const bool is_behind = is_hidden(at, p.labels[i].is_name);
     if (is_behind && p.names == Names::in_front && p.labels[i].is_name) continue;
-    p.labels[i].text->SetInput((p.labels[i].name + (is_behind ? " (behind)" : "")).c_str());
+    p.labels[i].text->SetInput(
+        (p.labels[i].name + (is_behind ? " (" + display_text("behind") + ")" : "")).c_str());
     p.labels[i].text->GetTextProperty()->SetOpacity(is_behind ? 0.55 : 1);
     double size[2];
     p.labels[i].text->GetSize(p.renderer, size);

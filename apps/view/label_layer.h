@@ -27,7 +27,8 @@ class LabelLayer {
   LabelLayer& operator=(const LabelLayer&) = delete;
 
   void clear();
-  /// `is_name`: set_names() determines whether the label is shown.
+  /// Adds a label in the language of the window. `is_name`: set_names() determines whether the label is
+  /// shown.
   void add(const glm::dvec3& at_world, const std::string& text, const glm::dvec3& colour,
            bool is_name = true);
   /// Selects the names that are shown: those of points that nothing hides, all names, or no names. Other

@@ -11,6 +11,8 @@
 #include <optional>
 #include <utility>
 
+#include "apps/view/display_text.h"
+
 namespace trephine::view {
 
 namespace {
@@ -168,6 +170,7 @@ void select_language(const QString& language) {
   QCoreApplication::removeTranslator(&k_own);
   QCoreApplication::removeTranslator(&k_qt);
   selected_localizer().reset();
+  set_display_translation({});
   QLocale shown = is_known ? locale : QLocale(QLocale::English, QLocale::UnitedStates);
   shown.setNumberOptions(QLocale::OmitGroupSeparator);
   QLocale::setDefault(shown);
@@ -179,6 +182,7 @@ void select_language(const QString& language) {
   selected_localizer() = std::make_unique<Localizer>(
       message_patterns(), [](const char* pattern) { return k_own.translate("messages", pattern); },
       shown.decimalPoint());
+  set_display_translation([](const std::string& english) { return localized(english).toStdString(); });
 }
 
 }  // namespace trephine::view

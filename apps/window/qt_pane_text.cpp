@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "apps/view/display_text.h"
+#include "apps/window/qt_localizer.h"
+
 namespace trephine::view {
 
 using imaging::Panel;
@@ -79,7 +82,7 @@ void PaneText::lay_out(const Panel& panel, bool has_names, double bottom) {
   const QFontMetricsF metrics(painter_->font());
   std::vector<Entry> lines;
   for (const Panel::Line& line : panel.lines) {
-    const QString name = QString::fromStdString(line.name);
+    const QString name = localized(line.name);
     if (!name.isEmpty() &&
         std::none_of(lines.begin(), lines.end(), [&](const Entry& other) { return other.text == name; }))
       lines.push_back({name, colour_of(line.colour)});
@@ -96,13 +99,14 @@ void PaneText::lay_out(const Panel& panel, bool has_names, double bottom) {
                               [&](const std::string& text) {
                                 return metrics.horizontalAdvance(QString::fromStdString(text)) + 2 * k_margin;
                               }};
+    space.shown_text = display_text;
     for (const QRectF& area : occupied_) space.occupied.push_back(box_of(area));
     if (!legend_.isEmpty()) space.occupied.push_back(box_of(legend_));
     names_ = imaging::place_labels(panel, space);
     std::vector<Entry> entries;
     for (std::size_t i = 0; i < names_.size(); ++i)
       if (names_[i].number > 0)
-        entries.push_back({QString("%1  %2").arg(names_[i].number).arg(panel.labels[i].text.c_str()),
+        entries.push_back({QString("%1  %2").arg(names_[i].number).arg(localized(panel.labels[i].text)),
                            colour_of(panel.labels[i].colour), false});
     entries.insert(entries.end(), lines.begin(), lines.end());
     const QRectF before = legend_;

@@ -184,7 +184,7 @@ class MainWindow : public QMainWindow {
   void set_clip();
   void explain_section_clip();
   void show_error(const Error& error);
-  void ask_path_and_save(const QString& title, const char* suggestion, const char* filter,
+  void ask_path_and_save(const QString& title, const char* suggestion, const QString& filter,
                          Status (MainWindow::*save)(const QString&));
   std::shared_ptr<const volume::Version> version() const;
   Viewport* viewport();

@@ -69,7 +69,7 @@ void MainWindow::add_scan(const QString& scan, const QString& shape) {
 QString MainWindow::ask_session(const QString& title) {
   const WindowStage::Dialog dialog(stage_);
   return QFileDialog::getOpenFileName(this, title, QString::fromStdString(options_.host.session_folder),
-                                      "Sessions (*.session);;All files (*)");
+                                      tr("Sessions (*.session);;All files (*)"));
 }
 
 void MainWindow::watch_session(const QString& path) {
@@ -191,7 +191,7 @@ std::shared_ptr<const volume::Version> MainWindow::frozen_version() {
 
 // ---- saving ---------------------------------------------------------------------------------------------
 
-void MainWindow::ask_path_and_save(const QString& title, const char* suggestion, const char* filter,
+void MainWindow::ask_path_and_save(const QString& title, const char* suggestion, const QString& filter,
                                    Status (MainWindow::*save)(const QString&)) {
   if (operation_) operation_->press(false);
   QString path;

@@ -19,9 +19,8 @@
 namespace trephine::view {
 
 namespace {
-constexpr const char* k_volume_filter = "Volumes (*.mha *.nrrd *.nii.gz *.nii)";
-constexpr const char* k_scan_filter = "Scans (*.mha *.mhd *.nrrd *.nhdr *.nii *.nii.gz *.dcm);;All files (*)";
-constexpr const char* k_mesh_filter = "Meshes (*.stl *.ply *.obj *.vtp)";
+constexpr const char* k_scan_filter = QT_TRANSLATE_NOOP(
+    "trephine::view::MainWindow", "Scans (*.mha *.mhd *.nrrd *.nhdr *.nii *.nii.gz *.dcm);;All files (*)");
 }  // namespace
 
 void MainWindow::build_menu() {
@@ -40,12 +39,12 @@ void MainWindow::build_menu() {
       if (!path.isEmpty()) open_source(path);
     });
     add(file, "open_file", tr("Open a &file ..."), QKeySequence("Ctrl+Shift+O"), [this] {
-      const QString path = QFileDialog::getOpenFileName(this, tr("Open a scan"), {}, k_scan_filter);
+      const QString path = QFileDialog::getOpenFileName(this, tr("Open a scan"), {}, tr(k_scan_filter));
       if (!path.isEmpty()) open_source(path);
     });
     add(file, "add_scan", tr("&Add a scan to touch ..."), {}, [this] {
       const QString path = QFileDialog::getOpenFileName(
-          this, tr("Add a scan at the position that its file states"), {}, k_scan_filter);
+          this, tr("Add a scan at the position that its file states"), {}, tr(k_scan_filter));
       if (path.isEmpty()) return;
       bool is_accepted = false;
       const QString shape = QInputDialog::getText(
@@ -75,20 +74,22 @@ void MainWindow::build_menu() {
     });
   if (options_.host.resume || options_.host.replay) file->addSeparator();
   add(file, "save_volume", tr("&Save the operated volume ..."), QKeySequence::Save, [this] {
-    ask_path_and_save(tr("Save the operated volume"), "operated.nii.gz", k_volume_filter,
-                      &MainWindow::save_volume);
+    ask_path_and_save(tr("Save the operated volume"), "operated.nii.gz",
+                      tr("Volumes (*.mha *.nrrd *.nii.gz *.nii)"), &MainWindow::save_volume);
   });
   add(file, "save_mesh", tr("Save the &mesh ..."), {}, [this] {
-    ask_path_and_save(tr("Save the mesh"), "operated.stl", k_mesh_filter, &MainWindow::save_mesh);
+    ask_path_and_save(tr("Save the mesh"), "operated.stl", tr("Meshes (*.stl *.ply *.obj *.vtp)"),
+                      &MainWindow::save_mesh);
   });
   if (!options_.replay)
     add(file, "save_session", tr("Save the sess&ion ..."), {}, [this] {
-      ask_path_and_save(tr("Save the session"), "operation.session", "Sessions (*.session)",
+      ask_path_and_save(tr("Save the session"), "operation.session", tr("Sessions (*.session)"),
                         &MainWindow::save_session);
     });
   if (!options_.replay) add(file, "make_case", tr("Make a &case ..."), {}, [this] { show_case_panel(); });
   add(file, "save_picture", tr("Save the &picture ..."), QKeySequence("Ctrl+P"), [this] {
-    ask_path_and_save(tr("Save the picture"), "operation.png", "Pictures (*.png)", &MainWindow::save_picture);
+    ask_path_and_save(tr("Save the picture"), "operation.png", tr("Pictures (*.png)"),
+                      &MainWindow::save_picture);
   });
   file->addSeparator();
   add(file, "quit", tr("&Quit"), QKeySequence::Quit, [this] {

@@ -130,10 +130,11 @@ Result<Outcome> run_script(const RunArguments& arguments) {
     const std::string scan = workbench::scan_of(request.script, request.folder);
     auto session = workbench::open_session(played.value().session, scan, terminal_listener());
     if (!session) return session.error();
-    if (Status error =
-            play_in_window(*session.value(), {played.value().session, scan,
-                                              request.script.title.empty() ? "script" : request.script.title,
-                                              !played.value().temporary.path.empty()}))
+    if (Status error = play_in_window(
+            *session.value(),
+            {played.value().session, scan, request.script.title.empty() ? "script" : request.script.title,
+             !played.value().temporary.path.empty()},
+            {}))
       return *error;
   }
   if (is_interrupted()) outcome.exit_code = exit_interrupted;

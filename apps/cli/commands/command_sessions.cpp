@@ -27,6 +27,7 @@ struct ReplayArguments {
   std::optional<double> until;
   bool is_verifying = false, wants_window = false;
   std::string companion;
+  DisplayArguments display;
 };
 struct ResumeArguments {
   workbench::SourceChoice case_source;
@@ -34,6 +35,7 @@ struct ResumeArguments {
   std::optional<double> at;
   std::string record;  ///< file of the new session; required with `at`, and only allowed with it
   workbench::DeviceChoice device;
+  DisplayArguments display;
 };
 
 /// Returns the remaining surfaces of all shapes of the scan, joined in one mesh (volume frame).
@@ -106,7 +108,7 @@ Result<Outcome> run_replay(const ReplayArguments& arguments) {
     }
     if (Status error =
             play_in_window(session, {arguments.session, arguments.case_source, session.source.written_name()},
-                           companion.get(), second))
+                           arguments.display, companion.get(), second))
       return *error;
     return Outcome("replay", is_interrupted() ? exit_interrupted : exit_done);
   }
@@ -311,7 +313,8 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     }
   } else {
     auto shown = continue_in_window(std::move(continued).value(), arguments.case_source.path,
-                                    {file, arguments.session, arguments.case_source.path}, devices.value());
+                                    {file, arguments.session, arguments.case_source.path}, devices.value(),
+                                    arguments.display);
     if (!shown) return shown.error();
     after = shown.value().removed_mm3;
   }
@@ -340,6 +343,7 @@ Run build_replay(Options& options) {
       .type("MESH");
   options.add("--table", a->steps, "Write a row for every tick").type("STEPS.csv");
   options.add("--screenshot", a->screenshot, "Write a picture of the state at that time").type("OUT.png");
+  add_display(options, a->display);
   return run_with(a, run_replay);
 }
 
@@ -354,6 +358,7 @@ Run build_resume(Options& options) {
       .type("S");
   options.add("--record", a->record, "The new session, with --at").type("FILE");
   add_devices(options, a->device);
+  add_display(options, a->display);
   return run_with(a, run_resume);
 }
 

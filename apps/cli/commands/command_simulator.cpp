@@ -69,12 +69,14 @@ Status run_choice(const view::StartChoice& choice, const SimulatorArguments& arg
     if (Status error = workbench::try_devices(devices.value())) return error;
     auto continued = workbench::continue_session(choice.path, {}, true, terminal_listener());
     if (!continued) return continued.error();
-    const auto done = continue_in_window(std::move(continued).value(), "", {choice.path}, devices.value());
+    const auto done = continue_in_window(std::move(continued).value(), "", {choice.path}, devices.value(),
+                                         arguments.display);
     return done ? std::nullopt : Status(done.error());
   }
   auto session = workbench::open_session(choice.path, {}, terminal_listener());
   if (!session) return session.error();
-  return play_in_window(*session.value(), {choice.path, {}, session.value()->source.written_name()});
+  return play_in_window(*session.value(), {choice.path, {}, session.value()->source.written_name()},
+                        arguments.display);
 }
 
 Result<Outcome> run_simulator(const SimulatorArguments& arguments) {

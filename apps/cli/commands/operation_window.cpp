@@ -271,7 +271,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
     return host->add_scan(path, shape, listener);
   };
   options.host.session_folder = workbench::autosave_folder();
-  add_recordings(options.host);
+  add_recordings(options.host, arguments.display.language);
   options.host.reshape = [host](const view::ShapeRequest& shape, const workbench::Listener& listener) {
     return host->reshape(shape, listener);
   };

@@ -41,13 +41,9 @@ Status report(const std::string& session, const std::string& open_scan, const st
                        listener.progress("writing the report"));
 }
 
-Status replay(const std::string& session, const std::string& open_scan, const workbench::Listener& listener) {
-  return run_with_scan({"replay", session, "--show"}, session, open_scan, listener.progress("replay"));
-}
-
 /// Continues a copy of the first part of a session in a window. The copy is kept with the autosaved sessions.
 Status operate_from(const std::string& session, const workbench::SourceChoice& scan, double seconds,
-                    double rate_hz) {
+                    double rate_hz, const DisplayArguments& display) {
   const auto copy = workbench::new_autosave();
   if (!copy) return copy.error();
   const auto ticks =
@@ -59,8 +55,8 @@ Status operate_from(const std::string& session, const workbench::SourceChoice& s
     std::filesystem::remove(copy.value(), ignored);
     return continued.error();
   }
-  const auto shown =
-      continue_in_window(std::move(continued).value(), scan.path, {copy.value(), session, scan.path}, {});
+  const auto shown = continue_in_window(std::move(continued).value(), scan.path,
+                                        {copy.value(), session, scan.path}, {}, display);
   return shown ? std::nullopt : Status(shown.error());
 }
 
@@ -89,16 +85,24 @@ Result<workbench::SourceChoice> scan_for(const std::string& session, const std::
   return scan;
 }
 
-void add_recordings(view::WindowHost& host) {
-  host.score = score, host.report = report, host.replay = replay;
+void add_recordings(view::WindowHost& host, const std::string& language) {
+  host.score = score, host.report = report;
+  host.replay = [language](const std::string& session, const std::string& open_scan,
+                           const workbench::Listener& listener) {
+    std::vector<std::string> words{"replay", session, "--show"};
+    if (!language.empty()) words.insert(words.end(), {"--language", language});
+    return run_with_scan(std::move(words), session, open_scan, listener.progress("replay"));
+  };
 }
 
 Status play_in_window(workbench::OpenedSession& session, const Playback& playback,
-                      workbench::OpenedSession* companion, const Playback& companion_playback) {
+                      const DisplayArguments& display, workbench::OpenedSession* companion,
+                      const Playback& companion_playback) {
   auto opened = replay_options(session, playback);
   if (!opened) return opened.error();
   view::WindowOptions& options = opened.value();
   options.may_take_over = true;
+  if (Status error = choose_display(display, options)) return error;
   if (companion) {
     auto second = replay_options(*companion, companion_playback);
     if (!second) return second.error();
@@ -108,12 +112,13 @@ Status play_in_window(workbench::OpenedSession& session, const Playback& playbac
   const auto shown = view::run_window(view::borrowed(session.scene()), options);
   if (!shown) return shown.error();
   if (!shown.value().taken_over_at) return std::nullopt;
-  return operate_from(playback.file, playback.scan, *shown.value().taken_over_at, options.rate_hz);
+  return operate_from(playback.file, playback.scan, *shown.value().taken_over_at, options.rate_hz, display);
 }
 
 Result<view::WindowReport> continue_in_window(workbench::ContinuedSession continued, const std::string& scan,
                                               const std::vector<std::string>& in_use,
-                                              const workbench::ChosenDevices& devices) {
+                                              const workbench::ChosenDevices& devices,
+                                              const DisplayArguments& display) {
   const sim::SessionHeader& header = continued.header();
   const auto scene = continued.engine.servo_scene()->hands[0].scene;
   view::WindowOptions options;
@@ -133,7 +138,8 @@ Result<view::WindowReport> continue_in_window(workbench::ContinuedSession contin
     options.summary = std::move(summary).value();
   options.device = devices.device;
   options.pedal = devices.pedal;
-  add_recordings(options.host);
+  if (Status error = choose_display(display, options)) return *error;
+  add_recordings(options.host, display.language);
   return view::run_window(scene, options);
 }
 

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "apps/cli/options/display_options.h"
 #include "apps/view/view_window.h"
 #include "apps/workbench/continued_session.h"
 #include "apps/workbench/devices.h"
@@ -22,18 +23,21 @@ struct Playback {
 /// session, continues a copy of the part before this moment in a further window. `companion`: second session,
 /// which plays side by side with the first on the same clock; null: no second session.
 Status play_in_window(workbench::OpenedSession& session, const Playback& playback,
-                      workbench::OpenedSession* companion = nullptr, const Playback& companion_playback = {});
+                      const DisplayArguments& display, workbench::OpenedSession* companion = nullptr,
+                      const Playback& companion_playback = {});
 
 /// Continues a session in a window until the window is closed. `scan`: path of its scan; empty: the session
 /// opens without one. `in_use`: the file of the session, then other files that saving must not overwrite.
 Result<view::WindowReport> continue_in_window(workbench::ContinuedSession continued, const std::string& scan,
                                               const std::vector<std::string>& in_use,
-                                              const workbench::ChosenDevices& devices);
+                                              const workbench::ChosenDevices& devices,
+                                              const DisplayArguments& display);
 
 /// Returns `open_scan` for a session that neither contains its scan nor names a built-in scan; otherwise an
 /// empty choice.
 Result<workbench::SourceChoice> scan_for(const std::string& session, const std::string& open_scan);
-/// Adds the services for recordings to a window: score, report and replay.
-void add_recordings(view::WindowHost& host);
+/// Adds the services for recordings to a window: score, report and replay. `language`: of the window of a
+/// replay; empty: that of the system.
+void add_recordings(view::WindowHost& host, const std::string& language);
 
 }  // namespace trephine::cli

@@ -54,7 +54,7 @@
         <translation>%1 min %2 s</translation>
     </message>
     <message>
-        <source>Mark this field's positions in the picture or in a slice</source>
+        <source>Mark this field&apos;s positions in the picture or in a slice</source>
         <translation>Die Positionen dieses Feldes im Bild oder in einer Schicht markieren</translation>
     </message>
 </context>
@@ -161,7 +161,7 @@
         <translation>%1 wurde im Schritt %2 abgelehnt: %3.</translation>
     </message>
     <message>
-        <source>"%1"</source>
+        <source>&quot;%1&quot;</source>
         <translation>„%1“</translation>
     </message>
     <message>
@@ -201,7 +201,7 @@
         <translation>Abstand vom Plan im Mittel %1 mm, höchstens %2 mm</translation>
     </message>
     <message>
-        <source>The saw's foot stripped the %1 off the bone.</source>
+        <source>The saw&apos;s foot stripped the %1 off the bone.</source>
         <translation>Der Fuß der Säge löste vom Knochen: %1.</translation>
     </message>
     <message>
@@ -857,7 +857,7 @@
         <translation>Hand %1 hält: %2. Der nächste Schritt erlaubt das nicht. Ein anderes oder kein Werkzeug wählen.</translation>
     </message>
     <message>
-        <source>The step "%1" does not allow this %2. It allows: %3.</source>
+        <source>The step &quot;%1&quot; does not allow this %2. It allows: %3.</source>
         <translation>Der Schritt „%1“ erlaubt dies nicht (%2). Erlaubt: %3.</translation>
     </message>
     <message>
@@ -937,7 +937,7 @@
         <translation>Ventrikulostomie</translation>
     </message>
     <message>
-        <source>Drill at Kocher's point and pass a catheter into the ventricle.</source>
+        <source>Drill at Kocher&apos;s point and pass a catheter into the ventricle.</source>
         <translation>Am Kocher-Punkt bohren und einen Katheter in den Ventrikel führen.</translation>
     </message>
     <message>
@@ -1041,7 +1041,7 @@
         <translation>Mit der rechten Maustaste ziehen dreht das Bild. Strg und Mausrad zoomen, Umschalt+A zeigt vorn, 0 zeigt alles. Die Maus über den Schädel bewegen: Die Spitze unter dem blauen Griff folgt ihr. N zeigt alle Namen; noch einmal drücken blendet sie aus.</translation>
     </message>
     <message>
-        <source>The letters at the border name the patient's sides: A front, P back, L left, R right, S up, I down. F1 shows all keys.</source>
+        <source>The letters at the border name the patient&apos;s sides: A front, P back, L left, R right, S up, I down. F1 shows all keys.</source>
         <translation>Die Buchstaben am Rand nennen die Seiten des Patienten: A vorn, P hinten, L links, R rechts, S oben, I unten. F1 zeigt alle Tasten.</translation>
     </message>
     <message>
@@ -1157,11 +1157,11 @@
         <translation>Eintritt markieren</translation>
     </message>
     <message>
-        <source>Measure with a tape from the nasion: 11 cm back, and 3 cm to the side. This is Kocher's point.</source>
+        <source>Measure with a tape from the nasion: 11 cm back, and 3 cm to the side. This is Kocher&apos;s point.</source>
         <translation>Mit dem Maßband vom Nasion messen: 11 cm nach hinten und 3 cm zur Seite. Dort ist der Kocher-Punkt.</translation>
     </message>
     <message>
-        <source>Kocher's point lies in front of the motor cortex and lateral to the sagittal sinus.</source>
+        <source>Kocher&apos;s point lies in front of the motor cortex and lateral to the sagittal sinus.</source>
         <translation>Der Kocher-Punkt liegt vor der motorischen Rinde und seitlich des Sinus sagittalis.</translation>
     </message>
     <message>
@@ -1921,7 +1921,7 @@
         <translation>eine schneidende Fräse hat Zähne, eine Diamantfräse Körner</translation>
     </message>
     <message>
-        <source>a force that holds the probe on a line, or the track's walls</source>
+        <source>a force that holds the probe on a line, or the track&apos;s walls</source>
         <translation>eine Kraft, die die Sonde auf einer Linie hält, oder die Wände des Bohrkanals</translation>
     </message>
     <message>
@@ -1997,7 +1997,7 @@
         <translation>Abstand der Quelle vom Isozentrum</translation>
     </message>
     <message>
-        <source>distance from the outline's centre to the point where all lines of the saw meet</source>
+        <source>distance from the outline&apos;s centre to the point where all lines of the saw meet</source>
         <translation>Abstand von der Mitte des Umrisses zum Punkt, in dem sich alle Sägelinien treffen</translation>
     </message>
     <message>
@@ -2169,7 +2169,7 @@
         <translation>Position der Schichten, Weltkoordinaten</translation>
     </message>
     <message>
-        <source>position on the flap; if empty, bone near the outline's centre</source>
+        <source>position on the flap; if empty, bone near the outline&apos;s centre</source>
         <translation>Position auf dem Deckel; leer: Knochen nahe der Mitte des Umrisses</translation>
     </message>
     <message>
@@ -2893,8 +2893,168 @@
         <translation>Keine Struktur wird überwacht, da keine als verboten markiert ist. Für Warnungen die Aufnahme mit Labels von Dura, Nerven oder Gefäßen importieren und diese als verboten markieren.</translation>
     </message>
     <message>
-        <source>The solid shape has disconnected parts, such as a table, a head holder or another bone. To omit them, check "Largest part only" and press "Use".</source>
+        <source>The solid shape has disconnected parts, such as a table, a head holder or another bone. To omit them, check &quot;Largest part only&quot; and press &quot;Use&quot;.</source>
         <translation>Der Festkörper hat getrennte Teile, etwa einen Tisch, Kopfhalter oder anderen Knochen. Zum Weglassen „Nur größter Teil“ ankreuzen und „Verwenden“ drücken.</translation>
+    </message>
+    <message>
+        <source>burr hole over the tumour</source>
+        <translation>Bohrloch über dem Tumor</translation>
+    </message>
+    <message>
+        <source>left ventriculostomy</source>
+        <translation>linke Ventrikulostomie</translation>
+    </message>
+    <message>
+        <source>right ventriculostomy</source>
+        <translation>rechte Ventrikulostomie</translation>
+    </message>
+    <message>
+        <source>vertex</source>
+        <translation>Scheitel</translation>
+    </message>
+    <message>
+        <source>inion</source>
+        <translation>Inion</translation>
+    </message>
+    <message>
+        <source>nasion</source>
+        <translation>Nasion</translation>
+    </message>
+    <message>
+        <source>glabella</source>
+        <translation>Glabella</translation>
+    </message>
+    <message>
+        <source>left tragus</source>
+        <translation>linker Tragus</translation>
+    </message>
+    <message>
+        <source>right tragus</source>
+        <translation>rechter Tragus</translation>
+    </message>
+    <message>
+        <source>left Kocher&apos;s point</source>
+        <translation>linker Kocher-Punkt</translation>
+    </message>
+    <message>
+        <source>right Kocher&apos;s point</source>
+        <translation>rechter Kocher-Punkt</translation>
+    </message>
+    <message>
+        <source>left foramen of Monro</source>
+        <translation>linkes Foramen Monroi</translation>
+    </message>
+    <message>
+        <source>right foramen of Monro</source>
+        <translation>rechtes Foramen Monroi</translation>
+    </message>
+    <message>
+        <source>craniotomy</source>
+        <translation>Kraniotomie</translation>
+    </message>
+    <message>
+        <source>soft tissue</source>
+        <translation>Weichteile</translation>
+    </message>
+    <message>
+        <source>cortical bone</source>
+        <translation>Kompakta</translation>
+    </message>
+    <message>
+        <source>diploe</source>
+        <translation>Diploe</translation>
+    </message>
+    <message>
+        <source>tooth</source>
+        <translation>Zahn</translation>
+    </message>
+    <message>
+        <source>%1 left pedicle</source>
+        <translation>%1 linker Pedikel</translation>
+    </message>
+    <message>
+        <source>%1 right pedicle</source>
+        <translation>%1 rechter Pedikel</translation>
+    </message>
+    <message>
+        <source>%1 left cortical</source>
+        <translation>%1 links kortikal</translation>
+    </message>
+    <message>
+        <source>%1 right cortical</source>
+        <translation>%1 rechts kortikal</translation>
+    </message>
+    <message>
+        <source>%1 left nerve root</source>
+        <translation>%1 linke Nervenwurzel</translation>
+    </message>
+    <message>
+        <source>%1 right nerve root</source>
+        <translation>%1 rechte Nervenwurzel</translation>
+    </message>
+    <message>
+        <source>disc %1</source>
+        <translation>Bandscheibe %1</translation>
+    </message>
+    <message>
+        <source>behind</source>
+        <translation>verdeckt</translation>
+    </message>
+    <message>
+        <source>hand</source>
+        <translation>Hand</translation>
+    </message>
+    <message>
+        <source>normal</source>
+        <translation>Normale</translation>
+    </message>
+    <message>
+        <source>mean %1</source>
+        <translation>Mittel %1</translation>
+    </message>
+    <message>
+        <source>straight %1 mm</source>
+        <translation>gerade %1 mm</translation>
+    </message>
+    <message>
+        <source>outline %1 mm</source>
+        <translation>Umriss %1 mm</translation>
+    </message>
+    <message>
+        <source>X-ray, held</source>
+        <translation>Röntgenbild, gehalten</translation>
+    </message>
+    <message>
+        <source>X-ray, live</source>
+        <translation>Röntgenbild, live</translation>
+    </message>
+    <message>
+        <source>along the tool</source>
+        <translation>entlang des Werkzeugs</translation>
+    </message>
+    <message>
+        <source>plan (ring: entry)</source>
+        <translation>Plan (Ring: Eintritt)</translation>
+    </message>
+    <message>
+        <source>brain surface</source>
+        <translation>Hirnoberfläche</translation>
+    </message>
+    <message>
+        <source>ventricles</source>
+        <translation>Ventrikel</translation>
+    </message>
+    <message>
+        <source>skull</source>
+        <translation>Schädel</translation>
+    </message>
+    <message>
+        <source>spine</source>
+        <translation>Wirbelsäule</translation>
+    </message>
+    <message>
+        <source>head</source>
+        <translation>Kopf</translation>
     </message>
 </context>
 <context>
@@ -2952,7 +3112,7 @@
         <translation>Eingriff</translation>
     </message>
     <message>
-        <source>Structures of the scan's labels</source>
+        <source>Structures of the scan&apos;s labels</source>
         <translation>Strukturen aus den Labels der Aufnahme</translation>
     </message>
     <message>
@@ -3024,7 +3184,7 @@
         <translation>Umbenennen</translation>
     </message>
     <message>
-        <source>Name, such as "L4 left pedicle":</source>
+        <source>Name, such as &quot;L4 left pedicle&quot;:</source>
         <translation>Name, etwa „Pedikel L4 links“:</translation>
     </message>
 </context>
@@ -3139,7 +3299,7 @@
         <translation>Mausrad, Bild auf, Bild ab</translation>
     </message>
     <message>
-        <source>change the depth of a press or of an inserted tool; slide a Kerrison's foot</source>
+        <source>change the depth of a press or of an inserted tool; slide a Kerrison&apos;s foot</source>
         <translation>Tiefe des Drucks oder eines eingeführten Werkzeugs ändern; Fuß der Kerrison-Stanze schieben</translation>
     </message>
     <message>
@@ -3933,11 +4093,11 @@ Lizenz: Apache-2.0</translation>
         <translation>Sichtbare &amp;Werte als Festkörper verwenden</translation>
     </message>
     <message>
-        <source>Outlines of the scan's &amp;labels</source>
+        <source>Outlines of the scan&apos;s &amp;labels</source>
         <translation>Umrisse der &amp;Labels</translation>
     </message>
     <message>
-        <source>View from the bac&amp;k: the patient's left is on the left</source>
+        <source>View from the bac&amp;k: the patient&apos;s left is on the left</source>
         <translation>&amp;Ansicht von hinten: links des Patienten ist links</translation>
     </message>
     <message>
@@ -3957,11 +4117,11 @@ Lizenz: Apache-2.0</translation>
         <translation>Ü&amp;ber die Aufnahme ...</translation>
     </message>
     <message>
-        <source>The panes show the patient's left on the right. To mirror them: Slices &gt; View from the back.</source>
+        <source>The panes show the patient&apos;s left on the right. To mirror them: Slices &gt; View from the back.</source>
         <translation>Die Felder zeigen links des Patienten rechts. Spiegeln: Schichten &gt; Ansicht von hinten.</translation>
     </message>
     <message>
-        <source>The panes show the patient's left on the left. To mirror them: Slices &gt; View from the back.</source>
+        <source>The panes show the patient&apos;s left on the left. To mirror them: Slices &gt; View from the back.</source>
         <translation>Die Felder zeigen links des Patienten links. Spiegeln: Schichten &gt; Ansicht von hinten.</translation>
     </message>
     <message>
@@ -4241,12 +4401,36 @@ Lizenz: Apache-2.0</translation>
         <translation>Dies ist der letzte Schritt.</translation>
     </message>
     <message>
-        <source>The next step, "%1", begins by itself when its conditions are met.</source>
+        <source>The next step, &quot;%1&quot;, begins by itself when its conditions are met.</source>
         <translation>Der nächste Schritt, „%1“, beginnt von selbst, wenn seine Bedingungen erfüllt sind.</translation>
     </message>
     <message>
         <source>This operation is not recorded, so there is no score. Start it from the simulator, or record it (option record FILE).</source>
         <translation>Diese Operation wird nicht aufgezeichnet, daher gibt es keine Bewertung. Aus dem Simulator starten oder aufzeichnen (Option record FILE).</translation>
+    </message>
+    <message>
+        <source>Sessions (*.session);;All files (*)</source>
+        <translation>Sitzungen (*.session);;Alle Dateien (*)</translation>
+    </message>
+    <message>
+        <source>Scans (*.mha *.mhd *.nrrd *.nhdr *.nii *.nii.gz *.dcm);;All files (*)</source>
+        <translation>Aufnahmen (*.mha *.mhd *.nrrd *.nhdr *.nii *.nii.gz *.dcm);;Alle Dateien (*)</translation>
+    </message>
+    <message>
+        <source>Volumes (*.mha *.nrrd *.nii.gz *.nii)</source>
+        <translation>Volumen (*.mha *.nrrd *.nii.gz *.nii)</translation>
+    </message>
+    <message>
+        <source>Meshes (*.stl *.ply *.obj *.vtp)</source>
+        <translation>Netze (*.stl *.ply *.obj *.vtp)</translation>
+    </message>
+    <message>
+        <source>Sessions (*.session)</source>
+        <translation>Sitzungen (*.session)</translation>
+    </message>
+    <message>
+        <source>Pictures (*.png)</source>
+        <translation>Bilder (*.png)</translation>
     </message>
 </context>
 <context>
@@ -4359,8 +4543,8 @@ Lizenz: Apache-2.0</translation>
         <translation>Seiten (*.html)</translation>
     </message>
     <message>
-        <source>The report was written. Open it in a browser: &lt;a href="%1"&gt;%2&lt;/a&gt;</source>
-        <translation>Der Bericht ist geschrieben. Im Browser öffnen: &lt;a href="%1"&gt;%2&lt;/a&gt;</translation>
+        <source>The report was written. Open it in a browser: &lt;a href=&quot;%1&quot;&gt;%2&lt;/a&gt;</source>
+        <translation>Der Bericht ist geschrieben. Im Browser öffnen: &lt;a href=&quot;%1&quot;&gt;%2&lt;/a&gt;</translation>
     </message>
     <message>
         <source>■ %1. Points of other findings do not compensate for a critical one.</source>
