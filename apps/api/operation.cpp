@@ -115,7 +115,7 @@ struct Operation::Data {
                    .where = "hand",
                    .found = std::to_string(command.hand),
                    .expected = "below " + std::to_string(engine().hand_count())};
-    sim::Outcome outcome = run->apply_whole(command);
+    sim::Outcome outcome = run->apply_and_finish(command);
     changed = sim::union_of(changed, outcome.box);
     if (outcome.refused) outcome.refused->kind = ErrorKind::refused;
     return std::move(outcome.refused ? outcome.refused : outcome.failed);
@@ -411,9 +411,9 @@ std::vector<Measure> Operation::measures() const { return data_->engine().measur
 
 Score Operation::score() { return score({}).value(); }
 
-Result<Score> Operation::score(const std::vector<Judgement>& judgements) {
+Result<Score> Operation::score(const std::vector<MeasuredValue>& judgements) {
   std::vector<sim::Finding> findings;
-  for (const Judgement& one : judgements) {
+  for (const MeasuredValue& one : judgements) {
     for (const double number : {one.value.value_or(0), one.full_at, one.zero_at, one.weight})
       if (!std::isfinite(number) || one.weight < 0 || one.name.empty())
         return Error{.what = "a judgement is not valid",

@@ -129,7 +129,7 @@ struct Score {
 };
 
 /// A value that the calling program measured, to be judged with the findings of the modules.
-struct Judgement {
+struct MeasuredValue {
   std::string name;             ///< differs from those of all other findings
   std::optional<double> value;  ///< empty: it could not be measured
   std::string unit = {};        ///< "mm"; empty: dimensionless
@@ -163,7 +163,7 @@ struct Sample {
 
 /// One part of the force of a recorded tick.
 struct ForcePart {
-  std::string name;  ///< "spring", "damping", "smoothing", an effect in words, "energy controller", ...
+  std::string name;  ///< "spring", "damping", "smoothing", an effect in words, "passivity controller", ...
   glm::dvec3 force_world{0.0}, torque_world{0.0};  ///< N, N mm
 };
 
@@ -282,11 +282,11 @@ class Operation {
   double removed_mm3() const;
   std::vector<Measure> measures() const;  ///< "removed", "nearest to dura", ...
   /// Judges the current state by the findings of the modules and the limits of the plan. The score has no
-  /// measures of the hands' motion, which `trephine score` adds for a session. Takes up to seconds.
+  /// measures of the hands' motion, which `trephine score` adds for a session. May take several seconds.
   Score score();
   /// As score(), with values of the caller. Error if a name is empty or occurs twice, a number is not finite,
   /// or a weight is negative.
-  Result<Score> score(const std::vector<Judgement>& judgements);
+  Result<Score> score(const std::vector<MeasuredValue>& judgements);
   std::size_t event_count() const noexcept;              ///< undo removes no events
   const Event& event(std::size_t index) const noexcept;  ///< requires index < event_count()
   std::vector<Body> bodies() const;

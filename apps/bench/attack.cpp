@@ -241,11 +241,11 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
   const volume::Frame& frame = scene.base->frame;
   const dvec3 size(scene.base->size);
   Judge judge(scene, info);
-  const std::shared_ptr<const volume::Version> untouched = haptics::untouched(scene);
-  auto touch_state = std::make_shared<const haptics::TouchState>(untouched);
+  const std::shared_ptr<const volume::Version> uncut = haptics::uncut_version(scene);
+  auto touch_state = std::make_shared<const haptics::TouchState>(uncut);
   std::vector<volume::Field> solids;
   for (const haptics::TouchItem& shape : base_shapes(scene)) solids.push_back(shape.field);
-  volume::RemovalEditor editor(untouched, solids);
+  volume::RemovalEditor editor(uncut, solids);
   CutShape shape(target);
   // A round tool touches a cut once its offset fields are updated, which happens here immediately.
   const auto publish = [&](const volume::VoxelBox* changed) {
@@ -308,7 +308,7 @@ AttackRow attack(const Target& target, const MethodInfo& info, long steps, std::
     bool has_grown = false;
     if (i % (2 * cut_every) == 2 * cut_every - cut_every / 4 && is_cut) {
       ++row.undos;
-      editor.reset(untouched);
+      editor.reset(uncut);
       shape.undo_all();
       has_grown = true;
       touch_state = publish(nullptr);

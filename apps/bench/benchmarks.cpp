@@ -91,7 +91,7 @@ StepTimes time_chain_in_corner() {
   scene.tool = haptics::make_tool(3, centres).value();
   const auto method = haptics::make_method(haptics::general_method(*scene.tool).name).value();
   if (method->prepare(scene)) return {};
-  const haptics::TouchState untouched(std::shared_ptr<const volume::Version>(haptics::untouched(scene)));
+  const haptics::TouchState uncut(std::shared_ptr<const volume::Version>(haptics::uncut_version(scene)));
   constexpr int k_steps = 6000;
   MinimumOfRuns minima;
   for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
@@ -104,7 +104,7 @@ StepTimes time_chain_in_corner() {
       const glm::dquat turn = glm::normalize(glm::dquat(1, 0.5 * rotation));
       const auto start = Clock::now();
       const haptics::ProxyStep step =
-          method->step(scene, untouched, state, {.hip_world = hip, .orientation = turn});
+          method->step(scene, uncut, state, {.hip_world = hip, .orientation = turn});
       const double us = 1e6 * seconds_since(start);
       if (step.has_contact) minima.add(static_cast<std::size_t>(i), us);
     }

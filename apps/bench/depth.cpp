@@ -157,8 +157,8 @@ ModelHand hand_on(const std::shared_ptr<const MeshTree>& tree) {
 /// Measures the step times of a method, for each step the minimum over several runs, and the errors of its
 /// proxies in the first run.
 void time_steps(const ProxyMethod& method, const TouchScene& scene, const ModelHand& hand,
-                ModelRow::Method& one) {
-  const auto version = untouched(scene);
+                ModelRow::Method& result) {
+  const auto version = uncut_version(scene);
   MinimumOfRuns least;
   double sum = 0;
   long judged = 0;
@@ -172,13 +172,13 @@ void time_steps(const ProxyMethod& method, const TouchScene& scene, const ModelH
       if (step.has_contact) least.add(static_cast<std::size_t>(i), 1e6 * seconds_since(start));
       if (run > 0 || !step.has_contact || !hand.is_judged(i)) continue;
       const double off = hand.off(step.proxy_world);
-      sum += off * off, one.worst = std::max(one.worst, off);
+      sum += off * off, result.worst = std::max(result.worst, off);
       ++judged;
     }
   }
-  one.error = std::sqrt(sum / static_cast<double>(std::max(1L, judged)));
+  result.error = std::sqrt(sum / static_cast<double>(std::max(1L, judged)));
   const StepTimes times = least.result();
-  one.p50 = times.p50, one.p999 = times.p999;
+  result.p50 = times.p50, result.p999 = times.p999;
 }
 
 ModelRow model_row(const BenchModel& m, bool is_quick, bool is_ball) {
@@ -218,13 +218,13 @@ ModelRow model_row(const BenchModel& m, bool is_quick, bool is_ball) {
     if (const std::string name = peer.info.name; name == "Embree" || (name == "FCL" && !is_quick))
       methods.emplace_back(name, peer.make());
   for (const auto& [name, method] : methods) {
-    ModelRow::Method one;
-    one.name = name;
+    ModelRow::Method result;
+    result.name = name;
     const auto begin = Clock::now();
     if (method->prepare(scene)) continue;
-    one.ready_ms = 1e3 * seconds_since(begin) + (name == "mesh" || name == "scene" ? tree_ms : 0);
-    time_steps(*method, scene, hand, one);
-    row.methods.push_back(one);
+    result.ready_ms = 1e3 * seconds_since(begin) + (name == "mesh" || name == "scene" ? tree_ms : 0);
+    time_steps(*method, scene, hand, result);
+    row.methods.push_back(result);
   }
   return row;
 }
@@ -270,7 +270,7 @@ std::vector<DeformRow> run_depth_deforming(bool is_quick) {
     scene.items = {depth_item("model", model, std::make_shared<const MeshTree>())};
     scene.items[0].mover = 0;
     scene.items[0].material.static_friction = scene.items[0].material.dynamic_friction = 0;
-    const auto version = untouched(scene);
+    const auto version = uncut_version(scene);
     const auto method = make_method("scene").value();
     if (method->prepare(scene)) continue;
     std::vector<double> set_ms;

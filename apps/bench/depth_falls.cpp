@@ -83,7 +83,7 @@ std::vector<FallRow> run_depth_falls(bool is_quick) {
     scene.items = {
         mesh_item("object", std::make_shared<const MeshTree>(object.model.vertices, object.model.triangles))};
     scene.items[0].material.static_friction = scene.items[0].material.dynamic_friction = 0;
-    const auto version = untouched(scene);
+    const auto version = uncut_version(scene);
     const volume::Frame& frame = scene.base->frame;
     const verify::MeshWall middle(object.middle.vertices, object.middle.triangles, 1.0);
     for (const char* name : {"lomi", "lomi-parts", "depth", "mesh"}) {

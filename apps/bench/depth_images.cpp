@@ -131,17 +131,17 @@ std::vector<ImagesRow> run_depth_images(bool is_quick, MakeDrawTarget make_draw_
         row.embree_build_ms = peers().embree_images(
             floats.vertices.data(), static_cast<long>(m.vertices.size()), m.triangles.data(),
             static_cast<long>(m.triangles.size() / 3), at, k_edge, pixels, row.embree_ms, images.mm.data());
-        row.embree_different = count_differing_pixels(ours_at(contact_point), images, k_edge);
+        row.embree_differing_pixels = count_differing_pixels(ours_at(contact_point), images, k_edge);
       }
       if (const DrawTarget target = make_draw_target(pixels); target.window && draw_peer()) {
         DrawPeerResult answer;
         if (draw_peer()(request_of(floats, m, contact_point, k_edge, 3, images), target.window, answer)) {
           row.gl_first_ms = answer.first_ms, row.gl_ms = answer.draw_ms + answer.read_ms;
-          row.gl_different = count_differing_pixels(ours_at(contact_point), images, k_edge);
+          row.gl_differing_pixels = count_differing_pixels(ours_at(contact_point), images, k_edge);
         }
       }
-      if (row.embree_different >= 0 || row.gl_different >= 0)
-        row.moved_different =
+      if (row.embree_differing_pixels >= 0 || row.gl_differing_pixels >= 0)
+        row.moved_differing_pixels =
             count_differing_pixels(ours_at(contact_point + dvec3(step, 0, 0)), images, k_edge);
       rows.push_back(row);
     }
@@ -209,7 +209,7 @@ std::vector<FrameRow> run_frame_times(bool is_quick, MakeDrawTarget make_draw_ta
   data_tools::PhantomOptions o;
   o.size = ivec3(128);
   const TouchScene scene = scenes::phantom_scene("sphere", o);
-  const auto version = untouched(scene);
+  const auto version = uncut_version(scene);
   const auto method = make_method(k_default_method).value();
   if (method->prepare(scene)) return rows;
   const TouchState touch_state(version);
@@ -271,10 +271,10 @@ std::vector<FrameRow> run_frame_times(bool is_quick, MakeDrawTarget make_draw_ta
   request.camera.distance = 3 * wide, request.camera.height = 1.2 * wide;
   request.camera.columns = request.camera.rows = k_pixels;
   std::vector<volume::DirectPixel> pixels(static_cast<std::size_t>(k_pixels) * k_pixels);
-  for (const int slices : is_quick ? std::vector{200} : std::vector{200, 500, 1000, 2000}) {
+  for (const int samples_across : is_quick ? std::vector{200} : std::vector{200, 500, 1000, 2000}) {
     FrameRow row;
-    row.slices = slices;
-    request.step = wide / slices;
+    row.samples_across = samples_across;
+    request.step = wide / samples_across;
     row.voxel_touch_us = steps_us();
     row.draw_ms = min_ms(3, [&] { image.draw(request, *version, {}, 0, pixels); });
     rows.push_back(row);

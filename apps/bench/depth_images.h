@@ -1,5 +1,5 @@
 // Rows of `trephine-bench depth`, compared with other libraries: time to make depth images of models, time to
-// update depth images of voxels after an edit, and time that touch takes from a frame.
+// update depth images of voxels after an edit, and the share of a frame that haptic rendering needs.
 #pragma once
 
 #include <memory>
@@ -45,9 +45,9 @@ struct ImagesRow {
   /// VTK's depth buffer: time of the first six images, and of six further ones; both are read back.
   double gl_first_ms = -1, gl_ms = -1;
   // Pixels of the six images in which the depths of a peer and ours differ by more than 2 um, or which only
-  // one of the two hits; -1: not available. `moved_different`: the number for our images shifted by a pixel,
-  // as a check of the comparison.
-  long embree_different = -1, gl_different = -1, moved_different = 0;
+  // one of the two hits; -1: not available. `moved_differing_pixels`: the number for our images shifted by a
+  // pixel, as a check of the comparison.
+  long embree_differing_pixels = -1, gl_differing_pixels = -1, moved_differing_pixels = 0;
 };
 /// A window of `pixels`^2 to draw into; null without OpenGL.
 struct DrawTarget {
@@ -67,11 +67,11 @@ struct EditRow {
 };
 std::vector<EditRow> run_depth_edits(bool is_quick);
 
-/// One frame of 512^2 pixels: of a surface of `triangles`, or of a volume by ray casting, with `slices`
-/// samples across its width. The times of depth images, redrawing and feedback are measured for surfaces
-/// only.
+/// One frame of 512^2 pixels: of a surface of `triangles`, or of a volume by ray casting, with
+/// `samples_across` samples across its width. The times of depth images, redrawing and feedback are measured
+/// for surfaces only.
 struct FrameRow {
-  int triangles = 0, slices = 0;
+  int triangles = 0, samples_across = 0;
   double draw_ms = -1;
   double voxel_touch_us = 0;  ///< the 16 servo steps on voxels that run during a frame
   double depth_ms = -1;       ///< a set of depth images around the hand

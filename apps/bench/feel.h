@@ -24,7 +24,7 @@ struct FeelScene {
   haptics::PosePath path;
   double field_s = 0;         ///< to build the tool's offset field, before the first step
   double field_update_s = 0;  ///< to update this field after the hole is drilled; not part of a step
-  std::shared_ptr<const haptics::TouchState> drilled = nullptr;  ///< null: untouched
+  std::shared_ptr<const haptics::TouchState> drilled = nullptr;  ///< null: uncut
   haptics::TouchState touch_state() const {
     return drilled ? *drilled : haptics::TouchState(std::make_shared<volume::Version>(scene.base));
   }

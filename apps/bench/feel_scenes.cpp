@@ -463,7 +463,7 @@ double distance_to_drilled(const dvec3& p) {
 /// Drills a burr hole, and updates the offset field of the tool.
 void drill_hole(FeelScene& scene) {
   const haptics::TouchItem& shape = scene.scene.items[0];
-  volume::RemovalEditor editor(haptics::untouched(scene.scene), {shape.field});
+  volume::RemovalEditor editor(haptics::uncut_version(scene.scene), {shape.field});
   const volume::RemovalReport report = editor.remove({{0, 0, k_hole_top}, {0, 0, k_hole_end}, k_hole_radius});
   volume::OffsetField::Work work;
   const auto drilled = editor.publish();

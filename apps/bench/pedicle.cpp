@@ -38,7 +38,7 @@ void time_screws(PedicleResult& result) {
     pedicle::PlaceScrew request;
     request.entry = {screw.entry_world}, request.target = {screw.target_world};
     auto start = Clock::now();
-    run.apply_whole({request, 0});
+    run.apply_and_finish({request, 0});
     result.place_ms = std::min(result.place_ms, 1e3 * seconds_since(start));
     for (int i = 0; i < 400; ++i) {
       run.step({screw.entry_world + dvec3(0, 60, 0), {1, 0, 0, 0}, 0});
@@ -49,13 +49,13 @@ void time_screws(PedicleResult& result) {
     pedicle::JudgeScrew judge;
     judge.vertebra = "L4";
     start = Clock::now();
-    run.apply_whole({judge, 0});
+    run.apply_and_finish({judge, 0});
     result.judge_ms = std::min(result.judge_ms, 1e3 * seconds_since(start));
   }
   result.overlays_ms = times_of(std::move(overlays));
 }
 
-/// Times the servo steps with a force above 1 N of a probe that is pushed into a block at 10 mm/s.
+/// Pushes a probe into a block at 10 mm/s, and times the servo steps in which the force exceeds 1 N.
 StepTimes time_probe() {
   haptics::TouchScene scene = scenes::scene_of(scenes::sampled(
       {-12, -12, -30}, {12, 12, 8}, dvec3(0.5), [](const dvec3& p) { return p.z < 4 ? 1400.0 : -1000.0; }));

@@ -52,7 +52,7 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
   const volume::Field bone(*scan, volume::Shape{"bone", 300});
   auto start = std::make_shared<volume::Version>(scan, volume::CutLattice::for_burr(*scan, 4).value());
   volume::RemovalEditor editor(start, {bone});
-  const auto untouched = editor.freeze();
+  const auto uncut = editor.freeze();
   std::vector<DirectPixel> pixels(static_cast<std::size_t>(k_render_pixels) * k_render_pixels);
   const auto opacities = [&] {
     std::vector<double> all;
@@ -60,7 +60,7 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
     return all;
   };
   request.step = mm / 16;
-  image.draw(request, *untouched, {}, 0, pixels);
+  image.draw(request, *uncut, {}, 0, pixels);
   const std::vector<double> exact = opacities();
 
   std::vector<RenderRow> rows;
@@ -69,13 +69,13 @@ std::vector<RenderRow> run_render_benchmark(int size, vtkRenderWindow* window) {
     for (std::size_t i = 0; i < exact.size(); ++i) sum += std::pow(value(i) - exact[i], 2);
     return std::sqrt(sum / static_cast<double>(exact.size()));
   };
-  std::shared_ptr<const volume::Version> now = untouched;
+  std::shared_ptr<const volume::Version> now = uncut;
   for (const double voxels : {2.0, 1.0, 0.5, 0.25})
     for (const int threads : {1, 2}) {
       if (threads == 1 && voxels != 0.5) continue;
       RenderRow row{"ours", voxels * mm, threads, 1e300, 1e300};
       request.step = row.step;
-      image.draw(request, *untouched, {}, threads, pixels);
+      image.draw(request, *uncut, {}, threads, pixels);
       row.error = rms([&](std::size_t i) { return static_cast<double>(pixels[i].opacity); });
       for (int run = 0; run < k_render_runs; ++run) {
         auto begin = Clock::now();

@@ -359,9 +359,9 @@ SoakRow run_contact_soak(long steps, const std::function<bool(double)>& progress
   scene.items[0].material = {0.5, 0.001, 0.2, 0.15};
   const auto method = haptics::make_method(haptics::k_default_method).value();
   if (method->prepare(scene)) return row;
-  const auto untouched = std::make_shared<volume::Version>(scene.base);
-  haptics::ServoScene servo_scene = haptics::scene_for_one(scene, *method, untouched);
-  volume::RemovalEditor editor(untouched, {scene.items[0].field});
+  const auto uncut = std::make_shared<volume::Version>(scene.base);
+  haptics::ServoScene servo_scene = haptics::scene_for_one(scene, *method, uncut);
+  volume::RemovalEditor editor(uncut, {scene.items[0].field});
   haptics::ServoCore core({}, 1e-3);
   Device device;
   device.encoder = 0.02;
@@ -377,7 +377,7 @@ SoakRow run_contact_soak(long steps, const std::function<bool(double)>& progress
       servo_scene.hands[0].state.version = editor.publish();
     }
     if (i % 40'000 == 39'999) {
-      editor.reset(untouched);
+      editor.reset(uncut);
       servo_scene.hands[0].state.version = editor.publish();
     }
     haptics::ServoInput input;
@@ -397,15 +397,15 @@ SoakRow run_contact_soak(long steps, const std::function<bool(double)>& progress
   // A hand at rest, pressed into a wall.
   haptics::ProxyState state;
   const dvec3 free(7.5, 0, 0), hip(7.5, 0.4, 3.1);
-  method->step(scene, *untouched, state, {free});
-  for (int i = 0; i < 200; ++i) method->step(scene, *untouched, state, {free + (i / 199.0) * (hip - free)});
-  const dvec3 begin = method->step(scene, *untouched, state, {hip}).proxy_world;
+  method->step(scene, *uncut, state, {free});
+  for (int i = 0; i < 200; ++i) method->step(scene, *uncut, state, {free + (i / 199.0) * (hip - free)});
+  const dvec3 begin = method->step(scene, *uncut, state, {hip}).proxy_world;
   for (long i = 0; i < steps; ++i) {
     if (progress && i % 100'000 == 0 &&
         !progress(0.5 + 0.5 * static_cast<double>(i) / static_cast<double>(steps)))
       return row;
-    row.drift_mm = std::max(row.drift_mm,
-                            glm::length(method->step(scene, *untouched, state, {hip}).proxy_world - begin));
+    row.drift_mm =
+        std::max(row.drift_mm, glm::length(method->step(scene, *uncut, state, {hip}).proxy_world - begin));
   }
   return row;
 }

@@ -81,7 +81,7 @@ std::vector<Placement> slide(const TouchScene& scene, int ticks, MinimumOfRuns& 
   std::vector<Placement> poses;
   Ticks ticks_of_run;
   for (int side = 0; side < 6; ++side) {
-    Play play(scene, haptics::untouched(scene), ticks_of_run);
+    Play play(scene, haptics::uncut_version(scene), ticks_of_run);
     const dvec3 out = glm::normalize(dvec3(between(-1, 1), between(-1, 1), between(0.2, 1))),
                 along = glm::normalize(glm::cross(out, dvec3(0.3, 1, 0.2))),
                 axis = glm::normalize(out + between(0.3, 2.0) * along);
@@ -108,7 +108,7 @@ std::vector<Placement> slide(const TouchScene& scene, int ticks, MinimumOfRuns& 
 void lever_in_hole(const TouchScene& scene, int ticks, MinimumOfRuns& times) {
   const volume::Frame& frame = scene.base->frame;
   const dvec3 centre = frame.world_from_volume(0.5 * dvec3(scene.base->size));
-  volume::RemovalEditor editor(haptics::untouched(scene), haptics::solids_of(scene));
+  volume::RemovalEditor editor(haptics::uncut_version(scene), haptics::solids_of(scene));
   const dvec3 top = centre + dvec3(0, 0, 130), bottom = centre + dvec3(0, 0, 40);
   editor.remove(volume::Sweep{top, bottom, 2.2, false});
   editor.end_stroke();

@@ -27,6 +27,13 @@ fluoroscopy::CArm with_columns(fluoroscopy::CArm arm, int columns) {
   return arm;
 }
 
+/// Returns the problem of a pane in two lines: what is wrong, and the remedy.
+std::string problem_text(const Error& error) {
+  std::string text = error.what;
+  if (!error.found.empty()) text += " (" + error.found + ")";
+  return error.remedy.empty() ? text : text + "\n" + error.remedy;
+}
+
 }  // namespace
 
 /// Requests an image of the current state; the worker uses immutable copies.
@@ -131,7 +138,7 @@ void Panes::request_rendering(std::size_t index) {
   request.camera.rows = std::max(1, static_cast<int>(std::lround(pane.rows * (pane.is_coarse ? share : 1))));
   if (const Status error = volume::check(request.camera)) {
     pane.image.is_stale = pane.is_coarse = false;
-    pane.image.problem = error->message(), ++pane.changes;
+    pane.image.problem = problem_text(*error), ++pane.changes;
     return;
   }
   // A full-resolution image can be cancelled for more urgent ones.
@@ -159,7 +166,7 @@ bool Panes::adopt(std::size_t slot, Image& image) {
   }
   ++image.changes, ++image.count;
   image.milliseconds = result->milliseconds;
-  image.problem = result->panel ? "" : result->panel.error().message();
+  image.problem = result->panel ? "" : problem_text(result->panel.error());
   if (result->panel) image.panel = std::move(result->panel).value();
   if (image.panel) show_side(*image.panel);
   return true;

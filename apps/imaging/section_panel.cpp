@@ -79,7 +79,7 @@ Result<std::vector<SectionObject>> section_objects(const Subject& subject, const
   }
   if (std::any_of(objects.begin(), objects.end(),
                   [](const SectionObject& o) { return o.kind == Kind::model; }))
-    objects[0].untouched = cross_section::untouched_bone(plane, volume::Field(*subject.scan, *subject.bone));
+    objects[0].uncut = cross_section::uncut_bone(plane, volume::Field(*subject.scan, *subject.bone));
   return objects;
 }
 
@@ -151,7 +151,7 @@ Panel section_panel(const std::vector<SectionObject>& objects, const std::vector
           colour = object.colour, is_bone |= object.kind == Kind::bone || object.kind == Kind::piece;
       }
       if (model != nullptr) {
-        const bool is_outside = !is_bone && (objects[0].untouched.empty() || !objects[0].untouched[at]) &&
+        const bool is_outside = !is_bone && (objects[0].uncut.empty() || !objects[0].uncut[at]) &&
                                 (model->uncounted.empty() || !model->uncounted[at]);
         colour = is_outside ? k_outside_bone : model->colour;
         model_pixels += 1, outside_pixels += is_outside;

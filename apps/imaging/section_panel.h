@@ -17,7 +17,7 @@ struct SectionObject {
   /// Pixels of the head and the tip of a screw, which need not be in bone; empty for other objects.
   std::vector<std::uint8_t> uncounted = {};
   std::vector<std::uint8_t> by_labels = {};  ///< bone only: pixels added by labels that name a bone
-  std::vector<std::uint8_t> untouched = {};  ///< bone only, if there are models: its pixels before any cut
+  std::vector<std::uint8_t> uncut = {};      ///< bone only, if there are models: its pixels before any cut
 };
 inline constexpr Panel::Colour k_outside_bone{225, 45, 40};
 

@@ -110,9 +110,9 @@ py::dict measures(PyOperation& self) {
 }
 
 py::dict score(PyOperation& self, const py::object& judgements) {
-  std::vector<Judgement> all;
-  for (const auto& one : argument<py::sequence>(judgements, "judgements", "a list of trephine.Judgement"))
-    all.push_back(argument<Judgement>(one, "judgements", "a list of trephine.Judgement"));
+  std::vector<MeasuredValue> all;
+  for (const auto& one : argument<py::sequence>(judgements, "judgements", "a list of trephine.MeasuredValue"))
+    all.push_back(argument<MeasuredValue>(one, "judgements", "a list of trephine.MeasuredValue"));
   return dict_of(self.with([&](Operation& operation) { return value_of(operation.score(all)); }));
 }
 

@@ -21,8 +21,8 @@ py::dict dict_of(const Score& judged) {
 }
 
 void bind_results(py::module_& module) {
-  py::class_<Judgement>(
-      module, "Judgement",
+  py::class_<MeasuredValue>(
+      module, "MeasuredValue",
       "A value that a program measured, with the limits for its points: all at `full_at`, none at "
       "`zero_at`, linear between. Without limits it is only reported.")
       .def(py::init([](std::string name, std::optional<double> value, std::string unit, std::string reason,
@@ -39,7 +39,7 @@ void bind_results(py::module_& module) {
                       .remedy = "for a limit without a range, pass 1 or 0 as the value, with full_at=1 and "
                                 "zero_at=0"});
              if (!value && reason.empty()) reason = "It was not measured.";
-             return Judgement{
+             return MeasuredValue{
                  std::move(name),     value, std::move(unit), std::move(reason), full_at.value_or(0),
                  zero_at.value_or(0), weight};
            }),

@@ -44,6 +44,9 @@ vtkSmartPointer<vtkActor> BoneActors::add_actor(std::size_t shape) const {
   actor->GetProperty()->SetSpecular(shape == 0 ? 0.16 : 0.25);
   actor->GetProperty()->SetSpecularPower(22);
   actor->GetProperty()->SetAmbient(0.10);
+  // Surfaces are closed, so back faces are visible only on a clip plane. Where triangles of a coarse surface
+  // are folded, a back face would be a black speck in front of the surface.
+  actor->GetProperty()->SetBackfaceCulling(!is_clipped_);
   actor->PickableOff();
   renderer_->AddActor(actor);
   return actor;
@@ -142,6 +145,7 @@ void BoneActors::set_clip(const dvec3& origin, const dvec3& normal) {
     if (actor == nullptr) return;
     mapper_of(actor)->RemoveAllClippingPlanes();
     if (is_clipped) mapper_of(actor)->AddClippingPlane(clip_);
+    actor->GetProperty()->SetBackfaceCulling(!is_clipped);
   };
   for (const auto& [key, chunk] : chunks_) apply(chunk.actor);
   for (const auto& [key, group] : groups_) apply(group.actor);

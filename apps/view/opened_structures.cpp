@@ -197,11 +197,19 @@ std::vector<ChunkMesh> OpenedStructures::Solid::mesh(const volume::Version& vers
                            outdated = volume::chunks_touching(near.low, near.high, base->size);
   cut(version, grown(changed, ivec3(k_backing), base->size));
   smooth(near);
+  // `changed` may contain cuts that are far apart. Only chunks near cuts are meshed, so that the picture does
+  // not depend on the way in which changes are grouped.
+  const auto is_near_cuts = [&](const VoxelBox& cells) {
+    const VoxelBox box = grown(cells, margin, base->size);
+    return version.has_brick(version.lattice().low_of(box.low), version.lattice().high_of(box.high));
+  };
   std::vector<Part> parts;
   for_voxels({range.first, range.last}, [&](const ivec3& chunk) {
-    const bool is_new = meshed.insert({chunk.x, chunk.y, chunk.z}).second;
-    if (!is_new && !VoxelBox{outdated.first, outdated.last}.contains(chunk)) return;
     const VoxelBox cells{volume::k_chunk * chunk, volume::k_chunk * (chunk + 1) - 1};
+    const std::tuple key(chunk.x, chunk.y, chunk.z);
+    if (!meshed.contains(key) && !is_near_cuts(cells)) return;
+    const bool is_new = meshed.insert(key).second;
+    if (!is_new && !VoxelBox{outdated.first, outdated.last}.contains(chunk)) return;
     parts.push_back({chunk, is_new ? grown(cells, ivec3(1), base->size) : near});
     if (!is_new) return;
     cut(version, grown(cells, ivec3(k_halo + 1), base->size));

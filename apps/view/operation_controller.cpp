@@ -55,7 +55,7 @@ OperationController::OperationController(const haptics::TouchScene& scene, const
   TREPHINE_ASSERT(live_.engine().tool().scene.get() == &scene);
   state_ = live_.fetch_state();
   version_ = state_.version;
-  untouched_ = haptics::untouched(scene);
+  uncut_ = haptics::uncut_version(scene);
   solids_ = haptics::solids_of(scene);
   guided_at_ = started_;
   if (options.plan)
@@ -115,22 +115,15 @@ void OperationController::go_to_stroke(std::size_t strokes) {
 std::string OperationController::fault_text() const {
   const std::uint32_t faults = state_.newest.faults & haptics::k_latched_faults;
   if (faults == 0) {
-    // Name the structure that was entered last; of several entered in the same tick, the least deep one.
-    const sim::ForbiddenWatch* deepest = nullptr;
-    for (const sim::ForbiddenWatch& watch : state_.watches)
-      if (watch.is_inside && (deepest == nullptr || watch.entered_tick > deepest->entered_tick ||
-                              (watch.entered_tick == deepest->entered_tick && watch.depth < deepest->depth)))
-        deepest = &watch;
-    if (deepest == nullptr) return {};
-    char depth[32];
-    std::snprintf(depth, sizeof depth, ", %.1f mm deep", deepest->depth);
-    const auto at = static_cast<std::size_t>(deepest - state_.watches.data());
+    const std::optional<EnteredStructure> entered = entered_structure();
+    if (!entered || entered->is_pushed) return {};
     const char* remedy = options_.device       ? ". Lift it."
                          : line_.is_holding()  ? ". Click away from the entry to withdraw it."
                          : guide_.is_holding() ? ". Move the cursor away to withdraw it."
                          : is_pressed_         ? ". Release the button to lift it."
                                                : ". Move the cursor away to lift it.";
-    return "The tool is in the " + workbench::words_of(live_.engine().forbidden()[at]->name()) + depth +
+    return workbench::format_text("The tool is in the %s, %.1f mm deep", entered->name.c_str(),
+                                  entered->depth) +
            remedy;
   }
   return "The force is off: " + workbench::fault_reasons(faults) +
@@ -151,7 +144,7 @@ std::string OperationController::depth_text() const {
 std::string OperationController::notice_text() const {
   const std::string fault = fault_text(), shown = notices_.shown(seconds());
   std::string text = fault;
-  for (const std::string& line : {job_text(), depth_text(), shown})
+  for (const std::string& line : {push_text(), job_text(), depth_text(), shown})
     text += (text.empty() || line.empty() ? "" : "\n") + line;
   return text;
 }

@@ -181,6 +181,13 @@ class OperationController {
  private:
   void collect_notices();
   std::string depth_text() const;
+  std::string push_text() const;
+  struct EnteredStructure {
+    std::string name;
+    double depth = 0;        ///< mm
+    bool is_pushed = false;  ///< it is the dura, intact, and the tool does not cut
+  };
+  std::optional<EnteredStructure> entered_structure() const;
   void restore_force();
   /// Shows a message at the tool.
   void add_notice(const char* text, workbench::EventLevel level = workbench::EventLevel::outcome);
@@ -235,8 +242,8 @@ class OperationController {
   double depth_mm_ = 2;
   double reach_ = 300;  ///< last distance of the camera from the surface under the cursor, mm
   int roll_ = 0;        ///< steps of 15 degrees
-  std::shared_ptr<const volume::Version> untouched_;  ///< scan without cuts, for the shaft's direction
-  glm::dvec3 shaft_{0, 0, 1};                         ///< unit, shaft of the mouse's tool before tilting
+  std::shared_ptr<const volume::Version> uncut_;  ///< scan without cuts, for the shaft's direction
+  glm::dvec3 shaft_{0, 0, 1};                     ///< unit, shaft of the mouse's tool before tilting
   glm::dquat tilt_{1, 0, 0, 0};
   std::vector<volume::Field> solids_;  ///< shapes that count as bone
   ShaftMode shaft_mode_ = ShaftMode::surface;

@@ -54,7 +54,7 @@ void OperationController::follow_surface(const Ray& ray, bool is_over_bone, bool
   const bool is_kerrison = tool.foot.kind == FootTool::Kind::kerrison;
   if (!is_over_bone && !is_kerrison) return;
   if (shaft_mode_ == ShaftMode::fixed) return;
-  std::optional<dvec3> normal = viewport_.mean_surface_normal(*untouched_, ray);
+  std::optional<dvec3> normal = viewport_.mean_surface_normal(*uncut_, ray);
   // Near an edge, where a Kerrison works, the surface has no definite normal: use the mean of the normal and
   // the direction to the viewer.
   if (is_kerrison) normal = glm::normalize(normal.value_or(-ray.direction) - ray.direction);
@@ -115,9 +115,9 @@ bool OperationController::put_piece_back() {
 }
 
 /// Moves a held piece parallel to the picture, in the orientation of the hand. The piece is also lifted
-/// toward the viewer, by the largest distance so far from where it was grasped, at most 20 mm. It thus leaves
-/// its gap and passes over the surrounding bone. It stops at bone and forbidden structures. Returns false if
-/// the hand holds no piece.
+/// toward the viewer. The lift is the largest distance, parallel to the picture, that the piece has moved
+/// from the position of the grasp, at most 20 mm. The piece thus leaves its gap and passes over the
+/// surrounding bone. It stops at bone and forbidden structures. Returns false if the hand holds no piece.
 bool OperationController::carry_piece(const Ray& ray) {
   const sim::Overlay* held = nullptr;
   if (state_.overlays)
@@ -237,16 +237,16 @@ void OperationController::move_tip(double right, double up) {
   y_ = std::clamp(y_ + up / height, 0.0, 1.0);
 }
 
-/// Returns the point where the ray meets bone. If the ray passes an edge of bone within 4 mm, returns a point
-/// on the bone at that edge.
+/// Returns the point where the ray meets bone. If the ray passes within 4 mm of other bone that is at least
+/// 5 mm nearer to the viewer, or meets no bone itself, returns a point of that bone.
 std::optional<dvec3> OperationController::bone_near(const Ray& ray, double hit) {
   constexpr int k_rays = 8;
-  constexpr double k_around = 4, k_behind = 5;  // mm
+  constexpr double k_around = 4, k_nearer = 5;  // mm
   const dvec3 axis = std::abs(ray.direction.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, 1, 0);
   const dvec3 a = glm::normalize(glm::cross(ray.direction, axis)), b = glm::cross(a, ray.direction);
   std::optional<dvec3> best;
   if (hit >= 0) best = ray.origin + hit * ray.direction;
-  double nearest = hit >= 0 ? hit - k_behind : 1e9;
+  double nearest = hit >= 0 ? hit - k_nearer : 1e9;
   for (int i = 0; i < k_rays; ++i) {
     const double angle = 2 * 3.14159265358979 * i / k_rays;
     const dvec3 offset = k_around * (std::cos(angle) * a + std::sin(angle) * b);
@@ -277,7 +277,7 @@ bool OperationController::follow_line(const Ray& ray, const ToolAppearance& tool
   input.length = tool.insertion, input.is_drill = tool.is_drill;
   input.ray_origin = ray.origin, input.ray_direction = ray.direction;
   if (tool.insertion > 0)
-    if (const double old = viewport_.distance_to_solid(*untouched_, ray); old >= 0)
+    if (const double old = viewport_.distance_to_solid(*uncut_, ray); old >= 0)
       input.surface = ray.origin + old * ray.direction;
   input.shaft = shaft();
   input.tip = state_.newest.has_contact ? state_.newest.proxy_world : state_.newest.pose.position_world;
@@ -306,23 +306,23 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   input.ray_origin = ray.origin, input.ray_direction = ray.direction;
   if (hit >= 0) input.surface = ray.origin + hit * ray.direction;
   if (tool.kind == FootTool::Kind::kerrison) input.surface = bone_near(ray, hit);
-  if (const double old = viewport_.distance_to_solid(*untouched_, ray); old >= 0)
+  if (const double old = viewport_.distance_to_solid(*uncut_, ray); old >= 0)
     input.old_surface = ray.origin + old * ray.direction;
   input.shaft = shaft();
   input.tip = state_.newest.has_contact ? state_.newest.proxy_world : state_.newest.pose.position_world;
   input.is_pressed = is_pressed;
   input.seconds = seconds_since(std::exchange(guided_at_, Clock::now()));
   input.version = version_;
-  const std::optional<ToolGuide::Pose> pose = guide_.follow(bone_in(*version_), bone_in(*untouched_), input);
+  const std::optional<ToolGuide::Pose> pose = guide_.follow(bone_in(*version_), bone_in(*uncut_), input);
   viewport_.mark_line(guide_.edge());
   if (std::string reason = guide_.take_message(); !reason.empty()) {
-    // The reason at another position is outdated.
+    // Dismiss the message of the previous position.
     if (seconds() - guide_refused_at_ < Notices::k_refusal_seconds) notices_.dismiss(guide_refused_at_);
     guide_refused_at_ = seconds();
     notices_.add({seconds(), static_cast<double>(state_.newest.tick) / options_.rate_hz, EventLevel::refusal,
                   "The tool cannot work here: " + reason});
   }
-  // The reason is outdated where the foot fits.
+  // Dismiss the message when the foot fits.
   if (!guide_.edge().empty() && seconds() - guide_refused_at_ < Notices::k_refusal_seconds)
     notices_.dismiss(seconds()), guide_refused_at_ = -1e9;
   if (was_holding && !pose) is_lifted_ = true;
@@ -383,10 +383,10 @@ void OperationController::watch_progress() {
   if (is_working && has_cut) is_rub_reported_ = false;
   progress_at_ = newest.t, progress_mm3_ = state_.removed_mm3;
   if (!is_working || has_cut || std::exchange(is_rub_reported_, true)) return;
-  show_refusal(workbench::format_text("The burr rubs and hardly cuts at %.1f N. %s",
-                                      glm::length(newest.force_world),
-                                      options_.device ? "Press harder." : "Raise Press with PgDn.")
-                   .c_str());
+  show_refusal(
+      workbench::format_text("The burr rubs and hardly cuts at %.1f N. %s", glm::length(newest.force_world),
+                             options_.device ? "Press harder." : "Press deeper: PgDn, or the slider Press.")
+          .c_str());
 }
 
 }  // namespace trephine::view

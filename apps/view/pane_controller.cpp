@@ -42,7 +42,7 @@ imaging::Subject subject_of(const PaneInput& input) {
 void PaneController::begin() {
   panes_.forget();
   tool_.reset(), followed_.clear(), clip_.reset();
-  shadow_of_ = {}, shadow_.reset();
+  shadow_instrument_ = {}, shadow_.reset();
   shots_.reset();
   is_placed_ = false, exposed_ = 0, unconfirmed_shots_ = 0;
 }
@@ -56,10 +56,10 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
     if (!current || current == previous) continue;
     if (const auto* viewer = current->as<ct_viewer::CtViewerState>()) {
       const auto* old_viewer = previous ? previous->as<ct_viewer::CtViewerState>() : nullptr;
-      if (viewer->is_looking && (!old_viewer || !old_viewer->is_looking || old_viewer->at != viewer->at))
+      if (viewer->has_position && (!old_viewer || !old_viewer->has_position || old_viewer->at != viewer->at))
         panes_.set_focus(viewer->at);
-      if (viewer->is_window && (!old_viewer || !old_viewer->is_window ||
-                                !(static_cast<const ct_viewer::GreyWindow&>(*old_viewer) == *viewer)))
+      if (viewer->has_grey_window && (!old_viewer || !old_viewer->has_grey_window ||
+                                      !(static_cast<const ct_viewer::GreyWindow&>(*old_viewer) == *viewer)))
         panes_.set_window(*viewer);
     } else if (const auto* section = current->as<cross_section::SectionPlane>()) {
       const auto* old_section = previous ? previous->as<cross_section::SectionPlane>() : nullptr;
@@ -93,9 +93,9 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
 
 /// Shows the tool in X-rays, as steel, at its position in the 3-D view.
 void PaneController::show_tool_in_xrays(const PaneInput& input) {
-  const sim::Value tool = input.tool != nullptr && input.is_tool_there ? *input.tool : sim::Value();
-  if (!(tool == shadow_of_)) {
-    shadow_of_ = tool;
+  const sim::Value tool = input.tool != nullptr && input.is_tool_at_object ? *input.tool : sim::Value();
+  if (!(tool == shadow_instrument_)) {
+    shadow_instrument_ = tool;
     shadow_.reset();
     if (const auto solid = tool.is_empty() ? std::nullopt : solid_of(appearance_of(tool)))
       shadow_ = std::make_shared<const haptics::MeshTree>(solid->vertices, solid->triangles);
@@ -117,7 +117,7 @@ bool PaneController::frame(const PaneInput& input) {
   const dvec3 middle = r.has_contact ? r.proxy_world : r.pose.position_world;
   const dvec3 tip = middle - input.touch_radius * shaft;
   tool_.reset();
-  if (input.is_tool_there) tool_ = {tip, tip + k_shaft * shaft};
+  if (input.is_tool_at_object) tool_ = {tip, tip + k_shaft * shaft};
   panes_.show_tool(tip, shaft);
   show_tool_in_xrays(input);
   if (follows_tool && (r.has_contact || input.is_inserted))
@@ -190,7 +190,7 @@ void PaneController::report_exposure() {
   const double seconds = std::exchange(exposed_, 0);
   if (!apply || seconds <= 0) return;
   fluoroscopy::Shoot shot;
-  shot.time = std::max(0.001, k_pulses * k_pulse * seconds);
+  shot.time = std::max(0.001, k_pulses_per_second * k_pulse_seconds * seconds);
   apply(shot);
   ++unconfirmed_shots_;
 }

@@ -23,11 +23,11 @@ struct PaneInput {
   std::span<const std::shared_ptr<const sim::Value>> settings;  ///< settings of modules
   std::span<const std::shared_ptr<const sim::Forbidden>> forbidden;
   const haptics::ServoRecord& newest;
-  double touch_radius = 0;    ///< mm, of the ball with which the tool touches; 0: a point
-  bool is_tool_there = true;  ///< the tool touches or is over an object
-  bool is_inserted = false;   ///< the tool is in its track, where it may touch nothing
-  double elapsed = 0;         ///< s, since the last frame
-  volume::Camera camera;      ///< camera of the 3-D view
+  double touch_radius = 0;        ///< mm, of the ball with which the tool touches; 0: a point
+  bool is_tool_at_object = true;  ///< the tool touches or is over an object
+  bool is_inserted = false;       ///< the tool is in its track, where it may touch nothing
+  double elapsed = 0;             ///< s, since the last frame
+  volume::Camera camera;          ///< camera of the 3-D view
   std::optional<volume::Openings::Plane> clip;
   std::span<const sim::DisplayedDepths> depths = {};
   const sim::Value* tool = nullptr;  ///< the instrument, which casts a shadow in X-rays; null: none
@@ -58,10 +58,10 @@ class PaneController {
   // C-arm. Without Hounsfield units, the X-ray pane shows the reason why there is no image.
   void set_preset(std::size_t preset);
   void shoot();
-  /// Switches live X-rays on or off. Reports each live second as one shot of `k_pulses` pulses of `k_pulse`
-  /// s.
+  /// Switches live X-rays on or off. Reports each live second as one shot of
+  /// k_pulses_per_second pulses.
   void set_live(bool is_live);
-  static constexpr double k_pulses = 15, k_pulse = 0.008;  ///< pulses per second; duration of a pulse, s
+  static constexpr double k_pulses_per_second = 15, k_pulse_seconds = 0.008;  ///< of live X-rays
 
   /// Plane by which the section clips the picture; nullopt: no clipping.
   struct Clip {
@@ -77,7 +77,7 @@ class PaneController {
   void place_arm();
   void report_exposure();
 
-  sim::Value shadow_of_;                             ///< instrument of `shadow_`
+  sim::Value shadow_instrument_;                     ///< instrument of `shadow_`
   std::shared_ptr<const haptics::MeshTree> shadow_;  ///< surface of the instrument; null: no instrument
   imaging::Panes panes_;
   std::optional<std::array<glm::dvec3, 2>> tool_;

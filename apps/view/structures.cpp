@@ -96,7 +96,7 @@ bool has_models_of(const haptics::TouchScene& scene, std::string label) {
 /// Returns the label values of a scan that are not touched, have no models, and have a name for which
 /// is_wanted(name) returns true.
 template <class IsWanted>
-std::vector<int> untouched_labels(const haptics::TouchScene& scene, const IsWanted& is_wanted) {
+std::vector<int> untouchable_labels(const haptics::TouchScene& scene, const IsWanted& is_wanted) {
   std::vector<int> labels;
   if (scene.base->labels.is_empty()) return labels;
   const auto& names = scene.base->label_names;
@@ -120,7 +120,7 @@ std::array<bool, 256> labels_with_voxels(const volume::Volume& scan) {
 }  // namespace
 
 std::vector<int> untouchable_structures(const haptics::TouchScene& scene) {
-  return untouched_labels(scene, [](const std::string& name) { return find_structure(name) != nullptr; });
+  return untouchable_labels(scene, [](const std::string& name) { return find_structure(name) != nullptr; });
 }
 
 std::vector<Structure> structures_of(const haptics::TouchScene& scene) {
@@ -140,7 +140,7 @@ std::vector<Structure> structures_of(const haptics::TouchScene& scene) {
                        is_named ? shape.label : -1, number});
   }
   const auto is_listed = [](const std::string& name) { return !name.empty() && !volume::is_bone_name(name); };
-  const std::vector<int> labels = untouched_labels(scene, is_listed);
+  const std::vector<int> labels = untouchable_labels(scene, is_listed);
   const std::array<bool, 256> has_voxels =
       labels.empty() ? std::array<bool, 256>{} : labels_with_voxels(scan);
   for (const int label : labels) {

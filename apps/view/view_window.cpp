@@ -81,7 +81,7 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   DisplayMode display = options.display;
   if (display.eyes == DisplayMode::Eyes::headset) display.eyes = DisplayMode::Eyes::one;
   picture.view().set_display(display, options.head_tracker);
-  const auto version = options.version ? options.version : haptics::untouched(scene);
+  const auto version = options.version ? options.version : haptics::uncut_version(scene);
   picture.request_all(version);
   picture.wait();
   picture.look_from(options.side);

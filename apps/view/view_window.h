@@ -112,7 +112,7 @@ struct WindowOptions {
   std::string title = "trephine";
   /// Draws the first frame and the screenshot into memory, without a window.
   bool is_offscreen = false;
-  /// Cut state to draw; null: the untouched volume.
+  /// Cut state to draw; null: the uncut volume.
   std::shared_ptr<const volume::Version> version;
   sim::SessionWriter* recorder = nullptr;  ///< records everything; finished when the window closes
   std::string session_file;                ///< file of the recorder

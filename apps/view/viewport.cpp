@@ -45,7 +45,7 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
       cap_(scene),
       touch_radius_(scene.tool->radius()),
       is_rigid_(scene.tool->is_six_dof()) {
-  uncut_ = haptics::untouched(scene);
+  uncut_ = haptics::uncut_version(scene);
   worker_ = std::make_unique<ChunkWorker>(scene, k_threads);
   opened_ = std::make_unique<OpenedStructures>(scene, opened_labels_);
   // Box of the solid voxels: the camera needs it before the surface is finished.

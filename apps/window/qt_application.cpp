@@ -53,7 +53,7 @@ std::unique_ptr<QApplication> begin_application(bool is_offscreen, const std::st
   argc = is_offscreen ? 3 : 1;  // set again, because Qt removes the options that it knows
   if (QApplication::instance() == nullptr) application = std::make_unique<QApplication>(argc, argv);
   // Qt adopts the system's locale for the C library, too. Numbers in files, options and sessions have a
-  // point.
+  // decimal point.
   std::setlocale(LC_NUMERIC, "C");
   QApplication::setAttribute(Qt::AA_DontUseNativeDialogs);
   apply_look();

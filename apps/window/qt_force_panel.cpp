@@ -104,7 +104,23 @@ void ForcePanel::show_parts(const std::optional<haptics::ForceParts>& parts, con
   const auto has_torque = [](const haptics::ForcePart& part) {
     return part.wrench.torque_world != glm::dvec3(0);
   };
+  fit_heights();
   table_->setColumnHidden(torque, std::none_of(parts->parts.begin(), parts->parts.end(), has_torque));
+}
+
+/// Reserves the height of the whole text, and that of the table's first rows: a dock does not ask a wrapped
+/// text for its height.
+void ForcePanel::fit_heights() {
+  constexpr int k_rows = 5;
+  text_->setMinimumHeight(std::max(0, text_->heightForWidth(text_->width())));
+  const int rows = std::min(table_->rowCount(), k_rows);
+  table_->setMinimumHeight(table_->horizontalHeader()->sizeHint().height() +
+                           rows * table_->verticalHeader()->defaultSectionSize() + 2 * table_->frameWidth());
+}
+
+void ForcePanel::resizeEvent(QResizeEvent* event) {
+  QDockWidget::resizeEvent(event);
+  fit_heights();
 }
 
 }  // namespace trephine::view

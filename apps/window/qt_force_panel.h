@@ -26,7 +26,12 @@ class ForcePanel : public QDockWidget {
   std::function<void(int)> on_step = [](int) {};
   std::function<void(bool)> on_visible = [](bool) {};
 
+ protected:
+  void resizeEvent(QResizeEvent* event) override;
+
  private:
+  void fit_heights();
+
   QLabel* text_;
   QTableWidget* table_;
   std::optional<std::uint64_t> shown_;  ///< tick

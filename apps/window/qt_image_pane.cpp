@@ -201,9 +201,9 @@ void ImagePane::add_captions(PaneText& text, const Panel& panel, const QRectF& i
   if (kind == PaneKind::xray)
     foot = (panes_->is_exposing() && !panes_->is_live() ? tr("Computing the X-ray ...")
                                                         : localized(panel.title)) +
-           localized(panes_->xray_note());
+           "   " + localized(QString::fromStdString(panes_->xray_note()).trimmed());
   if (kind == PaneKind::depths) foot = localized(panel.title) + "\n" + localized(panel.foot);
-  if (kind == PaneKind::section) foot = localized(panel.title) + "   " + localized(panel.foot);
+  if (kind == PaneKind::section) foot = localized(panel.title) + "\n" + localized(panel.foot);
   // Limit the foot to the space next to the scale bar.
   const QFontMetricsF metrics(font());
   const double bar = std::max(0.3 * width(), metrics.horizontalAdvance("100 mm") + 16);
@@ -309,7 +309,9 @@ void ImagePane::paintEvent(QPaintEvent*) {
     write_text(painter, inner, Qt::AlignCenter | Qt::TextWordWrap, localized(panes_->problem(index_)));
   } else if (panel == nullptr && kind == PaneKind::xray) {
     write_text(painter, inner, Qt::AlignCenter | Qt::TextWordWrap,
-               panes_->is_exposing() ? tr("Computing the X-ray ...") : tr("Press Shoot, or switch Live on."));
+               panes_->is_exposing() ? tr("Computing the X-ray ...")
+               : shoot_->isEnabled() ? tr("Press Shoot, or switch Live on.")
+                                     : shoot_->toolTip());
   }
   painter.setPen(QPen(colour_of(kind), 2));
   painter.drawLine(0, 0, width(), 0);

@@ -143,13 +143,18 @@ void EventLog::showEvent(QShowEvent* event) {
   QDockWidget::showEvent(event);
   constexpr int k_lines = 8;  // initial height of the log, in lines; the user can change the height
   QTimer::singleShot(0, list_, &QListWidget::scrollToBottom);
-  if (std::exchange(was_shown_, true)) return;
+  if (shown_height_ == 0) shown_height_ = k_lines * (list_->fontMetrics().height() + 2) + 24;
   // Deferred until the layout has its sizes.
   QTimer::singleShot(0, this, [this] {
     if (auto* window = qobject_cast<QMainWindow*>(parentWidget()))
-      window->resizeDocks({this}, {k_lines * (list_->fontMetrics().height() + 2) + 24}, Qt::Vertical);
+      window->resizeDocks({this}, {shown_height_}, Qt::Vertical);
     QTimer::singleShot(0, list_, &QListWidget::scrollToBottom);
   });
+}
+
+void EventLog::hideEvent(QHideEvent* event) {
+  QDockWidget::hideEvent(event);
+  shown_height_ = height();
 }
 
 void EventLog::clear() {

@@ -54,11 +54,12 @@ class EventLog : public QDockWidget {
 
  protected:
   void showEvent(QShowEvent* event) override;
+  void hideEvent(QHideEvent* event) override;
 
  private:
   QListWidget* list_;
   std::size_t count_ = 0;
-  bool was_shown_ = false;
+  int shown_height_ = 0;  ///< pixels, when the log was last visible; 0: it was never shown
   int past_ = -1;  ///< number of messages up to the time that show_time() showed last; -1: not called yet
 };
 

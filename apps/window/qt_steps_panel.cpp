@@ -89,7 +89,10 @@ void WrappingButton::changeEvent(QEvent* event) {
 StepsPanel::StepsPanel(const volume::SurgicalProcedure& procedure, QWidget* parent)
     : QDockWidget(parent), title_(make_text("step_title")), hint_(make_text("step_hint")) {
   setObjectName("steps");
-  setWindowTitle(procedure.title.empty() ? tr("Steps") : tr("Steps: %1").arg(localized(procedure.title)));
+  setWindowTitle(tr("Steps"));
+  QLabel* procedure_title = make_text("procedure_title");
+  procedure_title->setText(wrapping(localized(procedure.title)));
+  if (procedure.title.empty()) procedure_title->hide();
   setFeatures(DockWidgetMovable);
   set_bold(title_, true);
 
@@ -128,6 +131,7 @@ StepsPanel::StepsPanel(const volume::SurgicalProcedure& procedure, QWidget* pare
   auto* panel = new QWidget;
   auto* whole = new QVBoxLayout(panel);
   whole->setSpacing(10);
+  whole->addWidget(procedure_title);
   whole->addWidget(title_);
   whole->addWidget(list_, 2);
   whole->addWidget(details_, 3);

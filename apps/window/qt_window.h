@@ -58,7 +58,7 @@ class MainWindow : public QMainWindow {
   void resume_session(const QString& session);
   /// Plays a recorded session in a window of its own.
   void watch_session(const QString& session);
-  /// Starts the operation again on the untouched scan, with a further scan to touch. `shape` as in
+  /// Starts the operation again on the uncut scan, with a further scan to touch. `shape` as in
   /// WindowHost::add_scan.
   void add_scan(const QString& scan, const QString& shape);
   Status check_save(const std::string& file, data_tools::OutputKind kind) const;
@@ -178,7 +178,7 @@ class MainWindow : public QMainWindow {
   void report_disconnected_parts();
   void preview_shape();
   void use_shape();
-  /// Returns true if the operation may start again on the untouched scan. Asks the user if something was cut.
+  /// Returns true if the operation may start again on the uncut scan. Asks the user if something was cut.
   bool may_restart();
   void forget_preview();
   void set_clip();

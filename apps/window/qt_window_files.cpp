@@ -30,7 +30,7 @@ bool MainWindow::may_restart() {
   if (!operation_ || operation_->state().removed_mm3 <= 0) return true;
   const WindowStage::Dialog dialog(stage_);
   return QMessageBox::question(this, "trephine",
-                               tr("This starts again on the untouched scan. If the operation is recorded, it "
+                               tr("This starts again on the uncut scan. If the operation is recorded, it "
                                   "remains in its session file. Continue?")) == QMessageBox::Yes;
 }
 

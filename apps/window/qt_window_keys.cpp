@@ -252,7 +252,7 @@ void MainWindow::keyPressEvent(QKeyEvent* event) {
       return;
     }
     case Qt::Key_0:
-      viewport()->look_from(0);
+      look_from(0);
       return;
     default:
       QMainWindow::keyPressEvent(event);

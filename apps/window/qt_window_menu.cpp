@@ -119,7 +119,7 @@ void MainWindow::build_menu() {
         [this] { ask_and_compare(); });
   }
   QMenu* view = menuBar()->addMenu(tr("&View"));
-  add(view, "view_all", tr("&Whole scan"), {}, [this] { viewport()->look_from(0); });
+  add(view, "view_all", tr("&Whole scan"), {}, [this] { look_from(0); });
   add(view, "show_structures", tr("S&tructures ..."), QKeySequence("Ctrl+R"), [this] {
     if (structures_->isHidden()) structure_fold_->click();
     // Deferred until the panel has its new size.

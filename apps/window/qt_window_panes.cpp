@@ -101,7 +101,7 @@ void MainWindow::build_panes_menu() {
   QMenu* structures = render_menu->addMenu(tr("&Structures"));
   structures->setObjectName("structures");
   connect(structures, &QMenu::aboutToShow, this, [this, structures] { fill_structures(structures); });
-  add(render_menu, "touch_what_is_drawn", tr("&Use the visible values as solid"), {},
+  add(render_menu, "use_visible_values", tr("&Use the visible values as solid"), {},
       [this] { preview_visible_values(); });
   add(menu, "labels", tr("Outlines of the scan's &labels"), {}, [this](bool are_shown) {
     panes_.panes().set_labels(are_shown);
@@ -131,6 +131,7 @@ void MainWindow::set_from_back(bool is_from_back) {
 }
 
 void MainWindow::look_from(char side) {
+  if (operation_) operation_->press(false);  // the bone under the cursor changes
   viewport()->look_from(side);
   if (grid_->arrangement() == Layout::picture) return;
   if (side == 'P' && !panes_.panes().is_from_back())

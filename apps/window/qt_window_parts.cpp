@@ -152,8 +152,7 @@ void MainWindow::build_panel() {
   };
   low_ = box_of("low", 300);
   high_ = box_of("high", 4000);
-  use_shape_ =
-      make_button("use_shape", tr("Use"), tr("Start again from the untouched scan, with this shape"));
+  use_shape_ = make_button("use_shape", tr("Use"), tr("Start again from the uncut scan, with this shape"));
   reset_shape_ =
       make_button("keep_shape", tr("Reset"), tr("Discard the choice and show the current solid shape"));
   connect(use_shape_, &QPushButton::clicked, this, &MainWindow::use_shape);

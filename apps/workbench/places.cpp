@@ -83,12 +83,12 @@ dvec3 along_of(const dvec3& outward, const dvec3& up) {
 /// solid has the requested thickness.
 std::optional<Place> place_on(const dvec3& outside, const dvec3& middle,
                               const data_tools::ScriptPlace& request, const haptics::TouchScene& scene,
-                              const Version& untouched) {
+                              const Version& uncut) {
   const volume::Frame& frame = scene.base->frame;
   const dvec3 path = middle - outside;
   const double length = glm::length(path), past = 0.5 * frame.diagonal_mm() / length;
   for (double start = 0; start < 1;) {
-    const double hit = first_surface(scene, untouched, outside + start * path, middle);
+    const double hit = first_surface(scene, uncut, outside + start * path, middle);
     if (hit < 0) return std::nullopt;
     const double at = start + hit * (1 - start);
     Place place;
@@ -96,7 +96,7 @@ std::optional<Place> place_on(const dvec3& outside, const dvec3& middle,
     place.point = outside + at * path;
     int cells = 0;
     place.outward =
-        haptics::outward_normal(scene.items[0], untouched, frame.volume_from_world(place.point), cells);
+        haptics::outward_normal(scene.items[0], uncut, frame.volume_from_world(place.point), cells);
     place.thickness = thickness_below(place.point, place.outward, scene);
     const bool is_thick = place.thickness == 0 || place.thickness >= request.min_thickness;
     if (is_thick && glm::dot(place.outward, -path) >= 0.5 * length) {  // not the rim or the wall of a hole
@@ -116,12 +116,12 @@ std::optional<Place> place_on(const dvec3& outside, const dvec3& middle,
 }  // namespace
 
 Result<Place> find_place(const data_tools::ScriptPlace& request, const haptics::TouchScene& scene,
-                         const Version& untouched) {
+                         const Version& uncut) {
   const volume::Frame& frame = scene.base->frame;
   const dvec3 middle = frame.world_from_volume(0.5 * dvec3(scene.base->size - 1));
   const double far = 2 * glm::length(frame.world_from_volume(dvec3(scene.base->size)) - frame.origin());
   for (const dvec3& direction : request.from)
-    if (auto place = place_on(middle + far * glm::normalize(direction), middle, request, scene, untouched))
+    if (auto place = place_on(middle + far * glm::normalize(direction), middle, request, scene, uncut))
       return *std::move(place);
   return Error{
       .what = "the place was not found on the surface",
@@ -133,7 +133,7 @@ Result<Place> find_place(const data_tools::ScriptPlace& request, const haptics::
 }
 
 Place place_of(const volume::PlannedTrajectory& trajectory, const data_tools::ScriptPlace& request,
-               const haptics::TouchScene& scene, const Version& untouched) {
+               const haptics::TouchScene& scene, const Version& uncut) {
   constexpr double k_outside = 5;  // mm
   Place place;
   place.name = request.name;
@@ -143,7 +143,7 @@ Place place_of(const volume::PlannedTrajectory& trajectory, const data_tools::Sc
   place.along = along_of(place.outward, request.up);
   place.across = glm::cross(place.outward, place.along);
   const dvec3 start = place.at({0, 0, k_outside});
-  const double hit = first_solid(scene, untouched, start, trajectory.target_world);
+  const double hit = first_solid(scene, uncut, start, trajectory.target_world);
   if (hit < 0) return place;
   const double length = k_outside + place.trajectory_length;
   const dvec3 solid = start + hit * (trajectory.target_world - start);
@@ -225,8 +225,7 @@ glm::dquat turn_of_shaft(const dvec3& shaft) noexcept {
 }
 
 std::vector<haptics::PosePath::Sample> samples_at(const Place& place, const data_tools::ScriptHand& hand,
-                                                  const haptics::TouchScene& scene,
-                                                  const Version& untouched) {
+                                                  const haptics::TouchScene& scene, const Version& uncut) {
   // Depth for a share of 1: the length of the trajectory, or the thickness of the solid. If the thickness is
   // unknown, it is 8 mm (assumed), the depth of a blind hole.
   const double through = place.trajectory_length > 0 ? place.trajectory_length
@@ -236,7 +235,7 @@ std::vector<haptics::PosePath::Sample> samples_at(const Place& place, const data
   std::vector<haptics::PosePath::Sample> samples;
   for (const auto& [t, x, y, z, button, share] : hand.points) {
     const dvec3 above = place.at({x, y, k_above}), below = place.at({x, y, -k_above});
-    const double hit = place.trajectory_length > 0 ? -1 : first_surface(scene, untouched, above, below);
+    const double hit = place.trajectory_length > 0 ? -1 : first_surface(scene, uncut, above, below);
     const dvec3 surface = hit < 0 ? place.at({x, y, 0}) : above + hit * (below - above);
     samples.push_back({t, {surface + (z - share * through) * place.outward, turn, button != 0 ? 1u : 0u}});
   }

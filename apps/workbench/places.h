@@ -34,11 +34,11 @@ struct Place {
 /// outside to the middle of the scan. The place is the first crossing whose surface faces outside and whose
 /// solid has the requested thickness. Error if no ray has such a crossing.
 Result<Place> find_place(const data_tools::ScriptPlace& request, const haptics::TouchScene& scene,
-                         const volume::Version& untouched);
+                         const volume::Version& uncut);
 /// Returns the entry of a trajectory as a place; `outward` is the direction from the target to the entry. The
 /// thickness is that of the first solid that the line from 5 mm outside the entry to the target meets.
 Place place_of(const volume::PlannedTrajectory& trajectory, const data_tools::ScriptPlace& request,
-               const haptics::TouchScene& scene, const volume::Version& untouched);
+               const haptics::TouchScene& scene, const volume::Version& uncut);
 /// Returns the current position of a place. A place on a body is at the middle of the body at its current
 /// pose, with the axes of the body's frame. Error if the body does not exist.
 Result<Place> current_place(const Place& place, const sim::Engine& engine);
@@ -47,10 +47,10 @@ Result<Place> current_place(const Place& place, const sim::Engine& engine);
 Result<std::vector<Place>> places_in(const sim::OperationState& operation, const std::vector<Place>& places,
                                      const std::string& words);
 /// Converts a hand's points, relative to a place (along, across, height over the surface or along the
-/// trajectory), to poses. `untouched`: the anatomy before any cut.
+/// trajectory), to poses. `uncut`: the anatomy before any cut.
 std::vector<haptics::PosePath::Sample> samples_at(const Place& place, const data_tools::ScriptHand& hand,
                                                   const haptics::TouchScene& scene,
-                                                  const volume::Version& untouched);
+                                                  const volume::Version& uncut);
 /// Returns the shortest rotation that turns a tool from upright (shaft along z) to this direction of its
 /// shaft.
 glm::dquat turn_of_shaft(const glm::dvec3& shaft) noexcept;

@@ -270,14 +270,14 @@ Result<Place> ScriptRun::find_trajectory_place(const ScriptPlace& request) const
 Status ScriptRun::find_places(const std::string& where, const Performer* performer) {
   if (script_.places.empty()) return std::nullopt;
   const haptics::TouchScene& scene = *operation_.scene();
-  const volume::Version untouched(scene.base);
+  const volume::Version uncut(scene.base);
   for (const ScriptPlace& request : script_.places) {
     if (request.body > 0) {
       places_.push_back({.name = request.name, .body = request.body});
       continue;
     }
     Result<Place> place =
-        request.trajectory.empty() ? find_place(request, scene, untouched) : find_trajectory_place(request);
+        request.trajectory.empty() ? find_place(request, scene, uncut) : find_trajectory_place(request);
     if (!place) {
       Error error = place.error();
       error.where = at_line(where, request.line) + ": " + error.where;
@@ -290,7 +290,7 @@ Status ScriptRun::find_places(const std::string& where, const Performer* perform
     for (const Place& place : places_)
       if (place.name == script_.hands[h].place) {
         Result<haptics::PosePath> path = haptics::PosePath::from_samples(
-            samples_at(place, script_.hands[h], scene, untouched), at_line(where, script_.hands[h].line));
+            samples_at(place, script_.hands[h], scene, uncut), at_line(where, script_.hands[h].line));
         if (!path) return path.error();
         paths_[h] = std::move(path).value();
       }
@@ -342,7 +342,7 @@ Result<ScriptReport> ScriptRun::play(sim::SessionWriter* recorder, PictureTaker 
         watch.record_command(*timed.from, t, command.error());
         continue;
       }
-      const sim::Outcome outcome = run.apply_whole(command.value());
+      const sim::Outcome outcome = run.apply_and_finish(command.value());
       changed = sim::union_of(changed, outcome.box);
       watch.record_command(*timed.from, t, outcome.refused ? outcome.refused : outcome.failed);
     }

@@ -217,6 +217,8 @@ std::vector<Autosave> list_autosaves(std::size_t most) {
     if (name.size() >= 15)
       one.begin = name.substr(0, 10) + " " + name.substr(11, 2) + ":" + name.substr(13, 2);
   }
+  std::stable_sort(list.begin(), list.end(),
+                   [](const Autosave& a, const Autosave& b) { return a.begin > b.begin; });
   return list;
 }
 

@@ -63,7 +63,8 @@ struct Autosave {
   double seconds = 0;           ///< duration
   bool is_interrupted = false;  ///< its program ended without closing it
 };
-/// Returns the newest autosaves that can be opened and that no program is writing, newest first.
+/// Returns the newest autosaves that can be opened and that no program is writing, in the order of their
+/// beginning, newest first.
 std::vector<Autosave> list_autosaves(std::size_t most);
 /// Returns the newest autosave that no program is writing, if its program ended without closing it; empty
 /// otherwise.

@@ -243,8 +243,9 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
           .found = "a volume that is not in Hounsfield units; the threshold of its histogram (Otsu) is " +
                    threshold,
           .expected = "an iso value, a window or a label",
-          .remedy = "choose an iso value, such as " + threshold +
-                    ", or state that the values are Hounsfield units"};
+          .remedy =
+              "for a CT, state that the values are Hounsfield units (option hounsfield); otherwise choose "
+              "an iso value (option iso), or that of the histogram (option auto)"};
     shape.low = std::stod(threshold);
     shape.name = "auto";
     listener.notice("shape: " + threshold + " and above, the threshold of the histogram (Otsu)");
@@ -253,8 +254,7 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
   // A spine gets a lower threshold, since vertebrae are mostly cancellous bone and their shells are thin.
   if (const std::string part = reason_for_spine(source); !part.empty()) {
     shape.low = 150;
-    listener.notice("shape: bone, 150 HU and above, since " + part +
-                    " (choose another by iso, window or label)");
+    listener.notice("shape: bone, 150 HU and above, since " + part + " (another threshold can be chosen)");
     return shape;
   }
   const bool has_region =
@@ -265,13 +265,12 @@ Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choi
     shape.low = 150;
     listener.notice(format_text(
         "shape: bone, 150 HU and above, since much of it is cancellous: for 100 voxels of 300 HU and above there "
-        "are %.0f of 150 to 300 HU (choose another by iso, window or label)",
+        "are %.0f of 150 to 300 HU (another threshold can be chosen)",
         100 * share));
     return shape;
   }
   listener.notice(
-      "shape: bone, 300 HU and above (choose another by iso, window or label; for a spine, iso 150 or the "
-      "preset spine)");
+      "shape: bone, 300 HU and above (another threshold can be chosen; a spine usually needs 150 HU)");
   return shape;
 }
 

@@ -69,8 +69,8 @@ struct CasePlan : volume::SurgicalPlan {
   std::vector<CaseStructure> structures;
   std::vector<CaseVolume> volumes;
   std::vector<CaseModel> models;
-  /// Name of the file of the procedure in the folder; open_case() reads it. Empty: the procedure is a shipped
-  /// one.
+  /// Name of the file of the procedure in the folder; open_case() reads it. Empty: a shipped
+  /// procedure, or no procedure.
   std::string procedure_file;
   /// Intensities of shape.mha. Where shape.mha has the value k > 0, shapes by window use shape_values[k - 1]
   /// instead of the scan's intensity; where it has 0, they use the scan's intensity. Empty: no shape.mha.

@@ -35,15 +35,15 @@ Error write_error(const std::string& path, const std::string& found, const std::
 class UnfinishedFile {
  public:
   /// Registers a file or a folder; the files of a folder are registered separately. "####" in a path means
-  /// 0001 to `numbered`. A path that is too long, or for which no slot is free, is not registered.
-  explicit UnfinishedFile(const std::string& path, int numbered = 0) {
+  /// 0001 to `number_count`. A path that is too long, or for which no slot is free, is not registered.
+  explicit UnfinishedFile(const std::string& path, int number_count = 0) {
     if (path.size() >= Slot{}.path.size()) return;
     for (Slot& slot : slots()) {
       int expected = k_free;
       if (!slot.state.compare_exchange_strong(expected, k_filling)) continue;
       std::memcpy(slot.path.data(), path.c_str(), path.size() + 1);
       const std::size_t digits = path.rfind(k_number);
-      slot.numbered = digits == std::string::npos ? 0 : numbered;
+      slot.number_count = digits == std::string::npos ? 0 : number_count;
       slot.digits = digits;
       slot.state = k_set;
       slot_ = &slot;
@@ -60,12 +60,12 @@ class UnfinishedFile {
   static void remove_all() noexcept {
     for (Slot& slot : slots()) {
       if (slot.state != k_set) continue;
-      for (int n = 1; n <= slot.numbered; ++n) {
+      for (int n = 1; n <= slot.number_count; ++n) {
         for (std::size_t i = 0, rest = static_cast<std::size_t>(n); i < 4; ++i, rest /= 10)
           slot.path[slot.digits + 3 - i] = static_cast<char>('0' + rest % 10);
         ::unlink(slot.path.data());
       }
-      if (slot.numbered == 0) ::unlink(slot.path.data());
+      if (slot.number_count == 0) ::unlink(slot.path.data());
     }
     for (Slot& slot : slots())
       if (slot.state == k_set) ::rmdir(slot.path.data());
@@ -76,7 +76,7 @@ class UnfinishedFile {
   struct Slot {
     std::atomic<int> state{k_free};
     std::array<char, 4096> path{};
-    int numbered = 0;
+    int number_count = 0;
     std::size_t digits = 0;  ///< position of the number in the path
   };
   static std::array<Slot, 16>& slots() {
@@ -252,7 +252,7 @@ Status check_new_folder(const std::string& path) {
 }
 
 Status write_folder_atomically(const std::string& path, const std::vector<std::string>& files,
-                               const std::function<Status(const std::string&)>& write, int numbered) {
+                               const std::function<Status(const std::string&)>& write, int number_count) {
   if (Status error = check_new_folder(path)) return error;
   const fs::path target = strip_slash(path);
   std::error_code ignored;
@@ -262,7 +262,7 @@ Status write_folder_atomically(const std::string& path, const std::vector<std::s
   std::vector<std::unique_ptr<UnfinishedFile>> unfinished;
   unfinished.push_back(std::make_unique<UnfinishedFile>(folder.string()));
   for (const std::string& file : files)
-    unfinished.push_back(std::make_unique<UnfinishedFile>((folder / file).string(), numbered));
+    unfinished.push_back(std::make_unique<UnfinishedFile>((folder / file).string(), number_count));
   Status status = write(folder.string());
   if (!status) sync_folder(folder);
   if (!status)

@@ -25,9 +25,9 @@ Status write_file_atomically(const std::string& path, const std::string& content
 Status check_new_folder(const std::string& path);
 
 /// Creates a new folder, which write(temporary folder) fills. `files`: names of the files in this folder, for
-/// remove_unfinished(); "####" in a name means 0001 to `numbered`. Error if `path` exists.
+/// remove_unfinished(); "####" in a name means 0001 to `number_count`. Error if `path` exists.
 Status write_folder_atomically(const std::string& path, const std::vector<std::string>& files,
-                               const std::function<Status(const std::string&)>& write, int numbered = 0);
+                               const std::function<Status(const std::string&)>& write, int number_count = 0);
 
 /// Creates a folder for outputs and its parents; an existing folder is not an error.
 Status make_folder(const std::string& path);

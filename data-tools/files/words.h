@@ -22,7 +22,7 @@ inline std::optional<std::string> header_value(const std::string& line, std::str
   const std::size_t separator = line.find_first_not_of(k_blank, key.size());
   if (separator == std::string::npos || (line[separator] != ':' && line[separator] != '='))
     return std::nullopt;
-  // NRRD writes "key:=value" for its own keys.
+  // NRRD writes "key:=value" for keys that the format does not define.
   const std::size_t value = line.find_first_not_of(" \t:=", separator);
   return value == std::string::npos ? "" : line.substr(value);
 }

@@ -129,11 +129,11 @@ Result<Layout> layout_of(const Nrrd& file, const OpenOptions& options, const std
     ++direction_count;
   }
   if (direction_count != 3)
-    return Error{.what = "the position of the volume in the patient is missing",
+    return Error{.what = "the file does not have three axes with a direction in space",
                  .where = where,
-                 .found = std::to_string(direction_count) + " directions",
+                 .found = std::to_string(direction_count) + " axes with a direction",
                  .expected = "three",
-                 .remedy = "export it again"};
+                 .remedy = "export it as one volume with three spatial axes"};
   for (int i = 0; i < 3; ++i)
     layout.origin[i] =
         std::isfinite(file.spaceOrigin[i]) ? unit.value()[i] * (*signs)[i] * file.spaceOrigin[i] : 0;
@@ -381,7 +381,8 @@ Result<OpenedVolume> open_nrrd(const std::string& path, const OpenOptions& optio
   const std::size_t file_bytes = std::filesystem::file_size(path, failure);
   if (text.has_end && text["encoding"] == "raw" && text["data file"].empty() && text["datafile"].empty() &&
       !failure && file_bytes > text.bytes + bytes)
-    opened.notices.push_back(counted(file_bytes - text.bytes - bytes, "byte") + " after the voxels ignored");
+    opened.notices.push_back(counted(file_bytes - text.bytes - bytes, "byte") +
+                             " after the voxels were ignored");
   opened.segments = segments_of(*file);
   // The caller reads the layers of segments one by one: they need no notice.
   if (volumes > 1 && opened.segments.empty()) add_volume_notice(opened, index.value(), volumes);

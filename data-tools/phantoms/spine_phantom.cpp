@@ -190,7 +190,7 @@ SpinePhantom::Sample SpinePhantom::sample(const dvec3& world, double voxel_mm) c
   brush.paint(std::max(skin + 2, -(skin + 13)), -105);                             // fat below the skin
   paint_waves(world.y - 64 + world.x * world.x / 300, 58, 7, 31);                  // muscle
   if (world.y < -18 + edge) brush.paint(world.y + 22 + 4 * wave(world, 43), -95);  // prevertebral fat
-  const std::array<dvec3, 3> p = folded(world);
+  const std::array<dvec3, 3> p = mirrored_points(world);
 
   // Vessels in front of the spine.
   if (world.y < -18 + edge) {
@@ -251,7 +251,7 @@ double SpinePhantom::sac(const dvec3& world) const noexcept {
   return sac;
 }
 
-std::array<dvec3, 3> SpinePhantom::folded(const dvec3& world) const noexcept {
+std::array<dvec3, 3> SpinePhantom::mirrored_points(const dvec3& world) const noexcept {
   std::array<dvec3, 3> p;
   for (std::size_t i = 0; i < 3; ++i) {
     p[i] = vertebrae_[i].local(world);
@@ -289,7 +289,7 @@ std::vector<SpinePart> SpinePhantom::parts() const {
 }
 
 double SpinePhantom::part_distance(const SpinePart& part, const dvec3& world) const noexcept {
-  const std::array<dvec3, 3> p = folded(world);
+  const std::array<dvec3, 3> p = mirrored_points(world);
   const auto vertebra = static_cast<std::size_t>(part.vertebra);
   double distance =
       std::max(std::max({k_spine_low.x - world.x, k_spine_low.y - world.y, k_spine_low.z - world.z}),

@@ -44,8 +44,8 @@ struct SpinePart {
   glm::dvec3 low_world{0.0}, high_world;  ///< mm, box around it
 };
 
-/// Spine of a seed: 1 is the reference anatomy; others differ in size, pedicles, lordosis, scoliosis, and the
-/// lengths and slopes of their processes.
+/// Spine that is generated from a seed. Seed 1 is the reference anatomy; other seeds vary size, pedicles,
+/// lordosis, scoliosis, and the lengths and slopes of their processes.
 class SpinePhantom {
  public:
   explicit SpinePhantom(std::uint64_t seed);
@@ -91,7 +91,7 @@ class SpinePhantom {
   double body(const glm::dvec3& local) const noexcept;
   double sac(const glm::dvec3& world) const noexcept;
   /// Returns a point in the frame of each vertebra, mirrored to x >= 0.
-  std::array<glm::dvec3, 3> folded(const glm::dvec3& world) const noexcept;
+  std::array<glm::dvec3, 3> mirrored_points(const glm::dvec3& world) const noexcept;
   std::array<Vertebra, 3> vertebrae_;
   std::array<glm::dvec3, 8> sac_;  ///< centre line of the dural sac, from cranial to caudal, world mm
   double pedicle_ = 4.4;           ///< half width of the pedicles, mm

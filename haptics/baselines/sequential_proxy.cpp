@@ -63,9 +63,9 @@ Status SequentialProxy::prepare(const TouchScene& scene) {
   if (!layout) return layout.error();
   parts_.clear();
   for (const SceneLayout::Part& layout_part : layout.value().parts()) {
-    Part part{{}, layout_part.begin, layout_part.untouched};
+    Part part{{}, layout_part.begin, layout_part.uncut};
     part.scene.tool = scene.tool;
-    part.scene.base = layout_part.untouched ? layout_part.untouched->version->shared_base() : scene.base;
+    part.scene.base = layout_part.uncut ? layout_part.uncut->version->shared_base() : scene.base;
     part.scene.items.assign(scene.items.begin() + layout_part.begin, scene.items.begin() + layout_part.end);
     if (Status error = method_.prepare(part.scene)) return error;
     parts_.push_back(std::move(part));
@@ -94,7 +94,7 @@ SequentialProxy::PartResult SequentialProxy::follow(const Part& part, const Touc
   PartResult part_result;
   ProxyState& own = part_result.state;
   own = state;
-  if (part.untouched) own.proxy_volume = frame.volume_from_world(start);
+  if (part.uncut) own.proxy_volume = frame.volume_from_world(start);
   own.inside = own.around.passable = ShapeSet{};
   for (int s = 0; s < part.count(); ++s) {
     own.inside.set(s, state.inside.contains(part.first + s));
@@ -151,7 +151,7 @@ ProxyStep SequentialProxy::step(const TouchScene& scene, const TouchState& touch
     const volume::Frame& frame = best_part->scene.base->frame;
     for (int k = 1; k < nearest.step.waypoint_count; ++k) {
       const dvec3& p = nearest.step.path_volume[static_cast<std::size_t>(k)];
-      result.add_waypoint(best_part->untouched ? base.volume_from_world(frame.world_from_volume(p)) : p);
+      result.add_waypoint(best_part->uncut ? base.volume_from_world(frame.world_from_volume(p)) : p);
     }
     result.set_contact(best_part->first + nearest.step.shape, nearest.step.side, nearest.step.normal_world);
     result.proxy_world = nearest.step.proxy_world;

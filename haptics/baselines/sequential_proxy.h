@@ -28,12 +28,12 @@ class SequentialProxy final : public ProxyMethod {
   /// A volume as a scene of its own.
   struct Part {
     TouchScene scene;
-    int first;                                    ///< index of its first shape in the whole scene
-    std::shared_ptr<const TouchState> untouched;  ///< null: the base volume, whose state each step passes
+    int first;                                ///< index of its first shape in the whole scene
+    std::shared_ptr<const TouchState> uncut;  ///< null: the base volume, whose state each step passes
 
     int count() const noexcept { return item_count(scene); }
     const TouchState& state(const TouchState& base_state) const noexcept {
-      return untouched ? *untouched : base_state;
+      return uncut ? *uncut : base_state;
     }
   };
   /// Result of one volume alone.

@@ -62,7 +62,7 @@ class DepthCube {
                                         const volume::Frame& frame, const glm::ivec3& size, int threads = 0,
                                         std::vector<std::uint32_t>* met_triangles = nullptr);
 
-  /// Builds from an untouched shape of a volume, trilinear between its voxels. `rays`: number per voxel
+  /// Builds from an uncut shape of a volume, trilinear between its voxels. `rays`: number per voxel
   /// along each axis; the first ray passes through the voxel's centre. Solids end half a voxel beyond the
   /// border. Only cells that the surface crosses are read.
   static Result<DepthCube> of_voxels(const volume::Field& field, const volume::Occupancy& bits,

@@ -13,7 +13,7 @@ using glm::dvec3;
 namespace {
 
 constexpr double k_full = 350;     // full deflection, in units of the reports
-constexpr double k_longest = 0.1;  // s, longest time that one move counts
+constexpr double k_longest = 0.1;  // s; longer times between two calls count as this time
 
 std::int16_t word(std::span<const std::uint8_t> bytes, std::size_t i) noexcept {
   return static_cast<std::int16_t>(static_cast<std::uint16_t>(bytes[i] | bytes[i + 1] << 8));

@@ -28,7 +28,7 @@ ShapeSet front_shapes(const TouchScene& scene, const ShapeSet& passable, int& co
 
 /// Returns the surface of the union of shapes, in the world frame.
 std::shared_ptr<const MeshTree> union_tree(const TouchScene& scene, const ShapeSet& members) {
-  const std::shared_ptr<const volume::Version> version = untouched(scene);
+  const std::shared_ptr<const volume::Version> version = uncut_version(scene);
   const VoxelGrid grid(scene, *version);
   const auto samples_of = [&](int s) { return grid.samples(static_cast<std::size_t>(s)); };
   const UnionSamples united(samples_of, members);

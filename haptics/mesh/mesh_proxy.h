@@ -6,7 +6,7 @@
 
 namespace trephine::haptics {
 
-/// Returns the whole surface of an untouched shape, closed, in the world frame.
+/// Returns the whole surface of an uncut shape, closed, in the world frame.
 std::shared_ptr<const MeshTree> surface_tree(const TouchItem& shape);
 
 /// A god-object on up to three facets at once (Zilles and Salisbury 1995). prepare() makes a model of the

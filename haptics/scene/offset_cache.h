@@ -1,4 +1,4 @@
-// OffsetCache: offset fields of the untouched shapes of a scene, kept for tools that are taken again.
+// OffsetCache: offset fields of the uncut shapes of a scene, kept for tools that are taken again.
 #pragma once
 
 #include <atomic>

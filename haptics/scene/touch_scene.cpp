@@ -27,7 +27,7 @@ Status check_material(const Material& m) {
   if (!(m.static_friction >= 0 && m.static_friction <= 2))
     return range_error("static friction", m.static_friction, "a coefficient of 0 to 2");
   if (!(m.dynamic_friction >= 0 && m.dynamic_friction <= m.static_friction))
-    return range_error("dynamic friction", m.dynamic_friction, "a coefficient of 0 to the static one");
+    return range_error("dynamic friction", m.dynamic_friction, "0 to the coefficient of static friction");
   if (!(m.viscosity >= 0 && m.viscosity <= 0.05))
     return range_error("viscosity", m.viscosity, "0 to 0.05 N s/mm");
   if (!(m.pop_force >= 0 && m.pop_force <= 100))
@@ -159,8 +159,8 @@ void soften(TouchScene& scene, std::span<const std::size_t> shapes, int threads)
     std::vector<const volume::Occupancy*> whole, at_surface;
     std::vector<volume::Occupancy> resampled;
     resampled.reserve(scene.items.size());
-    // Only shapes that are both touched from the front extend into each other: a tool that is kept inside one
-    // shape may be where the other shape would extend.
+    // Two shapes extend into each other only if each blocks on its front only. If one of them blocked on its
+    // back, a tool inside it could be where the other one would extend.
     for (std::size_t other = 0; other < scene.items.size(); ++other) {
       const TouchItem& item = scene.items[other];
       if (other == s || item.is_mesh() || shape.sides != Side::front || item.sides != Side::front) continue;
@@ -180,7 +180,7 @@ void soften(TouchScene& scene, std::span<const std::size_t> shapes, int threads)
   }
 }
 
-std::shared_ptr<volume::Version> untouched(const TouchScene& scene) {
+std::shared_ptr<volume::Version> uncut_version(const TouchScene& scene) {
   return scene.lattice ? std::make_shared<volume::Version>(scene.base, *scene.lattice)
                        : std::make_shared<volume::Version>(scene.base);
 }
@@ -256,7 +256,7 @@ Status set_tool(TouchScene& scene, SharedTool tool, int threads) {
                  .found = "up to " + rounded_text(tool->radius()) + " mm",
                  .expected = "one radius, for which the shapes have offset fields",
                  .remedy = "use balls of one radius"};
-  Result<SharedTool> with_points = sampled(tool);
+  Result<SharedTool> with_points = sample_surface(tool);
   if (!with_points) return with_points.error();
   if (Status error = set_offsets(scene, tool->radius(), threads)) return error;
   scene.tool = std::move(with_points).value();

@@ -97,7 +97,7 @@ struct TouchItem {
   std::shared_ptr<const volume::Occupancy> bits;
   Material material;
   Side sides = Side::front;
-  /// Offset field of the untouched volume; set if the tool has a radius.
+  /// Offset field of the uncut volume; set if the tool has a radius.
   std::shared_ptr<const volume::OffsetField> offset = nullptr;
   /// Replaces a binary field, for methods that touch the smooth solid; null: no replacement.
   std::shared_ptr<const volume::SoftField> soft = nullptr;
@@ -161,7 +161,7 @@ std::shared_ptr<OffsetCache> make_offset_cache();
 void prepare_offsets(const TouchScene& scene, double radius, const std::atomic<bool>& is_cancelled);
 
 /// Returns a version of the base from which nothing is removed, with the scene's cut lattice.
-std::shared_ptr<volume::Version> untouched(const TouchScene& scene);
+std::shared_ptr<volume::Version> uncut_version(const TouchScene& scene);
 
 inline const TouchItem& item_of(const TouchScene& scene, int index) noexcept {
   return scene.items[static_cast<std::size_t>(index)];

@@ -92,7 +92,7 @@ ForceParts force_parts(const ServoCore& before, const ServoScene& scene, const S
   }
   add(Kind::transition, "transition", difference(contact, smoothed));
   add(Kind::power, "power limit of effects", difference(difference(all, contact), effects));
-  add(Kind::energy, "energy controller", difference(core.requested_, all));
+  add(Kind::energy, "passivity controller", difference(core.requested_, all));
   add(Kind::limits, "limits and fade", difference(record.wrench(), core.requested_));
   return result;
 }

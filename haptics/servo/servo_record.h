@@ -48,7 +48,7 @@ struct ServoRecord {
   Pose pose;                  ///< no buttons and axes while a fault is latched or the proxy is led out
   glm::dvec3 proxy_world{0.0}, normal_world{0.0}, force_world{0.0};  ///< mm, unit, N
   glm::dvec3 torque_world{0.0};                                      ///< N mm
-  glm::dvec3 contact_force_world{0.0};  ///< N, by surfaces only, before energy controller and final limits
+  glm::dvec3 contact_force_world{0.0};  ///< N, by surfaces only, before passivity controller and final limits
   glm::dvec3 turn_world{0.0};           ///< rad, rotation from the hand to the tool; see turn_between()
   bool has_contact = false, is_buried = false;
   bool is_escaping = false;  ///< the proxy is led out of restored matter

@@ -93,7 +93,7 @@ Status check(const ToolShape& tool) {
   return std::nullopt;
 }
 
-Result<SharedTool> sampled(const SharedTool& tool) {
+Result<SharedTool> sample_surface(const SharedTool& tool) {
   if (tool->kind() != ToolShape::Kind::shell || tool->shell()) return tool;
   Result<SharedShell> shell = PointShell::of_profile(tool->profile());
   if (!shell) return shell.error();

@@ -54,8 +54,8 @@ class ToolShape {
   explicit ToolShape(std::vector<Ball> balls);
   /// The surface of a rigid tool. Requires a shell.
   explicit ToolShape(SharedShell shell);
-  /// The surface of a body of revolution, without points; sampled() returns the tool with points. The profile
-  /// is not checked.
+  /// The surface of a body of revolution, without points; sample_surface() returns the tool with points. The
+  /// profile is not checked.
   explicit ToolShape(ToolProfile profile);
   /// The surface of a body of revolution, with its points.
   ToolShape(ToolProfile profile, SharedShell shell);
@@ -72,10 +72,10 @@ class ToolShape {
   /// Returns the balls of a rigid set; empty for the other kinds.
   std::span<const Ball> balls() const noexcept { return balls_; }
   /// Returns the points of a shell; null for the other kinds, and for a profile without points (see
-  /// sampled()).
+  /// sample_surface()).
   const SharedShell& shell() const noexcept { return shell_; }
-  /// Returns the profile from which the surface is sampled; without rings for the other kinds, and for a
-  /// shell of a mesh.
+  /// Returns the profile from which the surface is sample_surface; without rings for the other kinds, and for
+  /// a shell of a mesh.
   const ToolProfile& profile() const noexcept { return profile_; }
   /// Returns the centres of balls().
   std::vector<glm::dvec3> centres() const;
@@ -118,7 +118,7 @@ Status check(const ToolShape& tool);
 
 /// Returns the tool with the points of its surface; the tool itself if it already has points, or is not a
 /// shell. Error if the profile is invalid, or needs too many points. Takes about 20 ms for 10^4 points.
-Result<SharedTool> sampled(const SharedTool& tool);
+Result<SharedTool> sample_surface(const SharedTool& tool);
 
 /// Makes a rigid tool of balls of one radius (mm) at these centres (mm, frame of the hand); no centres: a
 /// ball at the HIP, or a point if the radius is 0. Error if the balls form no valid tool.

@@ -98,19 +98,19 @@ Status SceneLayout::add_voxels(const TouchScene& scene, int index) {
       return Error{.what = "the shapes of a volume must be adjacent",
                    .where = shape.field.shape().name,
                    .remedy = "list the shapes of one volume one after another"};
-  std::shared_ptr<const TouchState> untouched;
+  std::shared_ptr<const TouchState> uncut;
   if (&scan != scene.base.get()) {
     for (const auto& other : scene.others)
       if (other.get() == &scan)
-        untouched = std::make_shared<TouchState>(std::make_shared<volume::Version>(other));
-    if (!untouched)
+        uncut = std::make_shared<TouchState>(std::make_shared<volume::Version>(other));
+    if (!uncut)
       return Error{.what = "a shape belongs to an unknown volume",
                    .where = shape.field.shape().name,
                    .remedy = "add the volume to TouchScene::others"};
   }
   const volume::Frame* frame =
       scene.tool->radius() > 0 && shape.offset ? &shape.offset->frame() : &scan.frame;
-  parts_.push_back({index, index + 1, untouched, frame, glm::dmat3(1), 0});
+  parts_.push_back({index, index + 1, uncut, frame, glm::dmat3(1), 0});
   return std::nullopt;
 }
 
@@ -228,7 +228,7 @@ Result<SceneLayout> SceneLayout::of(const TouchScene& scene) {
     // Steps of the volume, or of its cut lattice, per step of the scene's frame.
     const glm::dmat3& map = part.from_scene;
     dvec3 steps = glm::abs(map[0]) + glm::abs(map[1]) + glm::abs(map[2]);
-    if (scene.lattice && !part.untouched) steps *= scene.lattice->scale();
+    if (scene.lattice && !part.uncut) steps *= scene.lattice->scale();
     layout.sample_mm_ = std::min(layout.sample_mm_, finest / std::max({steps.x, steps.y, steps.z}));
   }
   return layout;
@@ -254,9 +254,8 @@ SmoothWalls& SceneWalls::walls_of(int i) noexcept {
   SmoothWalls& walls = walls_[static_cast<std::size_t>(i)].walls;
   if (bool& is_constructed = is_constructed_[static_cast<std::size_t>(i)]; !is_constructed) {
     is_constructed = true;
-    new (&walls)
-        SmoothWalls(scene_, part(i).untouched ? *part(i).untouched : touch_state_, state_.around.passable,
-                    counters_, part(i).begin, part(i).end, &state_.around.nearby);
+    new (&walls) SmoothWalls(scene_, part(i).uncut ? *part(i).uncut : touch_state_, state_.around.passable,
+                             counters_, part(i).begin, part(i).end, &state_.around.nearby);
     if (large_) walls.use(*large_);
   }
   return walls;

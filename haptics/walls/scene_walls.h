@@ -16,11 +16,11 @@ class SceneLayout {
  public:
   static constexpr int k_max_volumes = 8;
   struct Part {
-    int begin, end;                               ///< its shapes: begin .. end - 1
-    std::shared_ptr<const TouchState> untouched;  ///< null for the base, which has the state of the step
-    const volume::Frame* frame;                   ///< of the volume's walls
-    glm::dmat3 from_scene;                        ///< maps displacements of the scene's frame to `frame`
-    double plane_distance;                        ///< mm, least distance between adjacent planes of voxels
+    int begin, end;                           ///< its shapes: begin .. end - 1
+    std::shared_ptr<const TouchState> uncut;  ///< null for the base, which has the state of the step
+    const volume::Frame* frame;               ///< of the volume's walls
+    glm::dmat3 from_scene;                    ///< maps displacements of the scene's frame to `frame`
+    double plane_distance;                    ///< mm, least distance between adjacent planes of voxels
   };
   struct Box {
     glm::dvec3 low, high;  ///< mm; world frame, or for a moving mesh the frame of the mesh

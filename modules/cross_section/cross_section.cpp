@@ -33,7 +33,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
   const volume::Field& bone = input.anatomy.items[static_cast<std::size_t>(request.item)].field;
   const Cut bone_cut = cut_volume(plane, bone, input.state.undoable.version.get());
   output->measured.bone = bone_cut.area;
-  std::vector<std::uint8_t> untouched;  // computed for the first model
+  std::vector<std::uint8_t> uncut;  // computed for the first model
   double outside_pixels = 0;
   const auto add = [&](const haptics::MeshTree& tree, const haptics::Placement& pose,
                        const std::string& name) {
@@ -46,9 +46,8 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
       return;
     }
     output->measured.models += cut.value().area;
-    if (untouched.empty()) untouched = untouched_bone(plane, bone);
-    for (std::size_t i = 0; i < untouched.size(); ++i)
-      outside_pixels += cut.value().inside[i] && !untouched[i];
+    if (uncut.empty()) uncut = uncut_bone(plane, bone);
+    for (std::size_t i = 0; i < uncut.size(); ++i) outside_pixels += cut.value().inside[i] && !uncut[i];
   };
   for (const haptics::TouchItem& item : input.anatomy.items) {
     if (!item.is_mesh() || !volume::is_metal(item.matter)) continue;

@@ -319,7 +319,7 @@ std::vector<std::uint8_t> bone_by_labels(const volume::ImagePlane& plane, const 
   return inside;
 }
 
-std::vector<std::uint8_t> untouched_bone(const volume::ImagePlane& plane, const volume::Field& bone) {
+std::vector<std::uint8_t> uncut_bone(const volume::ImagePlane& plane, const volume::Field& bone) {
   const Cut cut = cut_volume(plane, bone, nullptr);
   std::vector<std::uint8_t> inside(cut.inside.begin(), cut.inside.end());
   const std::vector<std::uint8_t> labelled = bone_by_labels(plane, bone.volume(), nullptr);

@@ -44,7 +44,7 @@ struct Cut {
 Result<Cut> cut_mesh(const volume::ImagePlane& plane, const SectionMesh& mesh, int threads = 0);
 
 /// Cuts a shape of a volume as it is touched. A pixel is inside if the field is not negative at its centre
-/// and no matter was removed there. `version`: version of the field's volume; null: the untouched volume. The
+/// and no matter was removed there. `version`: version of the field's volume; null: the uncut volume. The
 /// outline is interpolated linearly between the values at the pixels' centres.
 Cut cut_volume(const volume::ImagePlane& plane, const volume::Field& field, const volume::Version* version,
                int threads = 0);
@@ -55,8 +55,8 @@ Cut cut_volume(const volume::ImagePlane& plane, const volume::Field& field, cons
 std::vector<std::uint8_t> bone_by_labels(const volume::ImagePlane& plane, const volume::Volume& volume,
                                          const volume::Version* version);
 
-/// Returns the pixels that are bone in the untouched scan, by the shape or by a label. Metal in these pixels
+/// Returns the pixels that are bone in the uncut scan, by the shape or by a label. Metal in these pixels
 /// does not count as outside bone, because a screw fills the track that was made for it.
-std::vector<std::uint8_t> untouched_bone(const volume::ImagePlane& plane, const volume::Field& bone);
+std::vector<std::uint8_t> uncut_bone(const volume::ImagePlane& plane, const volume::Field& bone);
 
 }  // namespace trephine::cross_section

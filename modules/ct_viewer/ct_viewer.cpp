@@ -32,14 +32,14 @@ Status CtViewer::allows(const sim::Command& command, const sim::OperationState&)
 void CtViewer::apply(const sim::Command& command, sim::ModuleWork& work) const {
   auto& settings = work.change_settings<CtViewerState>();
   if (const auto* request = command.request.as<LookAt>())
-    settings.at = request->at, settings.is_looking = true;
+    settings.at = request->at, settings.has_position = true;
   if (const auto* window = command.request.as<SetGreyWindow>())
-    settings.level = window->level, settings.width = window->width, settings.is_window = true;
+    settings.level = window->level, settings.width = window->width, settings.has_grey_window = true;
 }
 
 sim::Overlays CtViewer::overlays(const sim::OperationState& operation) const {
   const auto* settings = operation.persistent_of<CtViewerState>();
-  if (settings == nullptr || !settings->is_looking) return {};
+  if (settings == nullptr || !settings->has_position) return {};
   sim::Overlay cross;
   cross.kind = sim::Overlay::Kind::plan;
   constexpr double k_half = 6;  // mm
@@ -70,8 +70,8 @@ const sim::Schema& SetGreyWindow::schema() {
 const sim::Schema& CtViewerState::schema() {
   static constexpr sim::Field fields[] = {
       field<&CtViewerState::level>("level"), field<&CtViewerState::width>("width"),
-      field<&CtViewerState::at>("at", {.unit = "mm"}), field<&CtViewerState::is_looking>("is_looking"),
-      field<&CtViewerState::is_window>("is_window")};
+      field<&CtViewerState::at>("at", {.unit = "mm"}), field<&CtViewerState::has_position>("has_position"),
+      field<&CtViewerState::has_grey_window>("has_grey_window")};
   static constexpr sim::Schema table{"ct-viewer-state", 1, fields};
   return table;
 }

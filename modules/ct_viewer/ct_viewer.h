@@ -20,9 +20,9 @@ struct SetGreyWindow : GreyWindow {
 
 /// Settings of the viewer. Undo does not change them.
 struct CtViewerState : GreyWindow {
-  glm::dvec3 at{0.0};       ///< mm, world
-  bool is_looking = false;  ///< a position was set
-  bool is_window = false;   ///< a grey window was set
+  glm::dvec3 at{0.0};            ///< mm, world
+  bool has_position = false;     ///< a position was set
+  bool has_grey_window = false;  ///< a grey window was set
   static const sim::Schema& schema();
 };
 

@@ -85,8 +85,9 @@ double hole_behind(const dvec3& tip, const dvec3& shaft, const sim::Work& work) 
 }
 
 /// Removes the floor of the hole: the matter around the round end, and a rest below its tip that is thin. The
-/// rest has labels of soft tissue, or is less than is_held() notices.
-void break_floor(const Perforator& p, const PerforatorState& state, sim::Work& work) {
+/// rest has labels of soft tissue, or is less than is_held() notices. `needs_rest`: removes nothing if there
+/// is no such rest.
+void break_floor(const Perforator& p, const PerforatorState& state, sim::Work& work, bool needs_rest) {
   const double radius = k_floor * 0.5 * p.inner;
   const auto [u, v] = volume::perpendicular_axes(state.shaft);
   const dvec3 tip = tip_of(p, state);
@@ -100,7 +101,10 @@ void break_floor(const Perforator& p, const PerforatorState& state, sim::Work& w
   };
   search(tip);
   for (const double(&around)[2] : k_around) search(tip + radius * (around[0] * u + around[1] * v));
-  if (depth > 0) depth += k_hole_step;
+  if (depth > 0)
+    depth += k_hole_step;
+  else if (needs_rest)
+    return;
   const ToolBody floor = ToolBody::cylinder(radius, p.inner, 0.3);
   const volume::ToolPose pose{tip - depth * state.shaft, state.shaft};
   work.remove(volume::ToolSweep{floor, pose, pose, false});
@@ -123,12 +127,16 @@ void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInpu
     state.has_begun = false;
   if (press < p.engage_force || !input.tick.has_contact) return;
   if (!state.has_begun) {
-    // In a hole that is already through the bone, the clutch does not engage: the drill stops at once.
+    // In a hole that is already through the bone, the clutch does not engage: the drill stops at once. A thin
+    // floor that was left there breaks out.
     PerforatorState start = state;
     if (!start.has_centre)
       start.centre = input.tick.proxy_world, start.shaft = shaft_of(input.tick.pose.orientation);
     const double depth = hole_behind(tip_of(p, start), start.shaft, work);
-    if (depth >= k_min_depth && !is_held(p, start, work)) return stop(state, depth, tip_of(p, start), work);
+    if (depth >= k_min_depth && !is_held(p, start, work)) {
+      break_floor(p, start, work, true);
+      return stop(state, depth, tip_of(p, start), work);
+    }
   }
   inner.removal_rate = p.feed * press * std::numbers::pi * outer.radius * outer.radius;
   const double outer_offset = p.lead - 0.5 * p.inner;  // from the ball's centre to the outer drill's end
@@ -150,7 +158,7 @@ void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInpu
     state.has_begun = true, state.begun_tip = tip + hole_behind(tip, state.shaft, work) * state.shaft;
   const double depth = glm::dot(state.begun_tip - tip, state.shaft);
   if (!state.has_begun || depth < k_min_depth || is_held(p, state, work)) return;
-  break_floor(p, state, work);
+  break_floor(p, state, work, false);
   stop(state, depth, tip, work);
 }
 

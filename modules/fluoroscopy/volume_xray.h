@@ -17,7 +17,8 @@ struct XrayObject {
   bool is_of_scan = false;       ///< detached bone: attenuates like the scan where it was detached
 };
 
-/// Border of the scan that cuts through the body on a pixel's ray.
+/// Border of the scan through which a pixel's ray leaves the body, where the patient continues outside the
+/// scan.
 enum class Border : std::uint8_t {
   none,  ///< no border
   side,  ///< the ray leaves the scan within the body: pictures continue the soft tissue (sums_outside())
@@ -45,7 +46,7 @@ class VolumeXray {
   /// soft tissue) over the scan's thickness along the beam, but not beyond the first and last slice. For
   /// pictures; not part of sums().
   std::vector<double> sums_outside(const View& view, int threads = 0) const;
-  /// Returns the border of each pixel's ray, in the order of sums().
+  /// Returns for each pixel the border that its ray crosses, in the order of sums().
   std::vector<Border> borders(const View& view) const;
 
   struct Counters {
@@ -81,7 +82,7 @@ class VolumeXray {
   volume::RaySum method_ = volume::RaySum::exact;
   int tiles_across_ = 0;
   std::vector<BlockList> tiles_;                         ///< blocks that rays of each tile may meet
-  std::vector<double> full_sums_, removed_sums_, sums_;  ///< untouched scan; removed matter; with objects
+  std::vector<double> full_sums_, removed_sums_, sums_;  ///< uncut scan; removed matter; with objects
   Counters counters_;
 };
 

@@ -109,7 +109,7 @@ void adopt(const void* parameters, const sim::JobResult& result, sim::ModuleWork
 
 Judgement judgement_of(const Outcome& o, const std::string& vertebra) {
   Judgement j;
-  j.is_any = true;
+  j.has_value = true;
   j.is_at_border = o.is_at_border;
   j.vertebra = vertebra;
   const volume::CanalSection& narrow = o.sections[static_cast<std::size_t>(o.narrowest)];
@@ -239,7 +239,7 @@ const sim::Schema& Judgement::schema() {
       field<&Judgement::right_pars>("right_pars", {.unit = "mm"}),
       field<&Judgement::left_pars_at>("left_pars_at", {.unit = "mm"}),
       field<&Judgement::right_pars_at>("right_pars_at", {.unit = "mm"}),
-      field<&Judgement::is_any>("is_any")};
+      field<&Judgement::has_value>("has_value")};
   static constexpr sim::Schema table{"laminectomy-judged", 1, fields};
   return table;
 }

@@ -37,7 +37,7 @@ struct Judgement {
   /// Width of each pars interarticularis, mm.
   double left_pars_before = 0, left_pars = 0, right_pars_before = 0, right_pars = 0;
   glm::dvec3 left_pars_at{0.0}, right_pars_at{0.0};  ///< mm, world
-  bool is_any = false;                               ///< a vertebra was judged
+  bool has_value = false;                            ///< a vertebra was judged
   static const sim::Schema& schema();
 };
 Judgement judgement_of(const Outcome& outcome, const std::string& vertebra);

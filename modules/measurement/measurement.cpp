@@ -284,7 +284,7 @@ std::string words_of(const Measured& measured) { return words_of(measured.kind, 
 
 Measured measure(const Measure& request, const volume::Field& shape, const volume::Version& version) {
   Measured output;
-  output.kind = request.kind, output.is_any = true;
+  output.kind = request.kind, output.has_value = true;
   output.line = request.at;
   switch (request.kind) {
     case Kind::ruler:
@@ -419,7 +419,7 @@ const sim::Schema& Measure::schema() {
 const sim::Schema& Measured::schema() {
   static constexpr sim::Field fields[] = {
       field<&Measured::kind>("kind", {.choices = k_kinds}),
-      field<&Measured::is_any>("is_any"),
+      field<&Measured::has_value>("has_value"),
       field<&Measured::length>("length", {.unit = "mm", .help = "length; for a tape, along the surface"}),
       field<&Measured::straight>("straight", {.unit = "mm"}),
       field<&Measured::taut>("taut", {.unit = "mm", .help = "length of a tape pulled taut"}),

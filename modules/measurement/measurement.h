@@ -23,12 +23,12 @@ struct Measure {
 /// A measurement. Emitted at the first point of `line`; at the origin if `line` is empty after a failure.
 struct Measured {
   Kind kind = Kind::ruler;
-  bool is_any = false;  ///< a measurement was requested; it may have failed, see problem
-  double length = 0;    ///< mm from end to end; of a tape or an outline: along the surface
-  double straight = 0;  ///< mm from end to end of a ruler or a tape, in a straight line
-  double taut = 0;      ///< mm, of a tape pulled taut, which bridges grooves
-  double moved = 0;     ///< mm, largest distance of a requested position from its point on the surface
-  double angle = 0;     ///< degrees
+  bool has_value = false;  ///< a measurement was requested; it may have failed, see problem
+  double length = 0;       ///< mm from end to end; of a tape or an outline: along the surface
+  double straight = 0;     ///< mm from end to end of a ruler or a tape, in a straight line
+  double taut = 0;         ///< mm, of a tape pulled taut, which bridges grooves
+  double moved = 0;        ///< mm, largest distance of a requested position from its point on the surface
+  double angle = 0;        ///< degrees
   double mean = 0, deviation = 0, minimum = 0, maximum = 0;  ///< scanned intensities of a region
   double size = 0;                                           ///< mm3 of a region's voxels, or of a part
   std::string problem;                                       ///< reason of a failure; empty: success

@@ -83,7 +83,7 @@ struct JudgedScrew {
   Screw screw;
   std::optional<double> track_depth = std::nullopt;  ///< mm
 };
-/// A vertebra in its untouched state, in which screws are judged.
+/// A vertebra in its uncut state, in which screws are judged.
 struct JudgedBone {
   std::shared_ptr<const volume::Volume> scan;
   std::string vertebra;  ///< its label; may be empty

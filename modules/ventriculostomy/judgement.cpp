@@ -16,7 +16,7 @@ using volume::PlannedTrajectory;
 
 namespace {
 
-constexpr double k_outside = 40;  // mm before the outermost layer where the search for bone starts
+constexpr double k_outside = 40;  // mm; the search for bone starts this far before the start of the path
 constexpr double k_step = 0.05;   // mm between positions of the path
 constexpr const char* k_group = "ventriculostomy";
 
@@ -171,7 +171,7 @@ CatheterJudgement judge(const JudgeCatheter& request, const sim::JobInput& input
                                 : CatheterPath{request.at[0], request.at[1], held_diameter(input.state)};
   CatheterJudgement output;
   CatheterJudged& judged = output.judged;
-  judged.is_any = true;
+  judged.has_value = true;
   judged.tip = path.tip, judged.entry = path.start;
   const dvec3 ahead = glm::normalize(path.tip - path.start);
   const double length = glm::length(path.tip - path.start);
@@ -248,16 +248,17 @@ const sim::Schema& JudgeCatheter::schema() {
   static constexpr sim::Field fields[] = {
       field<&JudgeCatheter::trajectory>(
           "trajectory",
-          {.help = "trajectory of the plan; without a name the ventriculostomy with the nearest entry",
+          {.help =
+               "trajectory of the plan; empty: that planned ventriculostomy whose entry is nearest to the catheter",
            .names = sim::FieldInfo::Names::trajectory,
-           .empty_choice = "Nearest ventriculostomy"}),
-      field<&JudgeCatheter::at>("at", {.unit = "mm",
-                                       .low = -1e5,
-                                       .high = 1e5,
-                                       .help = "a point before the bone, and the tip; without points the "
-                                               "newest catheter",
-                                       .most_values = 2,
-                                       .is_expert = true}),
+           .empty_choice = "Nearest planned trajectory"}),
+      field<&JudgeCatheter::at>(
+          "at", {.unit = "mm",
+                 .low = -1e5,
+                 .high = 1e5,
+                 .help = "two points, before the bone and at the tip; empty: the newest catheter",
+                 .most_values = 2,
+                 .is_expert = true}),
       field<&JudgeCatheter::item>("item",
                                   {.low = 0, .high = 63, .help = "shape of the bone", .is_expert = true})};
   static constexpr sim::Schema table{"judge-catheter", 1, fields};
@@ -266,7 +267,7 @@ const sim::Schema& JudgeCatheter::schema() {
 
 const sim::Schema& CatheterJudged::schema() {
   static constexpr sim::Field fields[] = {
-      field<&CatheterJudged::is_any>("is_any"),
+      field<&CatheterJudged::has_value>("has_value"),
       field<&CatheterJudged::has_plan>("has_plan",
                                        {.help = "the path was compared with a trajectory of the plan"}),
       field<&CatheterJudged::trajectory>("trajectory"),
@@ -310,7 +311,7 @@ const sim::Schema& CatheterClearance::schema() {
           "distance", {.unit = "mm", .help = "distance from the catheter's wall; negative: depth"}),
       field<&CatheterClearance::length>("length",
                                         {.unit = "mm", .help = "length of the catheter in the structure"})};
-  static constexpr sim::Schema table{"catheter-cleared", 1, fields};
+  static constexpr sim::Schema table{"catheter-clearance", 1, fields};
   return table;
 }
 

@@ -20,7 +20,7 @@ struct JudgeCatheter {
 
 /// Judgement of a catheter, the result of this module. Emitted at its tip.
 struct CatheterJudged {
-  bool is_any = false;          ///< a catheter was judged
+  bool has_value = false;       ///< a catheter was judged
   bool has_plan = false;        ///< the path was compared with a trajectory of the plan
   std::string trajectory;       ///< name of that trajectory
   double entry_error = 0;       ///< mm from the planned entry to `entry`
@@ -62,7 +62,7 @@ struct CatheterClearance {
 
 /// Straight path of a catheter.
 struct CatheterPath {
-  glm::dvec3 start{0.0};                  ///< mm, world: where it met the outermost layer
+  glm::dvec3 start{0.0};                  ///< mm, world: where it met the outermost layer, or the given point
   glm::dvec3 tip{0.0};                    ///< mm, world
   double diameter = Catheter().diameter;  ///< mm
 };

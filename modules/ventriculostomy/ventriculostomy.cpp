@@ -125,7 +125,7 @@ std::vector<sim::Measure> Ventriculostomy::measures(const sim::OperationState& o
   const auto flag = [](bool is_true) { return is_true ? 1.0 : 0.0; };
   return {{"catheter passages", static_cast<double>(passages->count), "", false},
           {"catheters left in place", static_cast<double>(left->bodies.size()), "", false},
-          {"catheter judged", flag(j->is_any), "", is_stale},
+          {"catheter judged", flag(j->has_value), "", is_stale},
           {"catheter compared with plan", flag(j->has_plan), "", is_stale},
           {"catheter entry error", j->entry_error, "mm", is_stale},
           {"catheter target error", j->target_error, "mm", is_stale},

@@ -13,8 +13,8 @@ class Ventriculostomy final : public sim::Module {
   std::span<const sim::JobType* const> jobs() const override;
   std::span<const sim::ValueType* const> events() const override;
   std::uint32_t version() const noexcept override {
-    return 3;
-  }  // 3: only a lasting obstruction refuses a catheter
+    return 4;  // since 3, a catheter is refused only if it is obstructed for some time
+  }
   sim::Value undoable() const override { return CathetersInPlace{}; }
   sim::Value settings() const override { return CatheterPassages{}; }
   sim::Value result() const override { return CatheterJudged{}; }

@@ -13,8 +13,18 @@ namespace trephine::sim {
 
 using glm::dvec3;
 
+namespace {
+
+bool is_dura(const std::string& name) {
+  std::string small = name;
+  for (char& c : small) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return small == "dura" || small == "dura mater" || small == "dura_mater";
+}
+
+}  // namespace
+
 Forbidden::Forbidden(std::shared_ptr<const volume::Volume> volume, const volume::Shape& shape)
-    : name_(shape.name), volume_(std::move(volume)), field_(*volume_, shape) {
+    : name_(shape.name), is_membrane_(is_dura(name_)), volume_(std::move(volume)), field_(*volume_, shape) {
   const dvec3& spacing = volume_->frame.spacing();
   step_mm_ = 0.5 * std::min({spacing.x, spacing.y, spacing.z});
 }
@@ -44,7 +54,7 @@ Result<std::shared_ptr<const Forbidden>> Forbidden::build(std::shared_ptr<const 
 }
 
 Forbidden::Forbidden(std::string name, haptics::MeshTree surface)
-    : name_(std::move(name)), surface_(std::move(surface)) {
+    : name_(std::move(name)), is_membrane_(is_dura(name_)), surface_(std::move(surface)) {
   constexpr double k_step = 0.25;  // mm
   step_mm_ = k_step;
 }
@@ -118,8 +128,16 @@ void ForbiddenWatch::follow(const dvec3& from, const ToolBall& ball, const Nearn
     if (has_entry) depth = std::max(depth, glm::length(ball.centre - entry_world) + ball.radius);
     return;
   }
+  const bool has_passed =
+      !nearness.is_centre_inside && has_entry && glm::dot(ball.centre - entry_world, entry_outward) < 0;
+  if (has_passed) {  // the centre is behind the structure, as behind a sheet
+    depth = std::max(depth, glm::length(ball.centre - entry_world) + ball.radius);
+    return;
+  }
   if (!nearness.is_centre_inside || !has_entry) {
     entry_world = nearness.surface_world;
+    const dvec3 out = nearness.is_centre_inside ? from - entry_world : ball.centre - entry_world;
+    if (glm::length(out) > 0) entry_outward = glm::normalize(out);
     is_beyond_middle = false;
     has_entry = true;
     return;
@@ -270,6 +288,7 @@ const Schema& ForbiddenWatch::schema() {
                                      field<&ForbiddenWatch::deepest_now>("deepest_now", {.unit = "mm"}),
                                      field<&ForbiddenWatch::deepest_world>("deepest_at", {.unit = "mm"}),
                                      field<&ForbiddenWatch::has_worked>("has_worked"),
+                                     field<&ForbiddenWatch::is_working>("is_working"),
                                      field<&ForbiddenWatch::is_torn>("is_torn"),
                                      field<&ForbiddenWatch::entries>("entries"),
                                      field<&ForbiddenWatch::ticks_inside>("ticks_inside"),
@@ -277,6 +296,7 @@ const Schema& ForbiddenWatch::schema() {
                                      field<&ForbiddenWatch::has_entry>("has_entry"),
                                      field<&ForbiddenWatch::is_beyond_middle>("is_beyond_middle"),
                                      field<&ForbiddenWatch::entry_world>("entry", {.unit = "mm"}),
+                                     field<&ForbiddenWatch::entry_outward>("entry_outward"),
                                      field<&ForbiddenWatch::depth>("depth", {.unit = "mm"})};
   static constexpr Schema table{"forbidden-watch", 1, fields};
   return table;

@@ -44,6 +44,9 @@ class Forbidden {
                                                         const haptics::MeshTree& model,
                                                         const haptics::Placement& placement);
   const std::string& name() const noexcept { return name_; }
+  /// Returns true for the dura of a head, which carries the structures behind it while a blunt tool pushes
+  /// it.
+  bool is_membrane() const noexcept { return is_membrane_; }
   /// Shape of the anatomy; null for a model.
   const volume::Shape* shape() const noexcept { return volume_ ? &field_.shape() : nullptr; }
   /// Returns the longest side of its voxels, mm; for a model twice the spacing of positions along a path.
@@ -83,6 +86,7 @@ class Forbidden {
   void for_positions(const glm::dvec3& from, const glm::dvec3& to, const Each& each) const noexcept;
 
   std::string name_;
+  bool is_membrane_;
   std::shared_ptr<const volume::Volume> volume_;  ///< null for a model
   volume::Field field_;
   haptics::MeshTree surface_;  ///< world frame
@@ -143,11 +147,13 @@ struct ForbiddenWatch {
   // Path of entry of the current visit. Depth is measured to the side of entry: a tool that passed through a
   // brain to 2 mm before its far side is not 2 mm deep.
   bool has_entry = false, is_beyond_middle = false;
-  glm::dvec3 entry_world{0.0};               ///< mm, surface point through which the ball entered
-  double depth = 0;                          ///< mm, current; 0 outside
-  double deepest_now = 0;                    ///< mm, greatest depth in the current visit
-  glm::dvec3 deepest_world{0.0};             ///< mm, centre of the ball at that depth
+  glm::dvec3 entry_world{0.0};    ///< mm, surface point through which the ball entered
+  glm::dvec3 entry_outward{0.0};  ///< unit vector from there to the ball's centre before it entered
+  double depth = 0;               ///< mm, current; 0 outside
+  double deepest_now = 0;         ///< mm, greatest depth in the current visit
+  glm::dvec3 deepest_world{0.0};  ///< mm, centre of the ball at that depth
   bool has_worked = false, is_torn = false;  ///< during the visit
+  bool is_working = false;                   ///< the body cuts in the newest tick
   std::int64_t entries = 0, ticks_inside = 0, entered_tick = 0;
   /// Computes a lower bound of the clearance from the last measurement. If the bound exceeds both `nearest`
   /// and k_always_measured, sets `clearance` to it and returns true. Otherwise the clearance must be

@@ -99,7 +99,7 @@ void LiveSession::stop() {
 
 std::vector<LiveSession::HistoryState> LiveSession::history_states_now(std::size_t max_count) {
   engine_.freeze();
-  std::vector<HistoryState> result{{"the untouched bone", engine_.untouched()}};
+  std::vector<HistoryState> result{{"the uncut bone", engine_.uncut()}};
   const Branch& branch = engine_.branch();
   const std::size_t count = branch.history.size();
   for (std::size_t i = 0; i < count; ++i) {

@@ -130,7 +130,7 @@ class LiveSession {
     std::shared_ptr<const volume::Version> version;  ///< frozen
     bool is_current = false;                         ///< the current state
   };
-  /// Requests states of the history: the untouched anatomy, the states after the newest `max_count` strokes
+  /// Requests states of the history: the uncut anatomy, the states after the newest `max_count` strokes
   /// of the current branch, the current state, and the current states of other branches. Any thread.
   std::future<std::vector<HistoryState>> history_states(std::size_t max_count = 20);
 

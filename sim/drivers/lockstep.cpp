@@ -62,7 +62,7 @@ std::span<const haptics::ServoRecord> Lockstep::step(std::span<const haptics::Po
     const PieceWatch::Detection found = pieces_->after_tick(engine_);
     if (found == PieceWatch::Detection::disconnected ||
         (found == PieceWatch::Detection::pending && !pieces_->search(engine_).make(0).is_empty)) {
-      add(last_outcome_, apply_whole(pieces_->command()));
+      add(last_outcome_, apply_and_finish(pieces_->command()));
     }
   }
   // Offset fields follow some ticks after the cuts, as in live operation.
@@ -78,7 +78,7 @@ std::span<const haptics::ServoRecord> Lockstep::step(std::span<const haptics::Po
   return records_;
 }
 
-Outcome Lockstep::apply_whole(const Command& command) {
+Outcome Lockstep::apply_and_finish(const Command& command) {
   Outcome outcome = apply(command);
   Outcome done = finish_job_of(outcome);
   issue_next(done);

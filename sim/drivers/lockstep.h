@@ -29,7 +29,7 @@ class Lockstep {
   /// Applies a command, and then the commands of a step that it begins.
   Outcome apply(const Command& command);
   /// Applies a command, and finishes the job that it starts.
-  Outcome apply_whole(const Command& command);
+  Outcome apply_and_finish(const Command& command);
   /// Detaches disconnected pieces of at least `smallest` mm3 at the ends of strokes, from this call on.
   void watch_pieces(double smallest) { pieces_.emplace(smallest); }
   const std::optional<PieceWatch>& pieces() const noexcept { return pieces_; }

@@ -119,8 +119,8 @@ Status Replay::open_at(std::size_t checkpoint) {
   if (Status error = opened.engine.restore(stored.snapshot)) return error;
   opened.servo =
       ServoFollower(session_->header().force, dt_, opened.engine.hand_count(), opened.engine.servo_scene());
-  opened.events = stored.snapshot.now.chronicle.size();
-  opened.next_tick = stored.snapshot.now.next_tick;
+  opened.events = stored.snapshot.state.chronicle.size();
+  opened.next_tick = stored.snapshot.state.next_tick;
   opened.opened_at = stored.snapshot.serial;
   opened.versions_to_check = {
       {stored.snapshot.serial, opened.engine.version()}};  // its hash follows in the log
@@ -244,12 +244,12 @@ void Replay::compare_checkpoint() {
   // After many cuts the hash takes longer than the replay that it checks: then only some hashes are compared.
   constexpr int k_many_bricks = 1 << 13;
   constexpr std::size_t k_compared = 16;  // every 16th checkpoint
-  if (snapshot.now.undoable.version->brick_count() > k_many_bricks && next_checkpoint_ % k_compared != 0) {
-    const volume::RemovalLedger &recorded = stored.snapshot.now.undoable.version->ledger(),
-                                &here = snapshot.now.undoable.version->ledger();
+  if (snapshot.state.undoable.version->brick_count() > k_many_bricks && next_checkpoint_ % k_compared != 0) {
+    const volume::RemovalLedger &recorded = stored.snapshot.state.undoable.version->ledger(),
+                                &here = snapshot.state.undoable.version->ledger();
     if (recorded.total() != here.total() || recorded.detached_units != here.detached_units)
       record_mismatch(tick, "checkpoint", "removed volume of the checkpoint", "another removed volume");
-  } else if (const std::uint64_t recorded = stored.snapshot.now.hash(), replayed = snapshot.now.hash();
+  } else if (const std::uint64_t recorded = stored.snapshot.state.hash(), replayed = snapshot.state.hash();
              recorded != replayed) {
     record_mismatch(tick, "checkpoint", hexadecimal(recorded), hexadecimal(replayed));
   }
@@ -292,7 +292,8 @@ Status Replay::run_tick(const TickItem& item) {
                  .found = recorded.hand >= state_->engine.hand_count()
                               ? "a hand that the session does not have"
                               : "ticks out of order"};
-  if (explained_ && explained_->first == recorded.tick && explained_->second == recorded.hand)
+  if (requested_parts_ && requested_parts_->first == recorded.tick &&
+      requested_parts_->second == recorded.hand)
     parts_ = state_->servo.force_parts(recorded);
   record_ = state_->servo.step(recorded);
   state_->records[record_.hand] = record_;
@@ -459,7 +460,7 @@ Status Replay::seek(std::uint64_t tick) {
   if (const auto newest = are_checkpoints_usable_ ? checkpoints_.before(tick) : std::nullopt)
     for (std::size_t i = *newest + 1; !is_opened && i-- > 0 && checkpoints_.index(i).next_tick > known;) {
       is_opened = !open_at(i);
-      ++(is_opened ? counts_.opened : counts_.unopened);
+      ++(is_opened ? counts_.opened_checkpoints : counts_.failed_checkpoints);
       if (!is_opened) is_current_usable = false;
     }
   if (!is_opened && !is_current_usable)

@@ -77,8 +77,8 @@ class Replay {
   struct Counts {
     std::uint64_t ticks = 0, dropped = 0, commands = 0, versions = 0, hashes = 0, events = 0, resumes = 0,
                   checkpoints = 0,  ///< compared checkpoints
-        opened = 0,                 ///< checkpoints that seek() opened
-        unopened = 0;               ///< checkpoints that could not be opened
+        opened_checkpoints = 0,     ///< checkpoints that seek() opened
+        failed_checkpoints = 0;     ///< checkpoints that could not be opened
   };
   const Counts& counts() const noexcept { return counts_; }
 
@@ -129,7 +129,7 @@ class Replay {
   std::optional<Mismatch> mismatch_;
   std::optional<haptics::ForceParts> parts_;
   /// Tick and hand for which run_tick() sets `parts_`.
-  std::optional<std::pair<std::uint64_t, int>> explained_;
+  std::optional<std::pair<std::uint64_t, int>> requested_parts_;
   volume::VoxelBox changed_{glm::ivec3(0), glm::ivec3(-1)};
   Counts counts_;
 };

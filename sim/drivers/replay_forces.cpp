@@ -12,14 +12,14 @@ Result<haptics::ForceParts> Replay::force_parts(std::uint64_t tick, int hand) {
                  .found = "hand " + std::to_string(hand + 1),
                  .expected = "1 to " + std::to_string(state_->engine.hand_count())};
   if (Status error = seek(tick)) return *error;
-  explained_ = {tick, hand};
+  requested_parts_ = {tick, hand};
   Status failure;
   while (!parts_ && state_->next_tick <= tick + 1) {
     const Result<bool> has_stepped = step();
     if (!has_stepped) failure = has_stepped.error();
     if (!has_stepped || !has_stepped.value()) break;
   }
-  explained_.reset();
+  requested_parts_.reset();
   if (failure) return *failure;
   if (!parts_)
     return Error{.what = "the session does not contain this tick",

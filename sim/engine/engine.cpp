@@ -20,7 +20,7 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
                std::vector<std::shared_ptr<const Forbidden>> forbidden,
                std::shared_ptr<const volume::SurgicalPlan> plan)
     : catalogue_(catalogue),
-      editor_(haptics::untouched(*hands.at(0).touch.scene), haptics::solids_of(*hands[0].touch.scene)),
+      editor_(haptics::uncut_version(*hands.at(0).touch.scene), haptics::solids_of(*hands[0].touch.scene)),
       trails_(hands.size()),
       work_(hands.size()),
       forbidden_(std::move(forbidden)) {
@@ -46,7 +46,7 @@ Engine::Engine(std::vector<HandStart> hands, double dt, const Catalogue& catalog
     Change change = Change::removal;
     use_forces_of_instrument(h, change);
   }
-  state_.undoable.version = published_version_ = untouched_ = editor_.publish();
+  state_.undoable.version = published_version_ = uncut_ = editor_.publish();
   use_fields();
   publish(Change::removal);
   if (state_.plan && !state_.plan->procedure.is_empty()) begin_procedure();
@@ -223,7 +223,7 @@ void Engine::finish(const ModuleWork& work, Outcome& outcome) {
   if (is_cut || work.is_restored()) ++state_.edits;
   is_stroke_changed_ = outcome.is_edit = true;
   if (work.is_restored()) {
-    editor_.reset(untouched_);
+    editor_.reset(uncut_);
     state_.undoable.version = published_version_ = editor_.publish();
     if (!state_.undoable.bodies.empty()) {
       state_.undoable.bodies.clear();
@@ -261,7 +261,7 @@ void Engine::record_faults(const haptics::ServoRecord& tick) {
 void Engine::watch_forbidden(const InstrumentInput& input) {
   const haptics::ServoRecord& tick = input.tick;
   const Instrument& instrument = state_.settings.hands[tick.hand];
-  std::optional<ToolBall>& last_body = work_[tick.hand].body;
+  std::optional<ToolBall>& last_body = work_[tick.hand].instrument_ball;
   // Nothing is measured if the tool's position is unknown, or if the hand did not cause it. For example, a
   // larger tool that replaces a smaller tool at a surface begins inside bone and escapes.
   if ((tick.raised & haptics::fault_not_finite) || tick.is_escaping) {
@@ -274,21 +274,22 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
   if (tick.is_reset || tick.is_restarted) last_body.reset();  // the position of the tool has jumped
   // A body of another size is another part of the tool: there is no path to it from the previous body.
   const bool has_path = body && last_body && last_body->radius == body->radius;
-  for (std::size_t s = 0; s < forbidden_.size(); ++s) {
+  bool is_carried = false;  // the body pushes an intact membrane, and the structures behind it yield with it
+  const auto watch_structure = [&](std::size_t s) {
     ForbiddenWatch& watch = state_.watches[tick.hand * forbidden_.size() + s];
     const std::string& name = forbidden_[s]->name();
     const glm::dvec3 at = body ? body->centre : tick.proxy_world;
     if (!body) watch.depth = 0, watch.has_entry = false;
-    if (has_path && watch.is_far(*body)) continue;
+    if (has_path && watch.is_far(*body)) return;
     watch.clearance = !body      ? Forbidden::k_reach
                       : has_path ? forbidden_[s]->follow(last_body->centre, *body, watch.clearance, watch)
                                  : forbidden_[s]->begin_path(*body, watch.clearance, watch);
     watch.measured = watch.clearance, watch.measured_at = at;
-    const bool is_below_surface = watch.clearance < 0;
+    const bool is_below_surface = watch.clearance < 0 && !(is_carried && !watch.is_inside);
     const bool is_inside =
         is_below_surface || (watch.is_inside && watch.clearance < ForbiddenWatch::k_leaving_clearance);
-    const bool is_working = tick.pose.is_pressed() && !(body && body->is_blunt);
-    watch.nearest = std::min(watch.nearest, is_below_surface ? -watch.depth : watch.clearance);
+    const bool is_working = watch.is_working = tick.pose.is_pressed() && !(body && body->is_blunt);
+    watch.nearest = std::min(watch.nearest, is_below_surface ? -watch.depth : std::max(watch.clearance, 0.0));
     if (is_inside && !watch.is_inside) {
       ++watch.entries;
       watch.entered_tick = static_cast<std::int64_t>(tick.tick);
@@ -315,7 +316,15 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
                                                            StructureStripped{name, watch.deepest_now}});
     }
     watch.is_inside = is_inside;
-  }
+  };
+  for (std::size_t s = 0; s < forbidden_.size(); ++s)
+    if (forbidden_[s]->is_membrane()) {
+      watch_structure(s);
+      const ForbiddenWatch& watch = state_.watches[tick.hand * forbidden_.size() + s];
+      is_carried = is_carried || (watch.is_inside && !watch.is_torn && !watch.is_working);
+    }
+  for (std::size_t s = 0; s < forbidden_.size(); ++s)
+    if (!forbidden_[s]->is_membrane()) watch_structure(s);
   last_body = body;
 }
 
@@ -469,7 +478,7 @@ Overlays Engine::overlays() const {
 
 double Engine::clearance(std::size_t hand, std::size_t structure) const {
   const ForbiddenWatch& watched = watch(hand, structure);
-  const std::optional<ToolBall>& body = work_[hand].body;
+  const std::optional<ToolBall>& body = work_[hand].instrument_ball;
   return body ? forbidden_[structure]->clearance(*body, watched.clearance) : watched.clearance;
 }
 

@@ -100,7 +100,7 @@ class Engine {
   double seconds() const noexcept { return state_.seconds(); }
   /// Remaining anatomy.
   const std::shared_ptr<const volume::Version>& version() const noexcept { return state_.undoable.version; }
-  const std::shared_ptr<const volume::Version>& untouched() const noexcept { return untouched_; }
+  const std::shared_ptr<const volume::Version>& uncut() const noexcept { return uncut_; }
   double removed_mm3() const noexcept;
   /// Returns the box of all voxels that were cut since the start, also of undone cuts.
   const volume::VoxelBox& all_cuts_box() const noexcept { return ever_cut_; }
@@ -291,7 +291,7 @@ class Engine {
 
   Catalogue catalogue_;
   volume::RemovalEditor editor_;
-  std::shared_ptr<const volume::Version> untouched_;
+  std::shared_ptr<const volume::Version> uncut_;
   /// Last published version. It has the same contents as version(), which is a frozen version after freeze().
   std::shared_ptr<const volume::Version> published_version_;
   OperationState state_;

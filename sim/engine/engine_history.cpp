@@ -127,7 +127,7 @@ struct HistoryCommands {
     engine.end_stroke();
     engine.release_all_bodies(outcome);
     // Poses are outdated: devices may have moved.
-    for (HandWork& hand : engine.work_) hand.body.reset(), hand.placement.reset();
+    for (HandWork& hand : engine.work_) hand.instrument_ball.reset(), hand.placement.reset();
   }
 };
 
@@ -204,7 +204,7 @@ void Engine::go_to(const HistoryEntry& entry, const volume::VoxelBox& box, Outco
     const auto kept = std::find_if(state.fields.begin(), state.fields.end(),
                                    [&](const auto& one) { return one.first == fields.scene(); });
     // The entry has no fields of a tool that is newer than the entry. Such a tool uses the fields of the
-    // untouched anatomy until a job updates them.
+    // uncut anatomy until a job updates them.
     fields.go_back(kept == state.fields.end() ? TouchFields::Kept{{}, ever_cut_} : kept->second, version(),
                    serial() + 1);
   }

@@ -154,7 +154,7 @@ void Engine::give(Instrument instrument, std::size_t hand, Outcome& outcome) {
   if (Change change = Change::removal; use_forces_of_instrument(hand, change))
     publish(change), outcome.is_changed = true;
   work_[hand].is_fresh = true;
-  work_[hand].body.reset();
+  work_[hand].instrument_ball.reset();
 }
 
 /// Applies the forces of the hand's instrument if they changed and are valid; returns true in that case. Sets
@@ -228,7 +228,7 @@ struct HandCommands {
     if (Engine::Change change = Engine::Change::removal; engine.use_forces_of_instrument(hand, change))
       engine.publish(change), outcome.is_changed = true;
     engine.work_[hand].is_pressed = false;
-    engine.work_[hand].body.reset();
+    engine.work_[hand].instrument_ball.reset();
     if (!engine.is_in_stroke()) engine.end_stroke();
   }
 

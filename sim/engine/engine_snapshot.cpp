@@ -7,7 +7,7 @@ namespace trephine::sim {
 /// Calls each(engine member, snapshot member) for the members that both have.
 template <class SomeEngine, class Snapshot, class Each>
 void Engine::for_each_kept(SomeEngine& engine, Snapshot& snapshot, Each&& each) {
-  each(engine.state_, snapshot.now);
+  each(engine.state_, snapshot.state);
   each(engine.fields_, snapshot.fields);
   each(engine.branch_, snapshot.branch);
   each(engine.other_branches_, snapshot.other_branches);
@@ -33,7 +33,7 @@ EngineSnapshot Engine::full_snapshot() {
 
 Status Engine::restore(const EngineSnapshot& snapshot) {
   for (std::size_t h = 0; h < hands_.size(); ++h) {
-    const Instrument& instrument = snapshot.now.settings.hands[h];
+    const Instrument& instrument = snapshot.state.settings.hands[h];
     if (instrument.type && instrument.type->check)
       if (Status error = instrument.type->check(instrument.parameters.data(), *snapshot.hands[h].tool.scene))
         return error;

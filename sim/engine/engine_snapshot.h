@@ -43,7 +43,7 @@ struct HandWork {
   bool is_pressed = false;  ///< its button is down, or its instrument is working
   bool is_fresh = true;     ///< InstrumentInput::is_fresh of the next tick
   std::uint32_t noted_faults = 0;
-  std::optional<ToolBall> body = std::nullopt;                 ///< of its instrument, at the last tick
+  std::optional<ToolBall> instrument_ball = std::nullopt;      ///< at the last tick
   std::optional<haptics::Placement> placement = std::nullopt;  ///< last known pose of the hand
 };
 
@@ -56,7 +56,7 @@ struct PendingJob {
   std::function<std::shared_ptr<const JobResult>()> run;
   const JobType* type = nullptr;  ///< null: a job of the engine
   std::size_t module = 0;
-  /// Number of scenes in which matter was added, when the job began.
+  /// Number of publications that added matter, at the start of the job.
   std::uint64_t addition_count = 0;
   volume::VoxelBox cut = k_no_voxels;  ///< box of all cuts before the job began
 };
@@ -70,8 +70,8 @@ struct HandTool {
 };
 
 struct EngineSnapshot {
-  OperationState now;        ///< frozen
-  std::uint64_t serial = 0;  ///< of the newest published scene, which has the version of `now`
+  OperationState state;      ///< frozen
+  std::uint64_t serial = 0;  ///< of the newest published scene, which has the version of `state`
 
   struct Hand {
     HandTool tool;

@@ -24,7 +24,7 @@ PieceWatch::Detection PieceWatch::after_tick(const Engine& engine) {
     before_ = engine.version();
     return Detection::pending;
   }
-  if (!before_) before_ = engine.untouched();
+  if (!before_) before_ = engine.uncut();
   if (job_.value != 0) {
     const auto& jobs = engine.jobs();
     if (std::any_of(jobs.begin(), jobs.end(), [this](const PendingJob& job) { return job.id == job_; }))

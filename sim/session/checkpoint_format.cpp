@@ -20,7 +20,7 @@ using trephine::put_text;
 
 namespace {
 
-/// A chain starts again from the untouched state if it exceeds both k_short_chain bytes and k_longest_chain
+/// A chain starts again from the uncut state if it exceeds both k_short_chain bytes and k_longest_chain
 /// times the bytes of its first link, since a reader of the last link reads all links.
 constexpr std::size_t k_short_chain = 1 << 20, k_longest_chain = 2;
 
@@ -67,9 +67,11 @@ void put_hand(std::string& out, const EngineSnapshot::Hand& hand) {
       put(out, hand.escape_path->positions_volume[i]);
   }
   put(out, static_cast<std::uint8_t>(hand.work.is_pressed | hand.work.is_fresh << 1 |
-                                     hand.work.body.has_value() << 2 | hand.work.placement.has_value() << 3));
+                                     hand.work.instrument_ball.has_value() << 2 |
+                                     hand.work.placement.has_value() << 3));
   put(out, hand.work.noted_faults);
-  if (hand.work.body) put(out, hand.work.body->centre), put(out, hand.work.body->radius);
+  if (hand.work.instrument_ball)
+    put(out, hand.work.instrument_ball->centre), put(out, hand.work.instrument_ball->radius);
   if (hand.work.placement) put_placement(out, *hand.work.placement);
 }
 
@@ -131,7 +133,7 @@ std::uint64_t CheckpointEncoder::link_of(const std::shared_ptr<const volume::Ver
   ChainLink link{0, tail_.next_link++,
                  !tail_.version || chain_bytes_ > std::max(k_short_chain, k_longest_chain * first_bytes_)};
   const std::string bytes =
-      volume::VersionChanges::encode(link.is_first ? *untouched_ : *tail_.version, *version);
+      volume::VersionChanges::encode(link.is_first ? *uncut_ : *tail_.version, *version);
   if (link.is_first) chain_bytes_ = 0, first_bytes_ = bytes.size();
   chain_bytes_ += bytes.size();
   put_link(link, bytes);
@@ -278,7 +280,7 @@ void CheckpointEncoder::put_image(std::string& out, const Checkpoint& checkpoint
     put_state(out, *job.input);
   }
   put(out, snapshot.serial);
-  put_state(out, snapshot.now);
+  put_state(out, snapshot.state);
 
   put_count(out, snapshot.fields.size());
   for (const TouchFields& fields : snapshot.fields) {
@@ -321,7 +323,7 @@ std::string CheckpointEncoder::encode(const Checkpoint& checkpoint) {
   // Encodes the parts before the links are written: encoding adds the links, which precede the parts.
   std::string events, trails, history, rest;
   put_history(history, checkpoint);
-  const Chronicle& chronicle = checkpoint.snapshot.now.chronicle;
+  const Chronicle& chronicle = checkpoint.snapshot.state.chronicle;
   put_count(events, tail_.events);
   put_count(events, chronicle.size() - tail_.events);
   for (std::size_t i = tail_.events; i < chronicle.size(); ++i) {

@@ -16,7 +16,7 @@ namespace trephine::sim {
 /// piece. A piece is stored whole, as the only link of its chain.
 struct ChainLink {
   std::uint64_t chain = 0, number = 0;
-  bool is_first = false;  ///< relative to the untouched state, or a piece: needs no link before it
+  bool is_first = false;  ///< relative to the uncut state, or a piece: needs no link before it
 };
 
 /// State of an encoder after the stored checkpoints.
@@ -32,8 +32,8 @@ struct CheckpointTail {
 /// Encodes checkpoints in the order of the session. For one thread at a time.
 class CheckpointEncoder {
  public:
-  CheckpointEncoder(CheckpointTail tail, std::shared_ptr<const volume::Version> untouched)
-      : tail_(std::move(tail)), untouched_(std::move(untouched)) {}
+  CheckpointEncoder(CheckpointTail tail, std::shared_ptr<const volume::Version> uncut)
+      : tail_(std::move(tail)), uncut_(std::move(uncut)) {}
   std::string encode(const Checkpoint& checkpoint);
 
  private:
@@ -56,7 +56,7 @@ class CheckpointEncoder {
   void put_link(const ChainLink& link, const std::string& bytes);
 
   CheckpointTail tail_;
-  std::shared_ptr<const volume::Version> untouched_;
+  std::shared_ptr<const volume::Version> uncut_;
   std::size_t chain_bytes_ = 0,  ///< of the anatomy's chain, from its newest first link on
       first_bytes_ = 0;          ///< of that link
   std::map<std::pair<std::shared_ptr<const haptics::TouchScene>, std::size_t>, Chain> chains_;

@@ -87,12 +87,12 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     LastField& last = fields[chain];
     const bool is_same = last.field && last.scene == scene;
     if (is_same && last.link == link) return last.field;
-    const std::shared_ptr<const volume::OffsetField>& untouched = scene->items[shape].offset;
-    if (!untouched) throw Broken{"an offset field without a round tool"};
+    const std::shared_ptr<const volume::OffsetField>& uncut = scene->items[shape].offset;
+    if (!uncut) throw Broken{"an offset field without a round tool"};
     bool starts_after_known = false;
     const auto changes = links_to(chain, link, is_same ? last.link : ~std::uint64_t{0}, starts_after_known);
     last.field = value_or_throw(
-        volume::OffsetChanges::apply(starts_after_known ? *last.field : *untouched, views(changes)));
+        volume::OffsetChanges::apply(starts_after_known ? *last.field : *uncut, views(changes)));
     last.link = link;
     last.scene = scene;
     return last.field;
@@ -382,7 +382,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     hand.work.noted_faults = in.value<std::uint32_t>();
     if (flags & 4) {
       const glm::dvec3 centre = in.position();
-      hand.work.body = ToolBall{centre, in.number()};
+      hand.work.instrument_ball = ToolBall{centre, in.number()};
     }
     if (flags & 8) hand.work.placement = in.placement();
   }
@@ -495,7 +495,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     snapshot.all_cuts_box = in.box(start.scene().base->size);
     read_jobs(in, all_events, snapshot);
     snapshot.serial = in.value<std::uint64_t>();
-    snapshot.now = read_state(in, all_events);
+    snapshot.state = read_state(in, all_events);
     for (std::uint64_t remaining = in.count(count); remaining > 0; --remaining) {
       auto [scene, kept] = read_fields(in, hands);
       const bool is_twice = std::any_of(snapshot.fields.begin(), snapshot.fields.end(),
@@ -507,7 +507,8 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
         serial = in.value<std::uint64_t>();
         box = in.box(scene->base->size);
       }
-      snapshot.fields.push_back(TouchFields::of(scene, std::move(kept), cuts, snapshot.now.undoable.version));
+      snapshot.fields.push_back(
+          TouchFields::of(scene, std::move(kept), cuts, snapshot.state.undoable.version));
     }
     for (std::uint64_t remaining = in.element_count(); remaining > 0; --remaining) {
       Checkpoint::Fields& output = result.fields.emplace_back();
@@ -565,9 +566,9 @@ CheckpointTail CheckpointStore::tail() {
   const Result<Checkpoint> newest = read(size() - 1);
   if (!newest) return tail;
   const EngineSnapshot& snapshot = newest.value().snapshot;
-  tail.version = snapshot.now.undoable.version;
+  tail.version = snapshot.state.undoable.version;
   tail.last_entry = snapshot.last_entry;
-  tail.events = snapshot.now.chronicle.size();
+  tail.events = snapshot.state.chronicle.size();
   for (const EngineSnapshot::Hand& hand : snapshot.hands) tail.trail_counts.push_back(hand.trail.count());
   return tail;
 }

@@ -14,11 +14,11 @@
 namespace trephine::sim {
 
 /// Version of the file's layout. Files of other layouts are refused.
-inline constexpr std::uint32_t k_session_layout = 14;  // 14 added profiles of whole tools
+inline constexpr std::uint32_t k_session_layout = 15;  // 15 added ForbiddenWatch::is_working
 /// Revision of the arithmetic of servo and edits. It is raised with every change that gives other bits for
 /// equal input. A session of another revision can be viewed, but not verified. Modules have their own
 /// versions.
-inline constexpr std::uint32_t k_replay_revision = 22;
+inline constexpr std::uint32_t k_replay_revision = 23;
 
 /// Name and version of a module, or of a struct with a table of its fields.
 struct NamedVersion {

@@ -166,7 +166,7 @@ void SessionWriter::begin(const Engine& engine, const haptics::ForceOptions& for
   maker_ =
       std::make_unique<CheckpointMaker>(engine, force, 1 / rate_hz, first_tick, options_.checkpoint_work);
   may_wait_ = may_wait;
-  encoder_ = std::make_unique<CheckpointEncoder>(std::move(tail_), engine.untouched());
+  encoder_ = std::make_unique<CheckpointEncoder>(std::move(tail_), engine.uncut());
 }
 
 void SessionWriter::add(const haptics::ServoRecord& record, Engine& engine, const Outcome& outcome) {

@@ -120,7 +120,7 @@ class SessionWriter {
   std::condition_variable write_wake_, background_wake_, encoded_;
   ItemEncoder items_;
   std::vector<std::pair<std::uint64_t, std::string>> sealed_;  ///< complete blocks, with their first ticks
-  std::shared_ptr<const volume::Version> version_to_hash_;     ///< published by `hashed_serial_`
+  std::shared_ptr<const volume::Version> version_to_hash_;     ///< published with the serial `hashed_serial_`
   std::uint64_t log_blocks_ = 0;                               ///< number of complete blocks of the log
   CheckpointTail tail_;
   std::unique_ptr<CheckpointMaker> maker_;      ///< of the adding thread

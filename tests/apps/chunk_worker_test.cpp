@@ -25,10 +25,10 @@ haptics::TouchScene shell(int size) {
 
 TEST(ChunkWorker, ShowsTheLastVersionWhateverWasCutMeanwhile) {
   const haptics::TouchScene scene = shell(48);
-  const auto untouched = std::make_shared<volume::Version>(scene.base);
-  volume::RemovalEditor editor(untouched, {scene.items[0].field});
+  const auto uncut = std::make_shared<volume::Version>(scene.base);
+  volume::RemovalEditor editor(uncut, {scene.items[0].field});
   ChunkWorker worker(scene, 2);
-  worker.request_all(untouched);
+  worker.request_all(uncut);
   std::map<std::tuple<int, int, int>, ChunkMesh> shown;
   const auto show = [&] {
     for (ChunkMesh& mesh : worker.take()) {
@@ -36,11 +36,11 @@ TEST(ChunkWorker, ShowsTheLastVersionWhateverWasCutMeanwhile) {
       shown[{c.z, c.y, c.x}] = std::move(mesh);
     }
   };
-  std::shared_ptr<const volume::Version> version = untouched;
+  std::shared_ptr<const volume::Version> version = uncut;
   for (int i = 0; i < 60; ++i) {
     const glm::dvec3 at(-30 + i, 12, 36);
     const volume::RemovalReport report = editor.remove({at, at + glm::dvec3(1, 0, 0), 5});
-    if (i == 40) editor.reset(untouched);
+    if (i == 40) editor.reset(uncut);
     version = editor.publish();
     if (i == 40)
       worker.request_all(version);
@@ -107,7 +107,7 @@ std::size_t open_edges(const haptics::TouchScene& scene, const volume::Version& 
 /// The surfaces of chunks meet without gaps, also where a cut crosses the borders of chunks.
 TEST(ChunkWorker, ChunksMeetWithoutGaps) {
   const haptics::TouchScene scene = shell(80);
-  volume::RemovalEditor editor(haptics::untouched(scene), {scene.items[0].field});
+  volume::RemovalEditor editor(haptics::uncut_version(scene), {scene.items[0].field});
   for (const glm::dvec3& out : {glm::dvec3(0, 0, 1), glm::normalize(glm::dvec3(0.9, -0.3, 0.5))})
     editor.remove({20.0 * out, 60.0 * out, 6});
   const auto version = editor.freeze();
@@ -120,9 +120,9 @@ TEST(ChunkWorker, ChunksMeetWithoutGaps) {
 /// requested earlier.
 TEST(ChunkWorker, ChunksOfASmallRequestComeFirst) {
   const haptics::TouchScene scene = shell(224);
-  const auto untouched = std::make_shared<const volume::Version>(scene.base);
+  const auto uncut = std::make_shared<const volume::Version>(scene.base);
   ChunkWorker worker(scene, 1);
-  worker.request_all(untouched);
+  worker.request_all(uncut);
   const int all = worker.remaining();
   ASSERT_GT(all, 100);
   // A voxel of the surface near the end of the order of chunks.
@@ -132,7 +132,7 @@ TEST(ChunkWorker, ChunksOfASmallRequestComeFirst) {
          scene.items[0].bits->is_solid(surface) ==
              scene.items[0].bits->is_solid(surface + glm::ivec3(0, 0, 1)))
     ++surface.z;
-  worker.request(untouched, surface, surface);
+  worker.request(uncut, surface, surface);
   const auto chunk_of = [](const glm::ivec3& v) { return v / volume::k_chunk; };
   const auto is_requested = [&](const ChunkMesh& mesh) { return mesh.chunk == chunk_of(surface); };
   for (;;) {
@@ -147,8 +147,8 @@ TEST(ChunkWorker, ChunksOfASmallRequestComeFirst) {
 /// A detached piece has the colour of intact bone on the scanned surface, and of cut bone inside.
 TEST(ChunkWorker, ColoursDetachedBoneAsCutInsideTheScan) {
   const haptics::TouchScene scene = shell(48);
-  const volume::Version untouched(scene.base);
-  const volume::Mesh mesh = volume::surface_net({&scene.items[0].field, &untouched, nullptr, false});
+  const volume::Version uncut(scene.base);
+  const volume::Mesh mesh = volume::surface_net({&scene.items[0].field, &uncut, nullptr, false});
   ASSERT_GT(mesh.vertices.size(), 100u);
   float most = 0;
   for (const glm::vec3& vertex : mesh.vertices.span()) {
@@ -194,7 +194,7 @@ TEST(ChunkWorker, LabelsHaveTheirColour) {
       volume::Shape shape;
       if (is_label) shape.label = 1;
       const haptics::TouchScene scene = scenes::scene_of(volume::copy_of(labelled).value(), {}, shape);
-      const ChunkMesh mesh = make_chunk_mesh(scene, 0, *haptics::untouched(scene), glm::ivec3(0));
+      const ChunkMesh mesh = make_chunk_mesh(scene, 0, *haptics::uncut_version(scene), glm::ivec3(0));
       EXPECT_FALSE(mesh.fine.triangles.empty());
       EXPECT_EQ(mesh.colour.has_value(), is_coloured && is_label);
       if (mesh.colour) {

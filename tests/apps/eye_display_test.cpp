@@ -93,7 +93,7 @@ class StereoPicture : public testing::Test {
     surface_ = std::move(surface).value();
     scene_ = bone_ball(k_ball);
     picture_ = std::make_unique<Viewport>(*scene_, surface_->window(), true);
-    picture_->request_all(haptics::untouched(*scene_));
+    picture_->request_all(haptics::uncut_version(*scene_));
     picture_->view().aim_camera(k_focus, {0, -1, 0}, {0, 0, 1}, k_distance);
     picture_->view().show(StylusState{.is_visible = false});
   }
@@ -219,8 +219,8 @@ TEST_F(StereoPicture, BothEyesFollowCuts) {
   const DisplayMode mode{.eyes = DisplayMode::Eyes::side_by_side};
   pixels(mode);
   volume::Shape shape;
-  const auto untouched = haptics::untouched(*scene_);
-  volume::RemovalEditor editor(untouched, {volume::Field(*scene_->base, scene_->items[0].field.shape())});
+  const auto uncut = haptics::uncut_version(*scene_);
+  volume::RemovalEditor editor(uncut, {volume::Field(*scene_->base, scene_->items[0].field.shape())});
   const auto report = editor.remove({k_ball - dvec3(0, 0, 4), k_ball + dvec3(0, 0, 4), 3});
   const auto cut = editor.publish();
   picture_->request(cut, report.box);
@@ -233,7 +233,7 @@ TEST_F(StereoPicture, BothEyesFollowCuts) {
   for (std::size_t i = 0; i < changed.size(); ++i)
     worst = std::max(worst, std::abs(changed[i].r - again[i].r));
   EXPECT_LT(worst, 3) << "the cut is drawn as in a new picture";
-  picture_->request_all(untouched);
+  picture_->request_all(uncut);
   const std::vector<Pixel> restored = pixels(DisplayMode());
   worst = 0;
   for (std::size_t i = 0; i < plain.size(); ++i)

@@ -40,10 +40,10 @@ TEST_F(Command, AFlapIsSawnLiftedRecordedAndReplayed) {
   EXPECT_NE(timeline.find("The dura was pushed aside"), std::string::npos) << timeline;
   EXPECT_EQ(timeline.find("The tool tore"), std::string::npos) << timeline;
   EXPECT_NE(timeline.find("place-body"), std::string::npos);
-  // The flap was cut before the first tick. The first state of the comparison is the untouched scan.
+  // The flap was cut before the first tick. The first state of the comparison is the uncut scan.
   const Json compared = json("compare f.session --scan h");
   EXPECT_GT(compared["only_in_first_mm3"], flap["kerf_mm3"].get<double>());
-  EXPECT_EQ(compared["first"], "untouched");
+  EXPECT_EQ(compared["first"], "uncut");
 
   // The outline is read from a CSV file and from the plan of a case. The planned outline is a file of 3D
   // Slicer, in RAS. The flap is compared with its own outline, and a moved flap with the same outline.

@@ -71,7 +71,7 @@ TEST(Frugal, AFeatureThatASceneDoesNotHoldCostsNoInstruction) {
   EXPECT_FALSE(differs("all modules in the program", FrugalScene(modules::catalogue()).cost()));
   EXPECT_FALSE(differs("a plan", FrugalScene(drilling_catalogue(), large_plan()).cost()));
   const auto apply = [](FrugalScene& scene, const Command& command) {
-    const Outcome outcome = scene.run().apply_whole(command);
+    const Outcome outcome = scene.run().apply_and_finish(command);
     EXPECT_EQ(outcome.refused ? outcome.refused->message() : "", "");
     scene.hover();
   };

@@ -58,12 +58,12 @@ struct Bottom {
 
 /// Drills `below` mm below the inner table, with a ball of 4 mm radius, and returns what is drawn there.
 Bottom drilled(const haptics::TouchScene& scene, double below, bool is_at_once) {
-  const auto untouched = haptics::untouched(scene);
+  const auto uncut = haptics::uncut_version(scene);
   OpenedStructures structures(scene, untouchable_structures(scene));
-  structures.request_all(untouched);
+  structures.request_all(uncut);
   structures.finish();
   EXPECT_TRUE(structures.take().empty()) << "nothing is open";
-  volume::RemovalEditor editor(untouched, {scene.items[0].field});
+  volume::RemovalEditor editor(uncut, {scene.items[0].field});
   const double bottom = k_inner_table - 0.5 - below;
   std::map<std::tuple<int, int, int>, ChunkMesh> shown;
   std::shared_ptr<const volume::Version> version;
@@ -142,8 +142,8 @@ TEST(OpenedStructures, BordersBetweenStructuresAreSmooth) {
   const auto border = [&](double x) { return 10 + slope * x; };
   const haptics::TouchScene scene = below_bone({"background", "skull", "dura", "venous_sinus"},
                                                [&](int x, int y, int) { return y < border(x) ? 2 : 3; });
-  const auto untouched = haptics::untouched(scene);
-  volume::RemovalEditor editor(untouched, {scene.items[0].field});
+  const auto uncut = haptics::uncut_version(scene);
+  volume::RemovalEditor editor(uncut, {scene.items[0].field});
   editor.remove({dvec3(8, 12, k_inner_table + 1), dvec3(30, 20, k_inner_table + 1), 7});
   OpenedStructures structures(scene, untouchable_structures(scene));
   structures.request_all(editor.freeze());
@@ -201,16 +201,16 @@ TEST(OpenedStructures, TheDuralSacIsVisibleInNaturalGaps) {
       for (const glm::vec3& p : mesh.fine.vertices) ++(p.x < 21 ? found.cord : found.aorta);
     return found;
   };
-  const auto untouched = haptics::untouched(spine);
+  const auto uncut = haptics::uncut_version(spine);
   OpenedStructures structures(spine, untouchable_structures(spine));
-  structures.request_all(untouched);
+  structures.request_all(uncut);
   structures.finish();
   const Count whole = count(structures);
   EXPECT_GT(whole.cord, 1000u);
   EXPECT_EQ(whole.aorta, 0u);
-  structures.request_all(untouched);
+  structures.request_all(uncut);
   EXPECT_TRUE(structures.is_complete()) << "requested once";
-  volume::RemovalEditor editor(untouched, {spine.items[0].field});
+  volume::RemovalEditor editor(uncut, {spine.items[0].field});
   editor.remove({dvec3(20, 20, k_inner_table), dvec3(20, 20, k_inner_table + 8), 4});
   structures.request_all(editor.freeze());
   structures.finish();
@@ -219,7 +219,7 @@ TEST(OpenedStructures, TheDuralSacIsVisibleInNaturalGaps) {
   EXPECT_GT(opened.aorta, 300u);
   const haptics::TouchScene head = below_bone({"background", "skull", "spinal_cord", "aorta"}, label_of);
   OpenedStructures none(head, untouchable_structures(head));
-  none.request_all(haptics::untouched(head));
+  none.request_all(haptics::uncut_version(head));
   none.finish();
   EXPECT_EQ(count(none).cord, 0u);
 }

@@ -26,7 +26,7 @@ class PictureLayout : public ::testing::Test {
     data_tools::PhantomOptions small;
     small.size = glm::ivec3(40);
     scene_ = scenes::phantom_scene("sphere", small);
-    version_ = haptics::untouched(scene_);
+    version_ = haptics::uncut_version(scene_);
     picture_ = std::make_unique<Viewport>(scene_, surface_->window(), true);
     picture_->view().overlays().labels().set_names(LabelLayer::Names::all);  // these points are in the ball
     picture_->request_all(version_);

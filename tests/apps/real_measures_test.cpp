@@ -100,8 +100,8 @@ TEST_F(RealMeasures, RulersOnSlicesAndTouchAgreeOnRoundInserts) {
 TEST_F(RealMeasures, ALesionIsFoundOnTheSkullByRulers) {
   const volume::Volume scan = skull();
   const volume::Field bone(scan, volume::Shape{"skull", -200});  // thin walls, too
-  const volume::Version untouched(std::shared_ptr<const volume::Volume>(std::shared_ptr<void>(), &scan));
-  const volume::Mesh net = volume::surface_net({&bone, &untouched});
+  const volume::Version uncut(std::shared_ptr<const volume::Volume>(std::shared_ptr<void>(), &scan));
+  const volume::Mesh net = volume::surface_net({&bone, &uncut});
   // The cap and a little below it, without the base of the skull.
   const dvec3 lesion = scan.frame.world_from_volume({203.9, 186.2, 80.9});
   std::vector<dvec3> vertices;

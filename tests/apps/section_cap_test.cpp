@@ -68,7 +68,7 @@ bool is_inner(const dvec3& p) { return glm::length(p) < 12; }
 TEST(SectionCap, AreasAreThoseOfTheCutSpheres) {
   for (const glm::dmat3& axes : {k_cubic, k_sheared}) {
     const haptics::TouchScene scene = shell(axes);
-    const auto version = haptics::untouched(scene);
+    const auto version = haptics::uncut_version(scene);
     for (const double offset : {0.0, 5.0, -7.0})
       for (const dvec3 normal : {dvec3(0, 0, 1), glm::normalize(dvec3(0.3, -0.8, 0.5))}) {
         const CapImage image =
@@ -83,7 +83,7 @@ TEST(SectionCap, AreasAreThoseOfTheCutSpheres) {
 
 TEST(SectionCap, ShowsOnlyOpaqueStructures) {
   const haptics::TouchScene scene = shell(k_cubic);
-  const auto version = haptics::untouched(scene);
+  const auto version = haptics::uncut_version(scene);
   const volume::Openings::Plane plane{dvec3(0), dvec3(0, 1, 0)};
   std::vector<Structure> list = structures_of(scene);
   ASSERT_EQ(list.size(), 4u) << "bone, brain, loose bone and implants";
@@ -106,7 +106,7 @@ TEST(SectionCap, RemovedMatterIsEmpty) {
   const dvec3 at(17, 0, 0);
   const auto is_near = [&](const dvec3& p) { return glm::distance(p, at) < 3.6; };
   const auto is_far = [&](const dvec3& p) { return glm::distance(p, at) > 4.4; };
-  volume::RemovalEditor editor(haptics::untouched(scene), {scene.items[0].field});
+  volume::RemovalEditor editor(haptics::uncut_version(scene), {scene.items[0].field});
   const CapImage before = cap_image(scene, *editor.publish(), list, plane, k_cap_pixels);
   editor.remove({at, at + dvec3(0, 1e-3, 0), 4});
   const CapImage after = cap_image(scene, *editor.publish(), list, plane, k_cap_pixels);
@@ -117,7 +117,7 @@ TEST(SectionCap, RemovedMatterIsEmpty) {
 
 TEST(SectionCap, TheNewestRequestCounts) {
   const haptics::TouchScene scene = shell(k_cubic);
-  const auto version = haptics::untouched(scene);
+  const auto version = haptics::uncut_version(scene);
   SectionCap cap(scene);
   EXPECT_TRUE(cap.is_complete()) << "no cost before the first request";
   for (const double offset : {0.0, 2.0, 4.0})

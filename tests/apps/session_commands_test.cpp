@@ -388,7 +388,7 @@ TEST_F(Command, DevicesAreCheckedAndUnknownOnesAreRefused) {
   const Json doctor = Json::parse(r.out, nullptr, false);
   ASSERT_EQ(doctor["schema"], "trephine.doctor/1");
   std::set<std::string> names;
-  for (const Json& f : doctor["findings"]) names.insert(f["name"]);
+  for (const Json& f : doctor["checks"]) names.insert(f["name"]);
   for (const char* name : {"falcon", "spacemouse", "pedal", "devices"})
     EXPECT_TRUE(names.contains(name)) << name;
   EXPECT_FALSE(doctor.contains("timer_late_us"));
@@ -416,7 +416,7 @@ TEST_F(Command, DoctorMeasuresADevice) {
   ASSERT_EQ(r.exit_code, 0) << r.out << r.err;
   const Json report = Json::parse(r.out);
   std::map<std::string, std::string> found;
-  for (const Json& f : report["findings"]) found[f["name"]] = f["found"];
+  for (const Json& f : report["checks"]) found[f["name"]] = f["observation"];
   EXPECT_TRUE(found["device"].starts_with("virtual: 6 degrees of freedom, force 8.0 N")) << found["device"];
   EXPECT_NE(found["device rate"].find("a new pose every"), std::string::npos) << found["device rate"];
   EXPECT_NE(found["device read"].find("us"), std::string::npos);
@@ -466,7 +466,7 @@ TEST_F(Command, DoctorReportsFaultsWithRemediesAndDrawsTheTimer) {
   EXPECT_GE(doctor["faults"], 1);
   EXPECT_EQ(doctor["timer_late_us"]["count"], 300);
   std::set<std::string> names;
-  for (const Json& f : doctor["findings"]) {
+  for (const Json& f : doctor["checks"]) {
     names.insert(f["name"]);
     if (f["is_fault"]) {
       EXPECT_NE(f["remedy"], "") << f["name"];

@@ -125,7 +125,7 @@ TEST(StructureSurface, FollowsABall) {
   const dvec3 middle = scan->frame.world_from_volume(0.5 * dvec3(scan->size - 1));
   haptics::TouchScene scene;
   scene.base = scan;
-  const auto version = haptics::untouched(scene);
+  const auto version = haptics::uncut_version(scene);
   const DrawMesh mesh = structure_surface(*scan, *version, 5, label_boxes(*scan)[5]);
   ASSERT_GT(mesh.triangles.size(), 3000u);
   double worst = 0, worst_cosine = 1, volume6 = 0;
@@ -149,7 +149,7 @@ TEST(StructureSurface, HasNoRemovedVoxels) {
   volume::Shape brain;
   brain.name = "brain";
   brain.label = 2;
-  volume::RemovalEditor editor(haptics::untouched(scene), {volume::Field(*scene.base, brain)});
+  volume::RemovalEditor editor(haptics::uncut_version(scene), {volume::Field(*scene.base, brain)});
   const dvec3 at = k_middle - dvec3(0, 8, 0);
   editor.remove({at, at + dvec3(0, 0, 0.1), 4});
   const auto version = editor.publish();
@@ -160,7 +160,7 @@ TEST(StructureSurface, HasNoRemovedVoxels) {
       if (std::abs(p.x - 24) < 1 && std::abs(p.z - 24) < 1) y = std::min(y, static_cast<double>(p.y));
     return y;
   };
-  EXPECT_NEAR(nearest(*haptics::untouched(scene)), 16, 0.6);
+  EXPECT_NEAR(nearest(*haptics::uncut_version(scene)), 16, 0.6);
   EXPECT_NEAR(nearest(*version), 20, 1.0);
 }
 
@@ -174,7 +174,8 @@ TEST(StructureSurface, HasALimitedSize) {
   auto shared = std::make_shared<volume::Volume>(std::move(scan));
   haptics::TouchScene scene;
   scene.base = shared;
-  const DrawMesh mesh = structure_surface(*shared, *haptics::untouched(scene), 1, label_boxes(*shared)[1]);
+  const DrawMesh mesh =
+      structure_surface(*shared, *haptics::uncut_version(scene), 1, label_boxes(*shared)[1]);
   EXPECT_LT(mesh.triangles.size() / 3, 2 * k_structure_triangles);
   EXPECT_GT(mesh.triangles.size() / 3, k_structure_triangles / 4);
   for (const glm::vec3& p : mesh.vertices) ASSERT_NEAR(glm::length(dvec3(p) - 149.5), 145, 1.6);
@@ -198,7 +199,7 @@ class TranslucentPicture : public testing::Test {
     picture_.reset();
     surface_ = make_offscreen(400, 300).value();
     picture_ = std::make_unique<Viewport>(*scene_, surface_->window(), true);
-    picture_->request_all(haptics::untouched(*scene_));
+    picture_->request_all(haptics::uncut_version(*scene_));
     picture_->look_from('A');
     picture_->view().show(StylusState{.is_visible = false});
   }
@@ -261,19 +262,19 @@ TEST_F(TranslucentPicture, FollowsCuts) {
   picture_->set_opacity(1, 1);
   volume::Shape shape;
   shape.label = 2;
-  const auto untouched = haptics::untouched(*scene_);
-  volume::RemovalEditor editor(untouched, {volume::Field(*scene_->base, shape)});
+  const auto uncut = haptics::uncut_version(*scene_);
+  volume::RemovalEditor editor(uncut, {volume::Field(*scene_->base, shape)});
   const auto report = editor.remove({k_middle, k_middle + dvec3(0, 0, 0.1), 9.5});
   picture_->request(editor.publish(), report.box);
   expect_mix(at(middle_), without, without, 1);
-  picture_->request_all(untouched);
+  picture_->request_all(uncut);
   expect_mix(at(middle_), brain, brain, 1);
 }
 
 /// Through an opening of the shell, the camera goes to the brain behind it, not into it toward the far side.
 TEST_F(TranslucentPicture, ZoomStopsAtAStructureInAnOpening) {
-  const auto untouched = haptics::untouched(*scene_);
-  volume::RemovalEditor editor(untouched, {scene_->items[0].field});
+  const auto uncut = haptics::uncut_version(*scene_);
+  volume::RemovalEditor editor(uncut, {scene_->items[0].field});
   const auto report = editor.remove({k_middle - dvec3(0, 24, 0), k_middle - dvec3(0, 12, 0), 6});
   const auto opened = editor.publish();
   picture_->request(opened, report.box);

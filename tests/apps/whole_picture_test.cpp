@@ -161,7 +161,7 @@ class Subject {
   explicit Subject(const haptics::TouchScene& scene) : scene_(scene), bone_(scene) {
     surface_ = make_offscreen(k_width, k_height).value();
     picture_.emplace(scene, surface_->window(), true);
-    picture_->request_all(haptics::untouched(scene));
+    picture_->request_all(haptics::uncut_version(scene));
     picture_->wait();
   }
   Viewport& picture() { return *picture_; }
@@ -204,7 +204,8 @@ void expect_whole(const haptics::TouchScene& scene, const std::string& name) {
       const std::string view = name + "-" + (side ? side : '0') + (nearer > 1 ? "-near" : "");
       SCOPED_TRACE(view);
       subject.aim_camera(side, nearer);
-      subject.picture().view().bone().show_reduced({make_reduced_mesh(scene, 0, *haptics::untouched(scene))});
+      subject.picture().view().bone().show_reduced(
+          {make_reduced_mesh(scene, 0, *haptics::uncut_version(scene))});
       subject.picture().view().bone().render();
       EXPECT_FALSE(subject.picture().view().bone().is_complete());
       subject.keep(view + "-reduced");
@@ -270,7 +271,7 @@ int folded_triangles(const DrawMesh& mesh) {
 TEST(WholePicture, CoarseSurfacesHaveNoFoldedTriangles) {
   const haptics::TouchScene scene = scenes::phantom_scene("head", {});
   ChunkWorker worker(scene, 1);
-  worker.request_all(haptics::untouched(scene));
+  worker.request_all(haptics::uncut_version(scene));
   worker.finish();
   int folded = 0, triangles = 0, turned = 0;
   for (ChunkMesh& mesh : worker.take()) {
@@ -294,7 +295,7 @@ TEST(WholePicture, ReducedSurfacesComeFirst) {
   std::size_t early = 0;
   // A busy machine may finish all chunks before this thread looks.
   for (int attempt = 0; attempt < 20 && reduced.empty(); ++attempt) {
-    worker.request_all(haptics::untouched(scene));
+    worker.request_all(haptics::uncut_version(scene));
     while (reduced.empty() && worker.remaining() > 0) reduced = worker.take_reduced();
     early = worker.take().size();
   }
@@ -302,7 +303,7 @@ TEST(WholePicture, ReducedSurfacesComeFirst) {
   EXPECT_GT(reduced[0].coarse.triangles.size(), 3000u);
   worker.finish();
   worker.take();
-  worker.request_all(haptics::untouched(scene));
+  worker.request_all(haptics::uncut_version(scene));
   worker.finish();
   EXPECT_TRUE(worker.take_reduced().empty());
   EXPECT_LT(early, worker.take().size());

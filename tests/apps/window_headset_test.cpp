@@ -35,7 +35,7 @@ class Headset : public testing::Test {
     window_->Render();  // creates the GL context
     scene_ = bone_ball(k_ball);
     picture_ = std::make_unique<Viewport>(*scene_, window_, true);
-    picture_->request_all(haptics::untouched(*scene_));
+    picture_->request_all(haptics::uncut_version(*scene_));
     picture_->wait();
     picture_->view().aim_camera(k_focus, {0, -1, 0}, {0, 0, 1}, k_distance);
     picture_->view().show(StylusState{.is_visible = false});

@@ -10,10 +10,12 @@
 #include <map>
 #include <set>
 
+#include "apps/view/display_text.h"
 #include "apps/view/view_window.h"
 #include "apps/window/qt_localizer.h"
 #include "apps/window/qt_tool_panel.h"
 #include "apps/workbench/event_text.h"
+#include "data-tools/cases/phantom_cases.h"
 #include "data-tools/cases/procedure_file.h"
 #include "tests/apps/operation_window_fixture.h"
 
@@ -157,6 +159,28 @@ TEST(Language, TextsOfTheLibrariesMatchPatterns) {
   }
 }
 
+/// Names in the plans of the built-in cases, which labels of pictures show, match a pattern.
+TEST(Language, NamesOfTheBuiltInCasesMatchPatterns) {
+  const Localizer localizer(
+      message_patterns(), [](const char*) { return QString(); }, '.');
+  std::set<std::string> names;
+  for (const char* phantom : {"head", "spine"}) {
+    const auto plan = data_tools::phantom_plan(phantom);
+    ASSERT_TRUE(plan);
+    for (const auto& one : plan->trajectories) names.insert(one.name);
+    for (const auto& one : plan->landmarks) names.insert(one.name);
+    for (const auto& one : plan->outlines) names.insert(one.name);
+    for (const auto& one : plan->structures) names.insert(one.shape.name);
+  }
+  EXPECT_GT(names.size(), 30u);
+  for (const std::string& name : names) {
+    const bool is_vertebra = name.size() == 2 && name[0] == 'L';
+    EXPECT_TRUE(is_vertebra || localizer.matches(words_of(name)) ||
+                localizer.matches(QString::fromStdString(name)))
+        << name;
+  }
+}
+
 /// Sentences that are joined of clauses and reasons are translated as a whole, texts of users not at all.
 TEST(Language, SentencesAreTranslatedAsAWhole) {
   std::map<QString, QString> translations;
@@ -213,13 +237,15 @@ TEST_F(ToolWindow, SpeaksGerman) {
     EXPECT_EQ(found->second, text) << "not translated: " << text.toStdString();
   }
   save_screenshot(*window_, "german");
-  // Messages at the tool and the log are translated, too.
+  // Labels of the picture, messages at the tool and the log are translated, too.
+  EXPECT_EQ(display_text("left ventriculostomy"), "linke Ventrikulostomie");
   EXPECT_EQ(localized(std::string("The clutch released after 5.2 mm of bone.")),
             "Die Kupplung löste nach 5,2 mm Knochen aus.");
   window_.reset();
   select_language("en");
   EXPECT_EQ(localized(std::string("The clutch released after 5.2 mm of bone.")),
             "The clutch released after 5.2 mm of bone.");
+  EXPECT_EQ(display_text("left ventriculostomy"), "left ventriculostomy");
 }
 
 /// The picture is written while the window exists: after the event loop, it has labels but no bone.

@@ -44,7 +44,7 @@ class MarkingWindow : public Window {
     return label != nullptr && label->isVisible() ? label->text() : QString();
   }
   /// Number of shown measurements.
-  std::size_t measured() {
+  std::size_t measurement_count() {
     std::size_t count = 0;
     if (const auto& overlays = window_->operation()->state().overlays)
       for (const sim::Overlay& overlay : *overlays)
@@ -54,7 +54,7 @@ class MarkingWindow : public Window {
   std::unique_ptr<MainWindow> window_;
 };
 
-TEST_F(MarkingWindow, ARulerIsMeasuredByTwoClicksAndDrillsNothing) {
+TEST_F(MarkingWindow, TwoClicksOfARulerMeasureAndDrillNothing) {
   QTest::keyClick(window_.get(), Qt::Key_M);
   EXPECT_EQ(prompt(), "Ruler: click position 1 of 2. Esc cancels.");
   click({-20, 0});
@@ -62,7 +62,7 @@ TEST_F(MarkingWindow, ARulerIsMeasuredByTwoClicksAndDrillsNothing) {
   touch({20, 10});
   save_screenshot(*window_, "ruler");
   click({20, 10});
-  EXPECT_TRUE(QTest::qWaitFor([&] { return measured() == 1; }, k_patience));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return measurement_count() == 1; }, k_patience));
   EXPECT_EQ(prompt(), "");
   EXPECT_EQ(window_->operation()->state().removed_mm3, 0);
   EXPECT_EQ(window_->operation()->state().strokes, 0u);
@@ -78,7 +78,7 @@ TEST_F(MarkingWindow, ARulerIsMeasuredByTwoClicksAndDrillsNothing) {
   EXPECT_TRUE(window_->canvas()->rect().contains(label->geometry())) << "the prompt fits a small picture";
   save_screenshot(*window_, "ruler-in-slices");
   QTest::mouseClick(pane, Qt::LeftButton, {}, pane->rect().center() + QPoint(0, 30));
-  EXPECT_TRUE(QTest::qWaitFor([&] { return measured() == 2; }, k_patience));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return measurement_count() == 2; }, k_patience));
   child<QAction>(*window_, "layout_picture")->trigger();
   let_run(500);
   // Esc cancels; then a click drills again.

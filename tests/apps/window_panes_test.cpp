@@ -336,7 +336,7 @@ TEST_F(WindowPanes, TheScanIsRenderedWithTheViewOfThePicture) {
   save_screenshot(window, "panes_drawn_open");
   // The drawn matter becomes the touched shape.
   child<QAction>(window, "transfer_skin")->trigger();
-  child<QAction>(window, "touch_what_is_drawn")->trigger();
+  child<QAction>(window, "use_visible_values")->trigger();
   EXPECT_LT(child<QDoubleSpinBox>(window, "low")->value(), -300);
   EXPECT_TRUE(child<QPushButton>(window, "use_shape")->isEnabled());
   ASSERT_TRUE(settle(window));
@@ -404,7 +404,7 @@ TEST_F(WindowPanes, AnXrayShowsTheInstrument) {
   panes.set_kind(0, imaging::PaneKind::xray);
   panes.set_size(0, 300, 300, true);
   imaging::Subject subject;
-  subject.scan = scene_->base, subject.version = haptics::untouched(*scene_);
+  subject.scan = scene_->base, subject.version = haptics::uncut_version(*scene_);
   panes.show(subject, true);
   const auto shoot = [&] {
     panes.shoot();
@@ -419,14 +419,14 @@ TEST_F(WindowPanes, AnXrayShowsTheInstrument) {
                                       tree,
                                       {middle, glm::dquat(glm::dvec3(0, 0, 1), glm::dvec3(1, 0, 0))},
                                       volume::Matter::steel});
-  const auto with = shoot();
-  ASSERT_EQ(with.size(), bare.size());
+  const auto with_tool = shoot();
+  ASSERT_EQ(with_tool.size(), bare.size());
   // The metal changes the contrast of the whole image, so only large differences count.
   const auto darker = std::count_if(
-      with.begin(), with.end(),
+      with_tool.begin(), with_tool.end(),
       [&, p = std::size_t{0}](const auto& pixel) mutable { return pixel[0] + 60 < bare[p++][0]; });
   EXPECT_GT(darker, 1000);
-  EXPECT_LT(darker, static_cast<std::ptrdiff_t>(with.size() / 10));
+  EXPECT_LT(darker, static_cast<std::ptrdiff_t>(with_tool.size() / 10));
   panes.set_xray_tool({});
   EXPECT_EQ(shoot(), bare);
 }

@@ -233,7 +233,7 @@ TEST_F(Window, MovesThroughStrokesAndComparesThem) {
   const auto* picture = dialog->findChild<QLabel*>("compared");
   auto* with = dialog->findChild<QComboBox*>("compare_with");
   EXPECT_EQ(with->currentText(), "change 1");
-  EXPECT_EQ(with->count(), 3);  // the untouched bone, strokes 1 and 3
+  EXPECT_EQ(with->count(), 3);  // the uncut bone, strokes 1 and 3
   ASSERT_TRUE(QTest::qWaitFor([&] { return picture->pixmap(Qt::ReturnByValue).width() > 300; }, k_patience));
   const QImage first = picture->pixmap(Qt::ReturnByValue).toImage();
   let_run(100);

@@ -83,7 +83,7 @@ Moves move_in(const Crease& crease, const glm::dmat3& axes, bool has_noise, cons
   auto method = make_method(method_name).value();
   EXPECT_FALSE(method->prepare(scene));
   const auto state =
-      std::make_shared<TouchState>(untouched(scene), TouchState::OffsetFields{scene.items[0].offset});
+      std::make_shared<TouchState>(uncut_version(scene), TouchState::OffsetFields{scene.items[0].offset});
 
   const dvec3 up = glm::normalize(std::accumulate(crease.normals.begin(), crease.normals.end(), dvec3(0)));
   const dvec3 along = crease.normals.size() == 2
@@ -205,7 +205,7 @@ Traverse traverse(double degrees, double radius, int seed, double friction, doub
   auto method = make_method("subvoxel").value();
   EXPECT_FALSE(method->prepare(scene));
   const auto state =
-      std::make_shared<TouchState>(untouched(scene), TouchState::OffsetFields{scene.items[0].offset});
+      std::make_shared<TouchState>(uncut_version(scene), TouchState::OffsetFields{scene.items[0].offset});
   Traverse result;
   ProxyState proxy;
   ProxyStep step;
@@ -288,7 +288,7 @@ TEST(LongLeaps, EndOutsideTheSolid) {
        std::make_shared<volume::Occupancy>(volume::Occupancy::build(*scene.base, volume::Shape{})),
        {0.5, 0, 0, 0},
        Side::front});
-  const auto state = std::make_shared<TouchState>(untouched(scene));
+  const auto state = std::make_shared<TouchState>(uncut_version(scene));
   std::mt19937_64 random(5);
   const auto uniform = [&] { return 2 * static_cast<double>(random() >> 11) * 0x1p-53 - 1; };
   for (const char* name : {"subvoxel", "scene"}) {

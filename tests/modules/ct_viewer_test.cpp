@@ -30,7 +30,7 @@ TEST(CtViewer, SlabsShowRemovedMatterInEveryLayer) {
     const volume::Field bone(*scan, volume::Shape{"bone", 300});
     volume::RemovalEditor editor(
         std::make_shared<volume::Version>(scan, volume::CutLattice::for_burr(*scan, 6).value()), {bone});
-    const auto untouched = editor.freeze();
+    const auto uncut = editor.freeze();
     const dvec3 at(4, -3, 2);
     editor.remove({at, at, 5});
     const auto cut = editor.freeze();
@@ -44,7 +44,7 @@ TEST(CtViewer, SlabsShowRemovedMatterInEveryLayer) {
         plane.columns = plane.rows = 60, plane.pixel = 0.9;
         const volume::Slab slab{6, kind};
         const SliceValues values = slice_values(*scan, *cut, plane, slab, 2);
-        const SliceValues whole = slice_values(*scan, *untouched, plane, slab, 2);
+        const SliceValues whole = slice_values(*scan, *uncut, plane, slab, 2);
         int differing = 0, grown = 0;
         for (std::size_t i = 0; i < values.now.size(); ++i) {
           EXPECT_NEAR(values.before[i], whole.before[i], 1.01);
@@ -111,14 +111,14 @@ TEST(CtViewer, TheCursorIsKeptAndShown) {
   const sim::Catalogue catalogue({&module});
   sim::Lockstep run(sim::Engine(scene, *method, {}, 1e-3, catalogue), {}, 1000);
   EXPECT_TRUE(run.engine().overlays().empty());
-  EXPECT_FALSE(run.apply_whole({LookAt{{1, 2, 3}}, 0}).refused);
+  EXPECT_FALSE(run.apply_and_finish({LookAt{{1, 2, 3}}, 0}).refused);
   SetGreyWindow window;
   window.level = 40, window.width = 80;
-  EXPECT_FALSE(run.apply_whole({window, 0}).refused);
-  EXPECT_TRUE(run.apply_whole({LookAt{{1, 2e5, 3}}, 0}).refused);
-  EXPECT_TRUE(run.apply_whole({LookAt{{1, std::nan(""), 3}}, 0}).refused);
+  EXPECT_FALSE(run.apply_and_finish({window, 0}).refused);
+  EXPECT_TRUE(run.apply_and_finish({LookAt{{1, 2e5, 3}}, 0}).refused);
+  EXPECT_TRUE(run.apply_and_finish({LookAt{{1, std::nan(""), 3}}, 0}).refused);
   window.width = 0;
-  EXPECT_TRUE(run.apply_whole({window, 0}).refused);
+  EXPECT_TRUE(run.apply_and_finish({window, 0}).refused);
   const auto* kept = run.engine().state().persistent_of<CtViewerState>();
   ASSERT_NE(kept, nullptr);
   EXPECT_EQ(kept->at, dvec3(1, 2, 3));

@@ -142,7 +142,7 @@ TEST(Findings, AFlapIsComparedWithItsTargetsAndTheNearestOutline) {
               k_outer * (std::sin(16 * k_pi / 180) - std::sin(14 * k_pi / 180)), 1.0);
   EXPECT_GE(value(all, "flap: largest distance from plan"), value(all, "flap: distance from plan"));
   // An undo removes the flap and its findings.
-  run.apply_whole({sim::Undo{}, 0});
+  run.apply_and_finish({sim::Undo{}, 0});
   EXPECT_TRUE(BoneFlap().findings({*run.engine().snapshot(), vault.scene, {}, {}}).empty());
 }
 
@@ -305,7 +305,7 @@ TEST(Findings, ACatheterIsJudgedInClosedForm) {
   const ventriculostomy::Ventriculostomy module;
   Judged judged = head();
   ventriculostomy::CatheterJudged stale;
-  stale.is_any = true, stale.target_error = 99;
+  stale.has_value = true, stale.target_error = 99;
   judged.set_result(stale);
   judged.set_settings(passages(2, {3, 3, -6}, {3, 3, -38}));
   auto all = judged.of(module);

@@ -59,18 +59,18 @@ double measure(const sim::Engine& engine, const std::string& name) {
 TEST(FlapJudgement, APlannedOutlineIsPreviewedAndCutByItsName) {
   const Case scene;
   sim::Lockstep run = scene.run();
-  const sim::Outcome unknown = run.apply_whole({CutFlap{.outline = "other"}, 0});
+  const sim::Outcome unknown = run.apply_and_finish({CutFlap{.outline = "other"}, 0});
   ASSERT_TRUE(unknown.refused);
   EXPECT_NE(unknown.refused->message().find("planned flap"), std::string::npos) << unknown.refused->message();
-  EXPECT_FALSE(run.apply_whole({PreviewFlap{}, 0}).refused);
+  EXPECT_FALSE(run.apply_and_finish({PreviewFlap{}, 0}).refused);
   EXPECT_EQ(measure(run.engine(), "previews"), 1) << "the only outline of the plan";
   const CutFlap both{.outline = "planned flap", .anchors = Outline(10, 6).anchors};
-  EXPECT_TRUE(run.apply_whole({both, 0}).refused) << "a request with both an outline and anchors";
-  EXPECT_FALSE(run.apply_whole({PreviewFlap{.outline = "planned flap"}, 0}).refused);
+  EXPECT_TRUE(run.apply_and_finish({both, 0}).refused) << "a request with both an outline and anchors";
+  EXPECT_FALSE(run.apply_and_finish({PreviewFlap{.outline = "planned flap"}, 0}).refused);
   EXPECT_EQ(measure(run.engine(), "previews"), 1);
   const double height = Outline(14, 12).height;
   ASSERT_EQ(cut(run, CutFlap{.outline = "planned flap", .distance = height}), "");
-  EXPECT_FALSE(run.apply_whole({JudgeFlap{}, 0}).refused);
+  EXPECT_FALSE(run.apply_and_finish({JudgeFlap{}, 0}).refused);
   // The samples of the cut lie on the lines of the saw, 0.5 mm apart.
   EXPECT_LT(measure(run.engine(), "distance from planned outline"), 0.1);
   EXPECT_NEAR(measure(run.engine(), "flap area") / Outline(14, 12).area(), 1, 0.01);
@@ -81,7 +81,7 @@ TEST(FlapJudgement, EqualsTheClosedFormOfABallUnderTheOpening) {
   sim::Lockstep run = scene.run();
   const Outline outline(14, 12);
   ASSERT_EQ(cut(run, outline.request()), "");
-  ASSERT_FALSE(run.apply_whole({JudgeFlap{"tumour", "planned flap"}, 0}).refused);
+  ASSERT_FALSE(run.apply_and_finish({JudgeFlap{"tumour", "planned flap"}, 0}).refused);
   const auto judged = events_of<FlapJudged>(run.engine());
   ASSERT_EQ(judged.size(), 1u);
   const FlapJudged& j = judged[0].first;
@@ -96,13 +96,13 @@ TEST(FlapJudgement, EqualsTheClosedFormOfABallUnderTheOpening) {
   EXPECT_NEAR(j.length, 2 * k_outer * std::sin(outline.polar), 0.5);
   EXPECT_EQ(measure(run.engine(), "target margin"), j.margin);
   // Without names: the target of the plan, and the nearest outline.
-  ASSERT_FALSE(run.apply_whole({JudgeFlap{}, 0}).refused);
+  ASSERT_FALSE(run.apply_and_finish({JudgeFlap{}, 0}).refused);
   EXPECT_EQ(sim::Value(events_of<FlapJudged>(run.engine())[1].first).words(), sim::Value(j).words());
   // A smaller flap exposes only a part of the ball: the circles of the ball and of the opening overlap in
   // part. `opening`: radius of the circle with the area of the polygon, less half of the saw's width.
   sim::Lockstep small = scene.run();
   ASSERT_EQ(cut(small, Outline(6, 12).request()), "");
-  ASSERT_FALSE(small.apply_whole({JudgeFlap{"tumour", "planned flap"}, 0}).refused);
+  ASSERT_FALSE(small.apply_and_finish({JudgeFlap{"tumour", "planned flap"}, 0}).refused);
   const FlapJudged smaller = events_of<FlapJudged>(small.engine())[0].first;
   const double opening =
       k_outer * std::sin(6 * k_pi / 180) * std::sqrt(12 / (2 * k_pi) * std::sin(k_pi / 6)) -
@@ -119,7 +119,7 @@ TEST(FlapJudgement, DistanceOfAPlanOnTheOppositeSideIsThatAcrossTheSkull) {
   for (dvec3& p : opposite) p.z = -p.z;
   sim::Lockstep run = scene.run();
   ASSERT_EQ(cut(run, Outline(14, 12).request()), "");
-  ASSERT_FALSE(run.apply_whole({JudgeFlap{"", "", opposite}, 0}).refused);
+  ASSERT_FALSE(run.apply_and_finish({JudgeFlap{"", "", opposite}, 0}).refused);
   const FlapJudged j = events_of<FlapJudged>(run.engine())[0].first;
   const double across = 2 * k_outer * std::cos(14 * k_pi / 180);
   EXPECT_NEAR(j.plan_mean, across, 1.5);
@@ -130,7 +130,7 @@ TEST(FlapJudgement, InvalidRequestsAreRefusedWithARemedy) {
   const Case scene;
   sim::Lockstep run = scene.run();
   const auto refusal = [&](const JudgeFlap& request) {
-    const sim::Outcome outcome = run.apply_whole({request, 0});
+    const sim::Outcome outcome = run.apply_and_finish({request, 0});
     return outcome.refused ? outcome.refused->message() : std::string();
   };
   EXPECT_NE(refusal({}).find("no bone flap"), std::string::npos);
@@ -148,10 +148,10 @@ TEST(FlapJudgement, BelongsToItsFlap) {
   sim::Lockstep run = scene.run();
   ASSERT_EQ(cut(run, Outline(10, 8).request()), "");
   EXPECT_TRUE(std::isnan(measure(run.engine(), "flap length")));
-  ASSERT_FALSE(run.apply_whole({JudgeFlap{}, 0}).refused);
+  ASSERT_FALSE(run.apply_and_finish({JudgeFlap{}, 0}).refused);
   const double length = measure(run.engine(), "flap length");
   EXPECT_GT(length, 20);
-  run.apply_whole({sim::Undo{}, 0});
+  run.apply_and_finish({sim::Undo{}, 0});
   EXPECT_TRUE(std::isnan(measure(run.engine(), "flap length")));
   ASSERT_EQ(cut(run, Outline(12, 8).request()), "");
   EXPECT_TRUE(std::isnan(measure(run.engine(), "flap length"))) << "the judgement is of the previous flap";

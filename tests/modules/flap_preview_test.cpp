@@ -16,7 +16,7 @@ TEST(BoneFlap, APreviewShowsTheFlap) {
     for (const dvec3& at : outline.anchors) run.apply({AddAnchor{at}, 0});
     PreviewFlap request;
     request.distance = outline.height;
-    ASSERT_FALSE(run.apply_whole({request, 0}).refused);
+    ASSERT_FALSE(run.apply_and_finish({request, 0}).refused);
     const auto shown = [&] { return *run.engine().state().result_of<FlapPreview>(); };
     EXPECT_FALSE(shown().summary.empty()) << shown().problem;
     const sim::Overlays all = run.engine().overlays();
@@ -45,7 +45,7 @@ TEST(BoneFlap, APreviewShowsTheFlap) {
     EXPECT_TRUE(shown().lid.empty());
     // The preview of an invalid outline fails with the reason with which a cut would fail.
     run.apply({MoveAnchor{1, 2.0 * outline.anchors[0]}, 0});
-    run.apply_whole({request, 0});
+    run.apply_and_finish({request, 0});
     EXPECT_NE(shown().problem.find("anchor 1 lies off the bone"), std::string::npos);
     EXPECT_TRUE(shown().summary.empty());
     // After the failure, the overlay marks only the anchor. It does not draw the outline as that of a flap.
@@ -63,7 +63,7 @@ TEST(BoneFlap, APreviewShowsTheFlap) {
     const auto previews = [&] { return sim::Measurements(run.engine(), {}).value_of("previews"); };
     EXPECT_EQ(previews(), 0);
     run.apply({MoveAnchor{1, outline.anchors[0]}, 0});
-    run.apply_whole({request, 0});
+    run.apply_and_finish({request, 0});
     EXPECT_FALSE(shown().summary.empty());
     EXPECT_EQ(previews(), 1);
     CutFlap cuts = outline.request();
@@ -72,7 +72,7 @@ TEST(BoneFlap, APreviewShowsTheFlap) {
     EXPECT_TRUE(shown().summary.empty());
     // The preview of a cut that was already made fails: no bone is left there. Each of the four previews
     // raised an event.
-    EXPECT_FALSE(run.apply_whole({request, 0}).refused);
+    EXPECT_FALSE(run.apply_and_finish({request, 0}).refused);
     EXPECT_NE(shown().problem.find("no bone left along the outline"), std::string::npos) << shown().summary;
     const auto seen = events_of<FlapPreviewed>(run.engine());
     ASSERT_EQ(seen.size(), 4u);
@@ -109,7 +109,7 @@ TEST(BoneFlap, ForbiddenStructuresAreCheckedAgainstTheSaw) {
     for (const dvec3& at : outline.anchors) run.apply({AddAnchor{at}, 0});
     PreviewFlap preview;
     preview.distance = outline.height;
-    run.apply_whole({preview, 0});
+    run.apply_and_finish({preview, 0});
     const std::string seen = run.engine().state().result_of<FlapPreview>()->summary;
     EXPECT_EQ(cut(run, outline.request()), "");
     const auto torn = events_of<sim::StructureTorn>(run.engine());

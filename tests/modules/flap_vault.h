@@ -104,7 +104,7 @@ using sim::events_of;
 /// Cuts the flap; returns the reason of a refusal, or "".
 inline std::string cut(sim::Lockstep& run, const CutFlap& request) {
   const std::size_t before = events_of<FlapFailed>(run.engine()).size();
-  const sim::Outcome outcome = run.apply_whole({request, 0});
+  const sim::Outcome outcome = run.apply_and_finish({request, 0});
   if (outcome.refused) return outcome.refused->message();
   const auto refusals = events_of<FlapFailed>(run.engine());
   return refusals.size() > before ? refusals.back().first.reason : std::string();

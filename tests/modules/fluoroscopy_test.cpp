@@ -275,11 +275,11 @@ TEST(Fluoroscopy, ShotsAreEventsAndCounted) {
   const sim::Catalogue catalogue({&module});
   sim::Lockstep run(sim::Engine(scene, *method, {}, 1e-3, catalogue), {}, 1000);
   const std::uint64_t start = run.engine().state().hash();
-  EXPECT_TRUE(run.apply_whole({Shoot{}, 0}).refused.has_value());
+  EXPECT_TRUE(run.apply_and_finish({Shoot{}, 0}).refused.has_value());
   CArm impossible;
   impossible.to_patient = 2000;
-  EXPECT_TRUE(run.apply_whole({impossible, 0}).refused.has_value());
-  EXPECT_TRUE(run.apply_whole({Shoot{0, 80, 20}, 0}).refused.has_value());
+  EXPECT_TRUE(run.apply_and_finish({impossible, 0}).refused.has_value());
+  EXPECT_TRUE(run.apply_and_finish({Shoot{0, 80, 20}, 0}).refused.has_value());
   EXPECT_EQ(run.engine().state().hash(), start);
   for (const sim::Measure& one : run.engine().measures())
     if (one.name.starts_with("X-ray")) {
@@ -287,10 +287,10 @@ TEST(Fluoroscopy, ShotsAreEventsAndCounted) {
     }
   CArm arm = small_arm();
   set_preset(arm, "lateral");
-  EXPECT_FALSE(run.apply_whole({arm, 0}).refused.has_value());
-  EXPECT_FALSE(run.apply_whole({Shoot{}, 0}).refused.has_value());
-  EXPECT_FALSE(run.apply_whole({Shoot{0.5, 70, 10}, 0}).refused.has_value());
-  run.apply_whole({sim::Undo{}, 0});
+  EXPECT_FALSE(run.apply_and_finish({arm, 0}).refused.has_value());
+  EXPECT_FALSE(run.apply_and_finish({Shoot{}, 0}).refused.has_value());
+  EXPECT_FALSE(run.apply_and_finish({Shoot{0.5, 70, 10}, 0}).refused.has_value());
+  run.apply_and_finish({sim::Undo{}, 0});
   const auto* state = run.engine().state().persistent_of<FluoroscopyState>();
   ASSERT_NE(state, nullptr);
   EXPECT_EQ(state->shots, 2);

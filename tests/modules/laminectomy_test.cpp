@@ -82,7 +82,7 @@ struct Spine {
     EXPECT_TRUE(outcome) << outcome.error().reason;
     return outcome.value();
   }
-  volume::Version untouched() const { return volume::Version(scan); }
+  volume::Version uncut() const { return volume::Version(scan); }
 };
 
 /// Returns a block in the vertebra's own frame (mm, from the middle of its canal at the lamina). It extends
@@ -276,7 +276,7 @@ TEST(LaminectomyOutcome, PartsEqualThoseOfTheExactBone) {
 
 TEST(LaminectomyOutcome, ReportsWhyNoVertebraIsFound) {
   const Spine spine(dvec3(1.2));
-  const volume::Version version = spine.untouched();
+  const volume::Version version = spine.uncut();
   const auto judged = [&](int label, const dvec3* canal) { return judge(spine.bone, label, canal, version); };
   const auto disc = judged(spine.scan->label_value("disc"), nullptr);
   ASSERT_FALSE(disc);
@@ -322,24 +322,24 @@ TEST(Laminectomy, IsJudgedByCommand) {
     const sim::Chronicle& all = run.engine().state().chronicle;
     return all[all.size() - 1].value;
   };
-  EXPECT_FALSE(run.apply_whole({JudgeLaminectomy{"L4"}, 0}).refused.has_value());
+  EXPECT_FALSE(run.apply_and_finish({JudgeLaminectomy{"L4"}, 0}).refused.has_value());
   ASSERT_NE(outcome().as<Judgement>(), nullptr);
   EXPECT_EQ(outcome().as<Judgement>()->canal_before, outcome().as<Judgement>()->canal_after);
   EXPECT_FALSE(outcome().as<Judgement>()->is_at_border);
   EXPECT_NEAR(measure("canal"), 351, 12);
   EXPECT_NEAR(measure("lamina remaining"), 100, 1e-9);
   const std::uint64_t first = run.engine().state().hash();
-  EXPECT_FALSE(run.apply_whole({JudgeLaminectomy{"disc"}, 0}).refused.has_value());
+  EXPECT_FALSE(run.apply_and_finish({JudgeLaminectomy{"disc"}, 0}).refused.has_value());
   EXPECT_NE(outcome().as<JudgementFailed>(), nullptr);
   EXPECT_EQ(measure("canal"), 0);
   EXPECT_NE(run.engine().state().hash(), first);
-  EXPECT_FALSE(run.apply_whole({JudgeLaminectomy{}, 0}).refused.has_value());
+  EXPECT_FALSE(run.apply_and_finish({JudgeLaminectomy{}, 0}).refused.has_value());
   ASSERT_NE(outcome().as<JudgementFailed>(), nullptr);
   EXPECT_NE(outcome().as<JudgementFailed>()->reason.find("no bone"), std::string::npos) << "nothing was cut";
   for (const JudgeLaminectomy& request :
        {JudgeLaminectomy{"L9"}, JudgeLaminectomy{"background"}, JudgeLaminectomy{"L4", {dvec3(0), dvec3(1)}},
         JudgeLaminectomy{"L4", {}, 3}})
-    EXPECT_TRUE(run.apply_whole({request, 0}).refused.has_value()) << sim::Value(request).words();
+    EXPECT_TRUE(run.apply_and_finish({request, 0}).refused.has_value()) << sim::Value(request).words();
 }
 
 }  // namespace

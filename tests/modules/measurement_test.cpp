@@ -76,10 +76,10 @@ TEST(Measurement, IsACommandOfAnOperation) {
        {Measure{Kind::ruler, {dvec3(0)}}, Measure{Kind::angle, {dvec3(0), dvec3(1)}},
         Measure{Kind::tape, {dvec3(0)}}, Measure{Kind::region, {}},
         Measure{Kind::ruler, {dvec3(0), dvec3(NAN)}}, Measure{Kind::tape, {dvec3(0), dvec3(1)}, 5, 7}})
-    EXPECT_TRUE(run.apply_whole({bad, 0}).refused.has_value()) << sim::Value(bad).words();
+    EXPECT_TRUE(run.apply_and_finish({bad, 0}).refused.has_value()) << sim::Value(bad).words();
   EXPECT_EQ(run.engine().state().hash(), start);
   EXPECT_TRUE(run.engine().overlays().empty());
-  EXPECT_FALSE(run.apply_whole({Measure{Kind::tape, {{40, 0, 0}, {0, 40, 0}}}, 0}).refused.has_value());
+  EXPECT_FALSE(run.apply_and_finish({Measure{Kind::tape, {{40, 0, 0}, {0, 40, 0}}}, 0}).refused.has_value());
   const auto* last = run.engine().state().result_of<MeasurementState>();
   ASSERT_NE(last, nullptr);
   EXPECT_NEAR(last->length / last->straight, 3.14159265 / 2 / std::sqrt(2.0), 0.02);
@@ -101,7 +101,7 @@ TEST(Measurement, PatchesAndPartsFollowClosedForms) {
   for (const auto& scan :
        {ball(fluoroscopy::straight(dvec3(1)), {72, 72, 72}), ball(leaning, {84, 96, 38})}) {
     const volume::Field bone(*scan, volume::Shape{"bone", 300});
-    const volume::Version untouched(scan);
+    const volume::Version uncut(scan);
     const double pi = 3.14159265358979;
     for (const auto& [corners, angle] : {std::pair(5, 0.35), std::pair(8, 0.6), std::pair(3, 0.5)})
       for (const bool is_turned : {false, true}) {
@@ -113,21 +113,20 @@ TEST(Measurement, PatchesAndPartsFollowClosedForms) {
         }
         const double inner = 2 * std::atan(1 / (std::cos(angle) * std::tan(pi / corners)));
         const double area = 900 * (corners * inner - (corners - 2) * pi);
-        const Measured measured = measure({Kind::patch, at, 5, 0}, bone, untouched);
+        const Measured measured = measure({Kind::patch, at, 5, 0}, bone, uncut);
         ASSERT_EQ(measured.problem, "");
         EXPECT_NEAR(measured.area / area, 1, 0.015) << corners;
       }
     // A belt around the equator has no inside: the surface is too curved.
-    EXPECT_NE(
-        measure({Kind::patch, {{30, 0, 5}, {0, 30, 5}, {-30, 0, -5}, {0, -30, 5}}, 5, 0}, bone, untouched)
-            .problem,
-        "");
-    const Measured whole = measure({Kind::part, {{3, 2, 1}}, 40, 0}, bone, untouched);
+    EXPECT_NE(measure({Kind::patch, {{30, 0, 5}, {0, 30, 5}, {-30, 0, -5}, {0, -30, 5}}, 5, 0}, bone, uncut)
+                  .problem,
+              "");
+    const Measured whole = measure({Kind::part, {{3, 2, 1}}, 40, 0}, bone, uncut);
     ASSERT_EQ(whole.problem, "");
     EXPECT_NEAR(whole.size / (4.0 / 3 * pi * 27000), 1, 0.01);
     EXPECT_NEAR(whole.area / (4 * pi * 900), 1, 0.02);
-    EXPECT_NE(measure({Kind::part, {{3, 2, 1}}, 25, 0}, bone, untouched).problem, "");
-    EXPECT_NE(measure({Kind::part, {{300, 2, 1}}, 25, 0}, bone, untouched).problem, "");
+    EXPECT_NE(measure({Kind::part, {{3, 2, 1}}, 25, 0}, bone, uncut).problem, "");
+    EXPECT_NE(measure({Kind::part, {{300, 2, 1}}, 25, 0}, bone, uncut).problem, "");
   }
 }
 
@@ -142,7 +141,7 @@ TEST(Measurement, ShowsTheNewestUntilCleared) {
   sim::Lockstep run(sim::Engine(scene, *method, {}, 1e-3, catalogue), {}, 1000);
   for (int i = 0; i < 40; ++i)
     ASSERT_FALSE(
-        run.apply_whole({Measure{Kind::ruler, {dvec3(0), dvec3(1 + i, 0, 0)}}, 0}).refused.has_value());
+        run.apply_and_finish({Measure{Kind::ruler, {dvec3(0), dvec3(1 + i, 0, 0)}}, 0}).refused.has_value());
   const auto* kept = run.engine().state().result_of<MeasurementState>();
   EXPECT_EQ(kept->length, 40);
   EXPECT_EQ(kept->kinds.size(), MeasurementState::k_shown);
@@ -152,7 +151,7 @@ TEST(Measurement, ShowsTheNewestUntilCleared) {
   ASSERT_EQ(seen[0].labels.size(), MeasurementState::k_shown);
   EXPECT_EQ(seen[0].labels.back().text, "40.0 mm");
   EXPECT_EQ(seen[0].labels.front().text, "9.0 mm");
-  ASSERT_FALSE(run.apply_whole({ClearMeasures{}, 0}).refused.has_value());
+  ASSERT_FALSE(run.apply_and_finish({ClearMeasures{}, 0}).refused.has_value());
   EXPECT_TRUE(run.engine().overlays().empty());
 }
 

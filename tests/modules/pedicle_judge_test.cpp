@@ -271,10 +271,10 @@ TEST(PedicleJudge, TheJobStoresItsJudgementUntilTheScrewIsGone) {
                          .diameter = Diameter::d7,
                          .length = Length::l40,
                          .seconds = 0};
-  ASSERT_FALSE(bench.run->apply_whole({place, 0}).refused);
+  ASSERT_FALSE(bench.run->apply_and_finish({place, 0}).refused);
   ASSERT_EQ(bench.run->engine().state().undoable.bodies.size(), 1u);
-  ASSERT_FALSE(bench.run->apply_whole({JudgeScrew{.vertebra = "box"}, 0}).refused);
-  ASSERT_FALSE(bench.run->apply_whole({JudgeScrew{}, 0}).refused);
+  ASSERT_FALSE(bench.run->apply_and_finish({JudgeScrew{.vertebra = "box"}, 0}).refused);
+  ASSERT_FALSE(bench.run->apply_and_finish({JudgeScrew{}, 0}).refused);
   const auto judged = bench.events<ScrewJudged>();
   ASSERT_EQ(judged.size(), 2u);
   EXPECT_EQ(sim::Value(judged[0].first).words(), sim::Value(judged[1].first).words())

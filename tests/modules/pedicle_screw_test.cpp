@@ -65,7 +65,7 @@ TEST(PedicleScrew, IsTurnedIntoItsTrackByTheClock) {
   bench.make_track(0.2, 0.1, 12);
   ASSERT_EQ(bench.undoable().track_depths.size(), 1u);
   PlaceScrew request{.diameter = Diameter::d4_5, .length = Length::l20, .seconds = 0.5};
-  ASSERT_FALSE(bench.run->apply_whole({request, 0}).refused);
+  ASSERT_FALSE(bench.run->apply_and_finish({request, 0}).refused);
   const auto placed = bench.events<ScrewPlaced>();
   ASSERT_EQ(placed.size(), 1u);
   EXPECT_EQ(placed[0].first.body, bench.run->engine().state().undoable.bodies[0].id);
@@ -143,7 +143,7 @@ TEST(PedicleScrew, RefusesImpossibleScrews) {
   ScrewBench bench;
   for (int i = 0; i < 3; ++i) bench.run->step({{0, 0, 30}, {1, 0, 0, 0}, 0});
   const auto reason = [&](const PlaceScrew& request) {
-    const sim::Outcome outcome = bench.run->apply_whole({request, 0});
+    const sim::Outcome outcome = bench.run->apply_and_finish({request, 0});
     if (outcome.refused) return outcome.refused->what;
     const auto failed = bench.events<ScrewFailed>();
     return failed.empty() ? std::string() : failed.back().first.reason;
@@ -158,7 +158,7 @@ TEST(PedicleScrew, RefusesImpossibleScrews) {
   EXPECT_NE(reason(longer).find("22 mm in front"), std::string::npos) << reason(longer);
   EXPECT_EQ(bench.bodies(), 0u);
   longer.is_forced = true;
-  ASSERT_FALSE(bench.run->apply_whole({longer, 0}).refused);
+  ASSERT_FALSE(bench.run->apply_and_finish({longer, 0}).refused);
   EXPECT_EQ(bench.bodies(), 1u);
   PlaceScrew across{.entry = {dvec3(8, 0, 9)}, .target = {dvec3(-4, 0, -4)}, .length = Length::l20};
   EXPECT_NE(reason(across).find("would cross"), std::string::npos) << reason(across);
@@ -171,7 +171,7 @@ TEST(PedicleScrew, RefusesImpossibleScrews) {
                     .diameter = Diameter::d3_5,
                     .length = Length::l20,
                     .seconds = 0};
-    ASSERT_FALSE(bench.run->apply_whole({next, 0}).refused);
+    ASSERT_FALSE(bench.run->apply_and_finish({next, 0}).refused);
   }
   EXPECT_EQ(bench.bodies(), 12u);
 }

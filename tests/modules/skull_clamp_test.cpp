@@ -68,7 +68,7 @@ struct Head {
 };
 
 std::string refusal(sim::Lockstep& run, const sim::Command& command) {
-  const sim::Outcome outcome = run.apply_whole(command);
+  const sim::Outcome outcome = run.apply_and_finish(command);
   return outcome.refused ? outcome.refused->message() : std::string();
 }
 void place(sim::Lockstep& run, const Pins& pins) {

@@ -306,9 +306,9 @@ TEST(Catheter, StaysInTheHeadUntilItIsDrawnOut) {
   drill_hole(run);
   move(run, 1000, 4, -20, 40, k_ignore);
   ASSERT_TRUE(state_of(run).has_entered);
-  EXPECT_TRUE(run.apply_whole({sim::RemoveInstrument{}, 1}).refused.has_value());
-  EXPECT_TRUE(run.apply_whole({Catheter{4, 150, true}, 1}).refused.has_value());
-  EXPECT_FALSE(run.apply_whole({sim::RemoveInstrument{}, 0}).refused.has_value());
+  EXPECT_TRUE(run.apply_and_finish({sim::RemoveInstrument{}, 1}).refused.has_value());
+  EXPECT_TRUE(run.apply_and_finish({Catheter{4, 150, true}, 1}).refused.has_value());
+  EXPECT_FALSE(run.apply_and_finish({sim::RemoveInstrument{}, 0}).refused.has_value());
   // An undo restores the bone. It does not undo the passage through the brain.
   run.undo();
   EXPECT_EQ(run.engine().removed_mm3(), 0);
@@ -356,7 +356,7 @@ TEST(Catheter, LockstepReplayAndSeekGiveTheSameState) {
     move(run, 1000, 4, -25, 60, k_ignore);
     inside_tick = run.engine().state().next_tick, inside = run.engine().state().hash();
     move(run, 1000, -25, -36, 60, k_ignore);
-    EXPECT_FALSE(run.apply_whole({JudgeCatheter{}, 1}).refused.has_value());
+    EXPECT_FALSE(run.apply_and_finish({JudgeCatheter{}, 1}).refused.has_value());
     move(run, 1000, -36, 4, 100, k_ignore);
     state = run.engine().state().hash();
     ASSERT_FALSE(writer.value()->finish(run.engine()));
@@ -376,7 +376,7 @@ TEST(Ventriculostomy, TheJudgementFollowsClosedForms) {
   const Slab bench;
   sim::Lockstep run = bench.run();
   const auto judged = [&](const dvec3& from, const dvec3& tip, const char* trajectory = "") {
-    EXPECT_FALSE(run.apply_whole({JudgeCatheter{trajectory, {from, tip}}, 1}).refused.has_value());
+    EXPECT_FALSE(run.apply_and_finish({JudgeCatheter{trajectory, {from, tip}}, 1}).refused.has_value());
     return *run.engine().state().result_of<CatheterJudged>();
   };
   const auto crossed = [&] {
@@ -430,7 +430,7 @@ TEST(Ventriculostomy, JudgesTheCatheterInTheHandAndTheOneDrawnOut) {
   const Slab bench;
   sim::Lockstep run = bench.run();
   const auto refusal = [&](const JudgeCatheter& request) {
-    const sim::Outcome outcome = run.apply_whole({request, 1});
+    const sim::Outcome outcome = run.apply_and_finish({request, 1});
     return outcome.refused ? outcome.refused->message() : std::string();
   };
   EXPECT_NE(refusal({}).find("no catheter"), std::string::npos);
@@ -461,7 +461,7 @@ TEST(Ventriculostomy, LeavesACatheterInPlace) {
   sim::Lockstep run(sim::Engine(bench.hands(), 1e-3, catalogue(), {}, bench.plan), {}, 1000,
                     writer.value().get());
   const auto is_refused = [&](const sim::Command& command) {
-    return run.apply_whole(command).refused.has_value();
+    return run.apply_and_finish(command).refused.has_value();
   };
   EXPECT_TRUE(is_refused({LeaveCatheter{}, 1})) << "nothing is inserted";
   drill_hole(run);
@@ -547,7 +547,7 @@ TEST(Ventriculostomy, ReportsTheDistanceToEachForbiddenStructure) {
   sim::Lockstep run = bench.run();
   const auto cleared = [&](const dvec3& from, const dvec3& tip) {
     const std::size_t count = events_of<CatheterClearance>(run.engine()).size();
-    EXPECT_FALSE(run.apply_whole({JudgeCatheter{"", {from, tip}}, 1}).refused.has_value());
+    EXPECT_FALSE(run.apply_and_finish({JudgeCatheter{"", {from, tip}}, 1}).refused.has_value());
     const auto all = events_of<CatheterClearance>(run.engine());
     EXPECT_EQ(all.size(), count + 1) << "the sinus only: a catheter has to pass the dura";
     return all.back().first;
@@ -597,9 +597,9 @@ TEST(Ventriculostomy, ThePlansOfTheHeadReachTheirVentricles) {
                                       [&](const auto& one) { return one.name == name; });
       ASSERT_NE(found, plan->trajectories.end());
       const dvec3 along = glm::normalize(found->target_world - found->entry_world);
-      ASSERT_FALSE(
-          run.apply_whole({JudgeCatheter{"", {found->entry_world - 10.0 * along, found->target_world}}, 0})
-              .refused.has_value());
+      ASSERT_FALSE(run.apply_and_finish(
+                          {JudgeCatheter{"", {found->entry_world - 10.0 * along, found->target_world}}, 0})
+                       .refused.has_value());
       const CatheterJudged& j = *run.engine().state().result_of<CatheterJudged>();
       EXPECT_EQ(j.trajectory, name);
       EXPECT_EQ(j.ventricle, std::string("ventricle_") + side);
@@ -611,14 +611,14 @@ TEST(Ventriculostomy, ThePlansOfTheHeadReachTheirVentricles) {
       // Beyond the midline the tip is nearer to the target of the other side. The judgement selects the
       // trajectory by its entry.
       const dvec3 beyond = found->target_world + 20.0 * along;
-      ASSERT_FALSE(run.apply_whole({JudgeCatheter{"", {found->entry_world - 10.0 * along, beyond}}, 0})
+      ASSERT_FALSE(run.apply_and_finish({JudgeCatheter{"", {found->entry_world - 10.0 * along, beyond}}, 0})
                        .refused.has_value());
       EXPECT_EQ(run.engine().state().result_of<CatheterJudged>()->trajectory, name);
     }
     // A path through the midline crosses the sinus, and an event of the judgement names the sinus.
     const dvec3 vertex = landmarks.vertex;
     ASSERT_FALSE(
-        run.apply_whole(
+        run.apply_and_finish(
                {JudgeCatheter{"left ventriculostomy", {vertex + dvec3(0, 30, 20), dvec3(2, 0, 10)}}, 0})
             .refused.has_value());
     EXPECT_LT(run.engine().state().result_of<CatheterJudged>()->clearance, 0);

@@ -93,10 +93,10 @@ def test_a_procedure_of_two_hands_sees_both():
 def test_judgements_are_scored_like_those_of_the_modules():
     operation = drilled()
     own = operation.score()
-    judged = operation.score([tr.Judgement("a", 3.0, unit="mm", full_at=2, zero_at=4, weight=2),
-                              tr.Judgement("b", 9.0, full_at=0, zero_at=4, weight=4),
-                              tr.Judgement("c", None, full_at=0, zero_at=1, reason="It was not measured."),
-                              tr.Judgement("d", 7.0)])
+    judged = operation.score([tr.MeasuredValue("a", 3.0, unit="mm", full_at=2, zero_at=4, weight=2),
+                              tr.MeasuredValue("b", 9.0, full_at=0, zero_at=4, weight=4),
+                              tr.MeasuredValue("c", None, full_at=0, zero_at=1, reason="It was not measured."),
+                              tr.MeasuredValue("d", 7.0)])
     a, b, c, d = judged["findings"][-4:]
     assert (a["verdict"], a["points"], a["unit"]) == ("fair", 1.0, "mm")
     assert (b["verdict"], b["points"]) == ("bad", 0.0) and judged["critical"] == own["critical"] + ["b"]
@@ -104,13 +104,13 @@ def test_judgements_are_scored_like_those_of_the_modules():
     assert d["verdict"] == "reported"
     assert judged["points"] == own["points"] + 1 and judged["possible"] == own["possible"] + 6
     assert judged["not_judged"] == own["not_judged"] + 1
-    for wrong, part in [([tr.Judgement("a", 1.0), tr.Judgement("a", 2.0)], "same name"),
-                        ([tr.Judgement("undos", 1.0)], "same name"), ([tr.Judgement("", 1.0)], "not valid"),
-                        ([tr.Judgement("a", np.nan)], "not valid"), ([3], "wrong type")]:
+    for wrong, part in [([tr.MeasuredValue("a", 1.0), tr.MeasuredValue("a", 2.0)], "same name"),
+                        ([tr.MeasuredValue("undos", 1.0)], "same name"), ([tr.MeasuredValue("", 1.0)], "not valid"),
+                        ([tr.MeasuredValue("a", np.nan)], "not valid"), ([3], "wrong type")]:
         with pytest.raises(tr.Error, match=part):
             operation.score(wrong)
     with pytest.raises(tr.Error, match="one limit"):
-        tr.Judgement("a", 1.0, full_at=2)
+        tr.MeasuredValue("a", 1.0, full_at=2)
 
 
 def test_renderings_show_cuts_and_refuse_unknown_names():

@@ -134,9 +134,9 @@ def test_scores_judge_the_current_state(tmp_path):
     session = str(tmp_path / "a.session")
     hand = tr.Hand("burr", diameter=7, removal_rate=100)
     operation = tr.Operation.open("head", plan=True, hand=hand, record=session)
-    untouched = operation.score()
-    assert untouched["points"] == untouched["possible"] == sum(f["weight"] for f in untouched["findings"])
-    assert all(f["verdict"] in ("good", "reported") for f in untouched["findings"])
+    uncut = operation.score()
+    assert uncut["points"] == uncut["possible"] == sum(f["weight"] for f in uncut["findings"])
+    assert all(f["verdict"] in ("good", "reported") for f in uncut["findings"])
     positions = path_down(4000, start=70, depth=0.008)
     positions[:, 1] = -20
     operation.run(positions, buttons=1)
@@ -146,14 +146,14 @@ def test_scores_judge_the_current_state(tmp_path):
     torn = by_name["venous_sinus: torn"]
     assert (torn["value"], torn["verdict"], torn["points"]) == (1, "bad", 0)
     assert 0 < torn["tick"] < 4000 and abs(torn["position"][1] + 20) < 5
-    assert injured["points"] < untouched["points"]
+    assert injured["points"] < uncut["points"]
     operation.end()
     # A recorded state has the same score.
     recorded = tr.Operation.reopen(session)
     recorded.go_to(recorded.tick_count)
     assert recorded.score() == injured
     recorded.go_to(0)
-    assert recorded.score() == untouched
+    assert recorded.score() == uncut
 
 
 def test_a_phantom_in_memory_has_its_plan():
@@ -445,7 +445,7 @@ def test_faults_and_limits_are_named():
     with pytest.raises(tr.Error, match="0 to 0"):
         operation.explain_force(0, hand=4)
     with pytest.raises(tr.Error, match="are equal"):
-        tr.Judgement("width", 1, full_at=1, zero_at=1)
+        tr.MeasuredValue("width", 1, full_at=1, zero_at=1)
     with pytest.raises(tr.Error, match="path of the session is empty"):
         tr.Operation.open(sphere((3, 3, 3)), iso=300, record="")
 

@@ -384,8 +384,8 @@ void expect_nothing_breaks(const std::string& path, const SceneData& data, unsig
     const auto replay_of = Replay::open(opened.value(), data).value();
     Replay& replay = *replay_of;
     ASSERT_FALSE(replay.seek(good.index.next_tick + 3));
-    unopened += replay.counts().unopened;
-    opened_by_it += replay.counts().unopened == 0;
+    unopened += replay.counts().failed_checkpoints;
+    opened_by_it += replay.counts().failed_checkpoints == 0;
     for (int n = 0; n < 200; ++n) {
       const auto stepped = replay.step();
       if (!stepped || !stepped.value()) break;
@@ -423,7 +423,7 @@ TEST(Checkpoint, AnEngineMayOutliveItsReader) {
     auto opened = SessionReader::open(path, drilling_catalogue());
     const auto replay = Replay::open(opened.value(), bench.scene.base).value();
     ASSERT_FALSE(replay->seek(opened.value().tick_count()));
-    ASSERT_GT(replay->counts().opened, 0u);
+    ASSERT_GT(replay->counts().opened_checkpoints, 0u);
     continued.emplace(std::move(replay->engine()));
   }
   ASSERT_TRUE(continued->can_undo());

@@ -160,7 +160,7 @@ TEST(Forbidden, ARoundBurrAtRestIsWatchedAtItsOwnSurface) {
   ASSERT_FALSE(haptics::set_smallest_burr(guarded.scene, 8));
   ASSERT_FALSE(guarded.method->prepare(guarded.scene));
   Lockstep run(guarded.engine({.diameter = 8}), {}, 1000);
-  ASSERT_FALSE(run.apply_whole(TakeInstrument{"burr", "diameter=8 round=yes"}).refused);
+  ASSERT_FALSE(run.apply_and_finish(TakeInstrument{"burr", "diameter=8 round=yes"}).refused);
   const double contact = run.engine().tool(0).scene->tool->radius();
   ASSERT_GT(contact, 2);
   ASSERT_LT(contact, 4 - 0.3);
@@ -228,6 +228,50 @@ TEST(Forbidden, EventsReportWhatAVisitDid) {
   EXPECT_GT(contacts, 50);
   EXPECT_EQ(run.engine().watch(0, 0).entries, 1);
   EXPECT_FALSE(run.engine().watch(0, 0).is_inside);
+}
+
+/// The brain behind an intact dura yields to a tool that does not cut. A tool that cuts, or that tears the
+/// dura, enters the brain.
+TEST(Forbidden, AnIntactDuraCarriesTheBrainBehindIt) {
+  const Guarded guarded;
+  auto layers = std::make_shared<volume::Volume>(
+      volume::make_volume(guarded.scene.base->size, guarded.scene.base->frame, true).value());
+  layers->label_names = {"nothing", "dura", "brain"};
+  std::fill(layers->voxels.span().begin(), layers->voxels.span().end(), std::int16_t{0});
+  constexpr double k_dura = 4,
+                   k_brain = 4.5;  // mm, heights of the lower faces, half a voxel below the first centres
+  for (int z = 0; z < layers->size.z; ++z)
+    for (int y = 0; y < layers->size.y; ++y)
+      for (int x = 0; x < layers->size.x; ++x) {
+        const double height = layers->frame.world_from_volume({x, y, z}).z;
+        layers->labels[layers->index(x, y, z)] = height > k_brain ? 2 : height > k_dura ? 1 : 0;
+      }
+  std::vector<std::shared_ptr<const Forbidden>> structures;
+  for (const int label : {2, 1}) {  // the brain comes first: the order must not matter
+    volume::Shape shape;
+    shape.label = label;
+    shape.name = label == 1 ? "dura" : "brain";
+    structures.push_back(Forbidden::build(layers, shape).value());
+  }
+  const struct {
+    double up;  ///< mm, height of the ball's upper end
+    bool is_pressed, is_in_brain;
+  } visits[] = {{6, false, false}, {6, true, true}, {8.5, false, true}};
+  for (const auto& visit : visits) {
+    Engine engine({{haptics::ServoHand(haptics::borrowed(guarded.scene), haptics::borrowed(*guarded.method),
+                                       haptics::TouchState(nullptr)),
+                    drilling::burr({4, 1e4, 400, true})}},
+                  1e-3, drilling_catalogue(), structures);
+    Lockstep run(std::move(engine), {}, 1000);
+    constexpr double k_radius = 2;
+    for (int i = 0; i <= 1000; ++i)
+      run.step({{0, 0, 2 - k_radius + (visit.up - 2) * i / 1000.0}, {1, 0, 0, 0}, visit.is_pressed});
+    SCOPED_TRACE(visit.up);
+    EXPECT_EQ(run.engine().watch(0, 1).entries, 1) << "dura";
+    EXPECT_EQ(run.engine().watch(0, 1).is_torn, visit.is_in_brain);
+    EXPECT_EQ(run.engine().watch(0, 0).entries, visit.is_in_brain ? 1 : 0);
+    EXPECT_EQ(run.engine().watch(0, 0).nearest >= 0, !visit.is_in_brain);
+  }
 }
 
 // A tool crosses a brain of radius 9 mm, through its centre and off it, or slides just below its surface:

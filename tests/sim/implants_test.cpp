@@ -24,7 +24,7 @@ TEST(Implants, TwelveFixedOnesAreTouchedUndoneAndReplayed) {
     auto writer = bench.toy_writer(path);
     Lockstep run(bench.engine(), {}, 1000, writer.get());
     rest(run, {0, 0, 40}, 5);
-    ASSERT_FALSE(run.apply_whole({ToyPlant{{-8, 0, k_above}, 12}, 0}).refused);
+    ASSERT_FALSE(run.apply_and_finish({ToyPlant{{-8, 0, k_above}, 12}, 0}).refused);
     ASSERT_EQ(run.engine().state().undoable.bodies.size(), 12u);
     int added = 0;
     const Chronicle& chronicle = run.engine().state().chronicle;
@@ -65,11 +65,11 @@ TEST(Implants, TwelveFixedOnesAreTouchedUndoneAndReplayed) {
     run.redo();
     EXPECT_EQ(run.engine().state().undoable.bodies.size(), 12u);
     // Each movable implant needs a mover, and there are eight movers.
-    ASSERT_FALSE(run.apply_whole({ToyPlant{{-8, 5, k_above}, 8, 0, false}, 0}).refused);
+    ASSERT_FALSE(run.apply_and_finish({ToyPlant{{-8, 5, k_above}, 8, 0, false}, 0}).refused);
     EXPECT_EQ(run.engine().state().undoable.bodies.size(), 20u);
     const Id last = run.engine().state().undoable.bodies.back().id;
     EXPECT_FALSE(run.apply(Command(PlaceBody{last, dvec3(0, 0, 12)}, 0)).refused);
-    ASSERT_FALSE(run.apply_whole({ToyPlant{{-8, 5, 9}, 1, 0, false}, 0}).refused);
+    ASSERT_FALSE(run.apply_and_finish({ToyPlant{{-8, 5, 9}, 1, 0, false}, 0}).refused);
     EXPECT_EQ(run.engine().state().undoable.bodies.size(), 20u) << "discarded";
     const auto& events = run.engine().state().chronicle;
     const auto* discarded = events[events.size() - 1].value.as<JobDiscarded>();
@@ -104,7 +104,7 @@ TEST(Implants, OneInMotionIsAtItsPlaceByTheClockAndNotTouched) {
     auto writer = bench.toy_writer(path);
     Lockstep run(bench.engine(), {}, 1000, writer.get());
     rest(run, {0, 0, 40}, 10);
-    ASSERT_FALSE(run.apply_whole({ToyPlant{{0, 0, k_above}, 1, 0.4}, 0}).refused);
+    ASSERT_FALSE(run.apply_and_finish({ToyPlant{{0, 0, k_above}, 1, 0.4}, 0}).refused);
     begin = run.engine().state().next_tick;
     EXPECT_NEAR(height(run.engine()), k_above + 10, 1e-9);
     EXPECT_TRUE(run.engine().has_moving_surfaces());

@@ -58,8 +58,8 @@ inline std::uint64_t expect_opens_anywhere(const std::string& path, const Catalo
       EXPECT_FALSE(error) << error->message();
       worst = std::max(worst, replay.counts().ticks - before);
       if (k == 0) {
-        EXPECT_EQ(replay.counts().opened, to->first >= session.checkpoints()[0].next_tick);
-        EXPECT_EQ(replay.counts().unopened, 0u);
+        EXPECT_EQ(replay.counts().opened_checkpoints, to->first >= session.checkpoints()[0].next_tick);
+        EXPECT_EQ(replay.counts().failed_checkpoints, 0u);
       }
       EXPECT_EQ(replay.engine().snapshot()->hash(), to->second) << "opened at " << to->first;
       for (int n = 0; n < 300; ++n) {

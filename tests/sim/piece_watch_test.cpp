@@ -90,7 +90,7 @@ TEST(PieceWatch, CommandsOfOthersDoNotAffectIt) {
   EXPECT_TRUE(run.apply({FreePieces{7, 20}, 0}).refused.has_value());
   for (int quarter = 0; quarter < 3; ++quarter)
     for (const haptics::Pose& pose : Plate::stroke(quarter)) run.step(pose);
-  EXPECT_FALSE(run.apply_whole({FreePieces{0, 20}, 0}).refused.has_value());
+  EXPECT_FALSE(run.apply_and_finish({FreePieces{0, 20}, 0}).refused.has_value());
   EXPECT_TRUE(run.engine().state().undoable.bodies.empty());
   for (const haptics::Pose& pose : Plate::stroke(3)) run.step(pose);
   EXPECT_EQ(run.engine().state().undoable.bodies.size(), 1u);

@@ -95,14 +95,14 @@ TEST(ModuleResult, IsStaleAfterACutAndAfterUndo) {
     };
     const dvec3 outside(0, 0, 90);  // a flood there removes nothing
     note();
-    ASSERT_FALSE(run.apply_whole({ToyFlood{outside}, 0}).refused);
+    ASSERT_FALSE(run.apply_and_finish({ToyFlood{outside}, 0}).refused);
     EXPECT_NE(found(run.engine()).value, 0);
     note();
     ASSERT_FALSE(run.apply({ToyMark{dvec3(1)}, 0}).refused);  // changes no anatomy
     note();
     ASSERT_FALSE(run.apply({ToyCarve{dvec3(0)}, 0}).refused);
     note();
-    ASSERT_FALSE(run.apply_whole({ToyFlood{outside}, 0}).refused);
+    ASSERT_FALSE(run.apply_and_finish({ToyFlood{outside}, 0}).refused);
     note();
     run.undo(), run.undo();  // the change by the flood, then the cut
     note();

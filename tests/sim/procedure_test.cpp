@@ -17,7 +17,7 @@ void operate(Lockstep& run) {
   const auto rest = [&](int ticks) {
     for (int i = 0; i < ticks; ++i) run.step(in_air());
   };
-  const auto is_done = [&](Command command) { return !run.apply_whole(command).refused; };
+  const auto is_done = [&](Command command) { return !run.apply_and_finish(command).refused; };
   rest(20);
   EXPECT_EQ(step_of(run.engine()), "mark");
   EXPECT_FALSE(is_done(TakeInstrument{"burr", k_taken_burr}));  // refused in the first step
@@ -165,7 +165,7 @@ TEST(Procedure, IsUndoneWithTheStrokeThatEndedAStep) {
   const ProcedurePosition before = position();
   run.apply(ToyMark{dvec3(2)});
   EXPECT_EQ(step_of(run.engine()), "drill");
-  ASSERT_FALSE(run.apply_whole(TakeInstrument{"burr", k_taken_burr}).refused);
+  ASSERT_FALSE(run.apply_and_finish(TakeInstrument{"burr", k_taken_burr}).refused);
   // The first step allows no burr.
   const Outcome refused = run.undo();
   ASSERT_TRUE(refused.refused);

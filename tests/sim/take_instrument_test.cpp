@@ -67,10 +67,10 @@ TEST(TakeInstrument, BringsItsBallAndReplaysToTheBit) {
     EXPECT_NE(run.engine().servo_scene()->hands[0].laws, nullptr);
     for (int i = 0; i < 30; ++i) run.step({{0, 0, 14}, {1, 0, 0, 0}, false});
     // A burr touches with a point again, as at the start.
-    ASSERT_FALSE(run.apply_whole({TakeInstrument{"burr", "diameter=4 removal_rate=30"}, 0}).refused);
+    ASSERT_FALSE(run.apply_and_finish({TakeInstrument{"burr", "diameter=4 removal_rate=30"}, 0}).refused);
     EXPECT_EQ(tool_of(run.engine()), "burr");
     EXPECT_EQ(radius_of(run.engine()), 0);
-    ASSERT_FALSE(run.apply_whole({TakeInstrument{"burr", "diameter=5 removal_rate=30"}, 0}).refused);
+    ASSERT_FALSE(run.apply_and_finish({TakeInstrument{"burr", "diameter=5 removal_rate=30"}, 0}).refused);
     EXPECT_EQ(run.engine().state().settings.hands[0].parameters.as<drilling::Burr>()->diameter, 5);
     for (int i = 0; i < 30; ++i) run.step({{0, 0, 14}, {1, 0, 0, 0}, false});
     state = run.engine().state().hash();

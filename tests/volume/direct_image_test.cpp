@@ -179,10 +179,10 @@ TEST(DirectImage, EqualsBruteForceOfEverySampleOfEveryRay) {
             // A ray ends at a transmittance of 0.5 %.
             worst = std::max(worst, is > 0.995 && result > 0.995 ? 0.0 : std::abs(is - result));
           }
-        // Planted fault: a twin that reads the untouched scan must differ.
+        // Planted fault: a twin that reads the uncut scan must differ.
         if (opening == 0) {
-          const Version untouched(scan);
-          const BruteForceRay wrong{*scan, untouched, k_bone, request, image.default_step_mm()};
+          const Version uncut(scan);
+          const BruteForceRay wrong{*scan, uncut, k_bone, request, image.default_step_mm()};
           for (int j = 0; j < 24; j += 2)
             for (int i = 0; i < 24; i += 2)
               planted +=
@@ -191,7 +191,7 @@ TEST(DirectImage, EqualsBruteForceOfEverySampleOfEveryRay) {
         }
       }
   }
-  std::printf("%d rays: largest error of the opacity %.1e; %d rays differ from those of the untouched scan\n",
+  std::printf("%d rays: largest error of the opacity %.1e; %d rays differ from those of the uncut scan\n",
               rays, worst, planted);
   EXPECT_LT(worst, 2e-3);
   EXPECT_GT(planted, 20);
@@ -205,14 +205,14 @@ TEST(DirectImage, BallConvergesToItsChordWithTheStep) {
   const TransferFunction ramp{{0, dvec3(1), 0}, {1000, dvec3(1), 0.05}};
   DirectImage image(scan, 2);
   image.set_transfer_function(ramp);
-  const Version untouched(scan);
+  const Version uncut(scan);
   double before = 1;
   for (const double step : {2.0, 1.0, 0.5, 0.25}) {
     RaycastRequest request;
     request.camera = camera_at({0, -300, 0}, 40, 36);
     request.step = step;
     std::vector<DirectPixel> drawn(1600);
-    image.draw(request, untouched, {}, 2, drawn);
+    image.draw(request, uncut, {}, 2, drawn);
     double square = 0;
     for (int j = 0; j < 40; ++j)
       for (int i = 0; i < 40; ++i) {
@@ -245,23 +245,23 @@ TEST(DirectImage, EndsOnWallsHidesLabelsAndReportsDepth) {
         output.labels[output.index(x, y, z)] = r < 8 ? 2 : r < 14 ? 1 : 0;
       }
   const auto scan = std::make_shared<const Volume>(std::move(output));
-  const Version untouched(scan);
+  const Version uncut(scan);
   DirectImage image(scan, 1);
   image.set_transfer_function({{500, {1, 0, 0}, 0}, {1000, {1, 0, 0}, 0.9}});
   RaycastRequest request;
   request.camera = camera_at({0, -100, 0}, 1, 1);
   DirectPixel pixel;
-  image.draw(request, untouched, {}, 1, {&pixel, 1});
+  image.draw(request, uncut, {}, 1, {&pixel, 1});
   EXPECT_GT(pixel.opacity, 0.99);
   EXPECT_NEAR(pixel.depth, 86, 1.5);
   image.set_labels({{1, {}}, {0, {}}, {1, dvec3(0, 1, 0)}});
-  image.draw(request, untouched, {}, 1, {&pixel, 1});
+  image.draw(request, uncut, {}, 1, {&pixel, 1});
   EXPECT_NEAR(pixel.depth, 92, 1.5) << "the shell is hidden";
   EXPECT_GT(pixel.green, 0.3);
   EXPECT_EQ(pixel.red, 0) << "the blurred edge of the shell is hidden as well";
   image.set_labels({});
   const float wall = 80;
-  image.draw(request, untouched, {&wall, 1}, 1, {&pixel, 1});
+  image.draw(request, uncut, {&wall, 1}, 1, {&pixel, 1});
   EXPECT_EQ(pixel.opacity, 0) << "an opaque wall in front hides the ball";
 }
 
@@ -275,13 +275,13 @@ TEST(DirectImage, ThinLayersShowNoRings) {
       {0, dvec3(1), 0}, {100, dvec3(1), 0.9}, {200, dvec3(1), 0.9}, {300, dvec3(1), 0}};
   DirectImage image(scan, 2);
   image.set_transfer_function(layer);
-  const Version untouched(scan);
+  const Version uncut(scan);
   RaycastRequest request;
   request.camera = camera_at({10, -300, 20}, 80, 20);
   const auto opacities = [&](double step) {
     request.step = step;
     std::vector<DirectPixel> pixels(80 * 80);
-    image.draw(request, untouched, {}, 2, pixels);
+    image.draw(request, uncut, {}, 2, pixels);
     std::vector<double> result;
     for (const DirectPixel& pixel : pixels) result.push_back(pixel.opacity);
     return result;
@@ -289,7 +289,7 @@ TEST(DirectImage, ThinLayersShowNoRings) {
   const auto fine = opacities(0.02), usual = opacities(0);
   // Planted fault: the transfer function is evaluated only at the samples.
   request.step = 0;
-  const BruteForceRay ray{*scan, untouched, layer, request, 0.25};
+  const BruteForceRay ray{*scan, uncut, layer, request, 0.25};
   double worst = 0, planted = 0;
   for (int j = 0; j < 80; j += 5)
     for (int i = 0; i < 80; i += 5) {
@@ -348,11 +348,11 @@ TEST(DirectImage, ShadingOfUniformBoneShowsNoRings) {
   const TransferFunction bone{{150, colour, 0}, {300, colour, 0.3}, {1200, colour, 0.9}};
   DirectImage image(scan, 2);
   image.set_transfer_function(bone);
-  const Version untouched(scan);
+  const Version uncut(scan);
   RaycastRequest request;
   request.camera = camera_at({10, -300, 20}, 60, 20);
   const double step = image.default_step_mm();
-  const BruteForceRay twin{*scan, untouched, bone, request, step};
+  const BruteForceRay twin{*scan, uncut, bone, request, step};
   constexpr int k_shifts = 6, k_every = 6, k_pixels = 60;
   constexpr double k_start = 18;  // mm from the centre of the ball, in air
   std::vector<std::array<double, k_shifts>> drawn, middles;
@@ -360,7 +360,7 @@ TEST(DirectImage, ShadingOfUniformBoneShowsNoRings) {
     const double height = k_start - shift * step / k_shifts;
     request.openings.plane = Openings::Plane{-height * request.camera.forward, -request.camera.forward};
     std::vector<DirectPixel> pixels(k_pixels * k_pixels);
-    image.draw(request, untouched, {}, 2, pixels);
+    image.draw(request, uncut, {}, 2, pixels);
     drawn.resize(pixels.size());
     for (std::size_t n = 0; n < pixels.size(); ++n)
       drawn[n][static_cast<std::size_t>(shift)] = static_cast<double>(pixels[n].red);

@@ -303,8 +303,8 @@ TEST(OffsetField, AChainOfUpdatesStaysTheDistance) {
       const Made m = wall(s, dvec3(0, 0, 1), 9, 3);
       RemovalEditor editor(
           std::make_shared<Version>(m.base, CutLattice::for_burr(*m.base, 2 * radius).value()), {m.field});
-      const auto untouched = OffsetField::build(m.field, m.bits, nullptr, radius).value();
-      auto field = untouched;
+      const auto uncut = OffsetField::build(m.field, m.bits, nullptr, radius).value();
+      auto field = uncut;
       std::shared_ptr<const Version> version;
       dvec3 last(-1, 0, 4.5 + radius);
       std::size_t cells = 0;
@@ -326,8 +326,8 @@ TEST(OffsetField, AChainOfUpdatesStaysTheDistance) {
         for (int y = 0; y < field->size().y; ++y)
           for (int x = 0; x < field->size().x; ++x) {
             const double u = field->at(x, y, z);
-            if (std::abs(u) > 1.5 * field->step_mm() || u == untouched->at(x, y, z)) continue;
-            ASSERT_LT(u, untouched->at(x, y, z));
+            if (std::abs(u) > 1.5 * field->step_mm() || u == uncut->at(x, y, z)) continue;
+            ASSERT_LT(u, uncut->at(x, y, z));
             if (++changed % (radius < 1 ? 2 : 5) != 0) continue;
             const double nearest =
                 nearest_solid(solid, *m.base, field->frame().world_from_volume(dvec3(x, y, z)), radius + 1);

@@ -323,6 +323,29 @@ TEST(PartsOutsideTheBody, AreOmittedIfTheyAreLong) {
   }
 }
 
+/// An ear connects a second part of the holder to the body. Planted bone of the same size in air, but
+/// enclosed by the body, stays.
+TEST(PartsOutsideTheBody, AreOmittedIfOnlyAnEarTouchesThem) {
+  for (const bool is_enclosed : {false, true}) {
+    const auto scan = head_in_holder(-950);
+    const int x = is_enclosed ? 30 : 1;  // in the cavity of the skull, or next to the head
+    for (int z = 8; z < 17; ++z)
+      for (int y = 24; y < 36; ++y) {
+        if (is_enclosed)
+          for (int around = -4; around <= 4; ++around) scan->voxels[scan->index(x + around, y, z)] = -1000;
+        else
+          for (int around = 0; around <= 6; ++around) scan->voxels[scan->index(around, y, z)] = -1000;
+        scan->voxels[scan->index(x, y, z)] = 600;
+      }
+    for (int ear = x; ear < x + 7; ++ear)  // a bridge of tissue
+      if (scan->voxels[scan->index(ear, 30, 12)] < -300) scan->voxels[scan->index(ear, 30, 12)] = 50;
+    ShapeParts removed;
+    const auto kept = omit_parts_outside_body(scan, Shape{}, removed).value();
+    EXPECT_EQ(removed.count, is_enclosed ? 1 : 2);
+    EXPECT_EQ(kept->window_voxels()[kept->index(x, 30, 12)], is_enclosed ? 600 : -1000);
+  }
+}
+
 TEST(PartsOutsideTheBody, OfAnySizeAreOmittedOnRequest) {
   const auto scan = head_in_holder(-950);
   for (int y = 60; y < 71; ++y)

@@ -217,7 +217,7 @@ bool find_centroid(const CanalSection& section, dvec2& middle) {
   return true;
 }
 
-/// Returns the sections of the untouched canal at `heights` (mm along `up`). Uses all cores.
+/// Returns the sections of the uncut canal at `heights` (mm along `up`). Uses all cores.
 std::vector<CanalSection> sections_at(const VertebraFrame& frame, std::span<const double> heights,
                                       const CanalWalls& walls) {
   std::vector<CanalSection> sections(heights.size());

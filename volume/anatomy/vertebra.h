@@ -70,7 +70,7 @@ struct Pedicles {
   double low = 0, high = 0;  ///< mm along `up` of the frame
   double half_width = 0;     ///< mm, half of the canal's width between them
 };
-/// Finds the pedicles. `sections`: of the untouched vertebra, evenly spaced upward. Returns nullopt if no
+/// Finds the pedicles. `sections`: of the uncut vertebra, evenly spaced upward. Returns nullopt if no
 /// section has pedicles on both sides.
 std::optional<Pedicles> find_pedicles(const VertebraFrame& frame, const CanalWalls& walls,
                                       std::span<const CanalSection> sections);

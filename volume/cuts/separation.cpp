@@ -398,7 +398,8 @@ class Search {
     return {static_cast<int>(key % x), static_cast<int>(key / x % y), static_cast<int>(key / x / y)};
   }
 
-  /// Classifies a complete part: detached if removed samples connect it to a solid sample of another part.
+  /// Classifies a complete part: detached if only removed samples are between it and another part. Otherwise
+  /// it was separate before the cut, too, and the result is `connected`.
   Separation::Kind classify(int part) {
     std::unordered_map<Key, Words> visited;
     std::deque<Step> steps;
@@ -435,16 +436,16 @@ class Search {
       // Solid samples of another part next to the removed ones, in this brick and in its neighbours.
       if (has_bits(difference(intersection(dilated(fresh), n.solid), own_in(n))))
         return Separation::Kind::detached;
-      bool is_connected = false;
+      bool is_next_to_other = false;
       for_neighbours([&](const glm::ivec3& d) {
-        if (!is_inside(n.position + d) || is_connected) return;
+        if (!is_inside(n.position + d) || is_next_to_other) return;
         const Words entering = neighbours_in(fresh, d);
         if (!has_bits(entering)) return;
         const Node& neighbour = node(n.position + d);
-        is_connected = has_bits(difference(intersection(entering, neighbour.solid), own_in(neighbour)));
+        is_next_to_other = has_bits(difference(intersection(entering, neighbour.solid), own_in(neighbour)));
         steps.push_back({key_of(neighbour.position), entering});
       });
-      if (is_connected) return Separation::Kind::detached;
+      if (is_next_to_other) return Separation::Kind::detached;
     }
     return Separation::Kind::connected;
   }

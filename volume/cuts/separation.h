@@ -29,9 +29,9 @@ struct SeparationLimits {
 
 /// Compares `after` with `before`, which must have no detached part. Floods the solid samples next to the
 /// cut. If they form several parts, floods these parts outward in turns. The result is `connected` if all
-/// parts meet, and `detached` if a part can no longer grow and removed matter connects it to another part.
-/// Stops with `pending` at the brick limit. Samples are connected as in SolidParts. Allocates. Any thread;
-/// neither version may be written during the call.
+/// parts meet, and `detached` if a part can no longer grow and only removed matter is between it and another
+/// part. Stops with `pending` at the brick limit. Samples are connected as in SolidParts. Allocates. Any
+/// thread; neither version may be written during the call.
 Separation detect_detachment(const Field& field, const Occupancy& bits, const Version& before,
                              const Version& after, const SeparationLimits& limits = {});
 

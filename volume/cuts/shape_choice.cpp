@@ -284,21 +284,60 @@ Result<Volume> keep_largest_part(const std::shared_ptr<const Volume>& volume, co
   return with_parts(*volume, shape, parts, is_kept);
 }
 
+namespace {
+
+constexpr double k_tissue = -300;  // HU; the cushions of tables and holders have lower values
+
+/// Returns true if a part of bone lies in air next to the body: 3 mm from its voxels there is mostly air, and
+/// from most voxels a row or a column of the slice leads through air out of the scan. Examples are a head
+/// holder that touches an ear, and a table under the skin.
+bool is_in_open_air(const Volume& v, const SolidParts& parts, int part, double low) {
+  constexpr double k_near = 3, k_skipped = 5;  // mm
+  constexpr std::int64_t k_tested = 500;       // voxels of the part
+  const glm::dvec3 spacing = v.frame.spacing();
+  const auto value = [&](const glm::ivec3& p) { return v.window_voxels()[v.index(p.x, p.y, p.z)]; };
+  const std::int64_t every =
+      std::max<std::int64_t>(1, parts.parts()[static_cast<std::size_t>(part)].samples / k_tested);
+  std::int64_t count = 0, tested = 0, open = 0, air = 0, tissue = 0;
+  for_voxels_of(v, parts, part, [&](const glm::ivec3& voxel) {
+    if (count++ % every != 0) return true;
+    ++tested;
+    bool is_open = false;
+    for (int axis = 0; axis < 3; ++axis)
+      for (const int side : {-1, 1}) {
+        glm::ivec3 step(0);
+        step[axis] = side;
+        const glm::ivec3 near = voxel + static_cast<int>(std::lround(k_near / spacing[axis])) * step;
+        if (v.contains(near) && value(near) < low) ++(value(near) < k_tissue ? air : tissue);
+        if (axis == 2) continue;
+        glm::ivec3 p = voxel + static_cast<int>(std::lround(k_skipped / spacing[axis])) * step;
+        while (v.contains(p) && value(p) < k_tissue) p += step;
+        is_open = is_open || !v.contains(p);
+      }
+    open += is_open;
+    return true;
+  });
+  return 10 * open >= 9 * tested && air >= 2 * tissue;
+}
+
+}  // namespace
+
 Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_ptr<const Volume>& volume,
                                                               const Shape& shape, ShapeParts& removed,
                                                               PartSize size) {
-  constexpr double k_tissue = -300;  // HU; the cushions of tables and holders have lower values
   removed = {};
   if (!volume->is_hounsfield || shape.is_label() || shape.low < k_tissue) return volume;
   const SolidParts parts = find_parts(volume, shape);
   int largest = 0;
   const ShapeParts all = summary_of(parts, largest);
   // A long part, such as the thin edge of a table, is visible even if it has few voxels.
-  constexpr double k_long = 50;  // mm
-  const auto is_large = [&](const SolidParts::Part& part) {
+  constexpr double k_long = 50, k_short = 20;  // mm
+  const auto length_of = [&](const SolidParts::Part& part) {
     const glm::dvec3 sides = glm::dvec3(part.box.high - part.box.low + 1) * volume->frame.spacing();
-    return size == PartSize::any || 200 * part.samples >= all.largest ||
-           std::max({sides.x, sides.y, sides.z}) >= k_long;
+    return std::max({sides.x, sides.y, sides.z});
+  };
+  const auto is_large = [&](const SolidParts::Part& part) {
+    return size == PartSize::any || 200 * part.samples >= all.largest || length_of(part) >= k_long;
   };
   int large_parts = 0;
   for (const SolidParts::Part& part : parts.parts()) large_parts += is_large(part);
@@ -333,6 +372,17 @@ Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_
     outside.second = std::max(outside.second, parts.parts()[p].samples);
   }
   if (!has_large) return volume;
+  // Tissue may connect a further part of the same table or holder to the body, such as an ear that touches
+  // it.
+  for (std::size_t p = 0; p < is_kept.size(); ++p) {
+    const SolidParts::Part& part = parts.parts()[p];
+    if (!is_kept[p] || static_cast<int>(p) == largest || length_of(part) < k_short ||
+        !is_in_open_air(*volume, parts, static_cast<int>(p), shape.low))
+      continue;
+    is_kept[p] = false;
+    outside.others += part.samples, ++outside.count;
+    outside.second = std::max(outside.second, part.samples);
+  }
   Result<Volume> copy = with_parts(*volume, shape, parts, is_kept);
   if (!copy) return copy.error();
   removed = outside;

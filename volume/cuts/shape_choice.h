@@ -33,12 +33,13 @@ Result<Volume> keep_largest_part(const std::shared_ptr<const Volume>& volume, co
 enum class PartSize { large, any };
 
 /// Returns a copy without the parts of a CT's shape outside the patient's body, such as a table or a head
-/// holder. No tissue (-300 HU and above) connects these parts to the largest part. Returns `volume` itself in
-/// these cases: the volume has no HU; the shape is a label or begins below -300 HU; no part outside the body
-/// is large (0.5 % of the largest part, or 50 mm long); there is no tissue around the largest part, as in a
-/// specimen. PartSize::any requires neither a large part nor tissue around the largest part. Changes voxels
-/// as keep_largest_part(). `removed`: the removed parts; its `largest` is the size of the largest kept part,
-/// or all members are 0 if nothing was removed.
+/// holder. No tissue (-300 HU and above) connects these parts to the largest part. If there are such parts,
+/// those are omitted as well that are at least 20 mm long, lie in air next to the body and touch it only in a
+/// small area. Returns `volume` itself in these cases: the volume has no HU; the shape is a label or begins
+/// below -300 HU; no part outside the body is large (0.5 % of the largest part, or 50 mm long); there is no
+/// tissue around the largest part, as in a specimen. PartSize::any requires neither a large part nor tissue
+/// around the largest part. Changes voxels as keep_largest_part(). `removed`: the removed parts; its
+/// `largest` is the size of the largest kept part, or all members are 0 if nothing was removed.
 Result<std::shared_ptr<const Volume>> omit_parts_outside_body(const std::shared_ptr<const Volume>& volume,
                                                               const Shape& shape, ShapeParts& removed,
                                                               PartSize size = PartSize::large);

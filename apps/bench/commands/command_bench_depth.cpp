@@ -39,9 +39,10 @@ void report_images(bool is_quick, Outcome& outcome) {
          {"embree_first_hits_ms", json_or_null(row.embree_ms)},
          {"gl_first_ms", json_or_null(row.gl_first_ms)},
          {"gl_ms", json_or_null(row.gl_ms)},
-         {"embree_different_pixels", row.embree_different < 0 ? Json(nullptr) : Json(row.embree_different)},
-         {"gl_different_pixels", row.gl_different < 0 ? Json(nullptr) : Json(row.gl_different)},
-         {"moved_different_pixels", row.moved_different}});
+         {"embree_different_pixels",
+          row.embree_differing_pixels < 0 ? Json(nullptr) : Json(row.embree_differing_pixels)},
+         {"gl_different_pixels", row.gl_differing_pixels < 0 ? Json(nullptr) : Json(row.gl_differing_pixels)},
+         {"moved_different_pixels", row.moved_differing_pixels}});
   outcome.print("\nSix images of 20 mm around the touch, ms; ours: every layer, without preprocessing");
   outcome.print_table(
       json["images"],
@@ -70,15 +71,15 @@ void report_images(bool is_quick, Outcome& outcome) {
   json["frames"] = Json::array();
   for (const bench::FrameRow& row : bench::run_frame_times(is_quick, make_draw_target)) {
     json["frames"].push_back({{"triangles", row.triangles},
-                              {"slices", row.slices},
+                              {"slices", row.samples_across},
                               {"draw_ms", json_or_null(row.draw_ms)},
                               {"voxels_us", row.voxel_touch_us},
                               {"depth_images_ms", json_or_null(row.depth_ms)},
                               {"drawn_again_ms", json_or_null(row.redraw_ms)},
                               {"feedback_ms", json_or_null(row.feedback_ms)}});
     table.push_back(json["frames"].back());
-    table.back()["of"] =
-        row.triangles > 0 ? format_text("%d triangles", row.triangles) : format_text("%d slices", row.slices);
+    table.back()["of"] = row.triangles > 0 ? format_text("%d triangles", row.triangles)
+                                           : format_text("%d slices", row.samples_across);
   }
   outcome.print(
       "\nA frame of 512^2 pixels, and its haptic cost: OpenHaptics draws again or searches all triangles");

@@ -121,7 +121,7 @@ bench::FeelScene real_scene(const std::string& name, const std::string& motion, 
 }
 
 /// Returns the path resampled at 1 kHz, at which this benchmark plays it, with at most 20 000 samples.
-Result<haptics::PosePath> at_a_kilohertz(const haptics::PosePath& path, const std::string& where) {
+Result<haptics::PosePath> resampled_to_1_khz(const haptics::PosePath& path, const std::string& where) {
   constexpr std::size_t k_max = 20'000;
   std::vector<haptics::PosePath::Sample> samples;
   for (const double t : haptics::servo_times(path, 1000))
@@ -153,7 +153,7 @@ Result<bench::FeelScene> recorded_hand(const std::string& file, const std::strin
   const auto play = [&](const std::string& name, haptics::TouchScene& scene,
                         const Result<haptics::PosePath>& path) -> Result<bench::FeelScene> {
     if (!path) return path.error();
-    auto played = at_a_kilohertz(path.value(), where);
+    auto played = resampled_to_1_khz(path.value(), where);
     if (!played) return played.error();
     return real_scene(name, "recorded hand", std::move(scene), std::move(played).value());
   };

@@ -149,7 +149,7 @@ Status bench_open(const BenchArguments& arguments, Outcome& outcome) {
                log_bytes_per_tick = static_cast<double>(reader.log_bytes()) / hand_ticks;
   outcome.json["ticks"] = ticks;
   outcome.json["checkpoints"] = reader.checkpoints().size();
-  outcome.json["opened_by_checkpoint"] = replay.counts().opened;
+  outcome.json["opened_by_checkpoint"] = replay.counts().opened_checkpoints;
   outcome.json["most_ticks_played"] = max_played;
   outcome.json["open_ms"] = {{"count", k_seek_count},
                              {"p50", quantile(milliseconds, 0.5)},

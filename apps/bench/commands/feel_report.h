@@ -20,8 +20,8 @@ Json feel_peers(const bench::FeelReport& report);
 Json feel_split(const bench::FeelReport& report);
 /// The rows as JSON, as in feel.json.
 Json feel_rows(const bench::FeelReport& report);
-/// Adds a table as text: a line per method, with medians over the scenes of the group "smooth" (of
-/// all scenes without such a group), and the numbers of falls and stuck steps in all scenes.
+/// Adds a table as text: a line per method, with medians over the scenes of the group "smooth" (over all
+/// scenes if no scene is in this group), and the numbers of falls and stuck steps in all scenes.
 void print_feel_summary(const bench::FeelReport& report, Rows& rows);
 
 }  // namespace trephine::bench

@@ -17,7 +17,7 @@ namespace trephine::scenes {
 /// triangle near a segment is tested in extended precision.
 class GuaranteedSolid {
  public:
-  /// `touch_state` null: the untouched volume. Copies the needed parts of the scene, and keeps no reference
+  /// `touch_state` null: the uncut volume. Copies the needed parts of the scene, and keeps no reference
   /// to it.
   GuaranteedSolid(const haptics::MethodInfo& method, const haptics::TouchScene& scene,
                   std::shared_ptr<const haptics::TouchState> touch_state = nullptr, std::size_t shape = 0);

@@ -13,7 +13,7 @@ namespace {
 struct CompareArguments {
   workbench::SourceChoice case_source;
   std::string session, output;
-  std::optional<double> at;    ///< time of the first state, s; nullopt: the untouched scan
+  std::optional<double> at;    ///< time of the first state, s; nullopt: the uncut scan
   std::optional<double> with;  ///< time of the second state, s; nullopt: the end
 };
 
@@ -58,13 +58,13 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
     return time ? std::min(tick_count, static_cast<std::uint64_t>(std::llround(*time * rate))) : tick_count;
   };
   std::array<std::size_t, 2> bodies{};
-  // Commands may precede the first tick, so the untouched state may differ from the state at 0 s.
+  // Commands may precede the first tick, so the uncut state may differ from the state at 0 s.
   const auto first_state = [&]() -> Result<view::ComparedState> {
     if (!arguments.at) {
-      view::ComparedState untouched;
-      untouched.title = "untouched";
-      untouched.version = session.replay->engine().untouched();
-      return untouched;
+      view::ComparedState uncut;
+      uncut.title = "uncut";
+      uncut.version = session.replay->engine().uncut();
+      return uncut;
     }
     auto state = state_at(*session.replay, tick_of(arguments.at), rate, *session.reader);
     bodies[0] = session.replay->engine().state().undoable.bodies.size();
@@ -107,7 +107,7 @@ Result<Outcome> run_compare(const CompareArguments& arguments) {
 Run build_compare(Options& options) {
   auto a = std::make_shared<CompareArguments>();
   add_session(options, a->session, a->case_source);
-  options.add("--time", a->at, "Time of the first state (default: the untouched scan)").type("S");
+  options.add("--time", a->at, "Time of the first state (default: the uncut scan)").type("S");
   options.add("--with", a->with, "Time of the second state (default: the end)").type("S");
   options.add("-o,--output", a->output, "Write a picture of both, side by side").type("PNG");
   return run_with(a, run_compare);

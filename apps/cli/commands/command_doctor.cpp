@@ -118,8 +118,8 @@ std::string users_of(const std::string& node) {
 }
 
 /// Checks which devices are plugged in, and what prevents their use.
-std::vector<Finding> find_devices() {
-  std::vector<Finding> found;
+std::vector<CheckResult> find_devices() {
+  std::vector<CheckResult> found;
   const auto kinds = workbench::hardware_kinds();
   const haptics::DeviceHost host = workbench::device_host(terminal_listener());
   if (!kinds) found.push_back({"drivers", kinds.error().what, kinds.error().remedy, true});
@@ -139,16 +139,16 @@ std::vector<Finding> find_devices() {
   return found;
 }
 
-/// Returns the outcome with the findings and their remedies.
-Outcome outcome_of(const std::vector<Finding>& findings) {
+/// Returns the outcome with the checks and their remedies.
+Outcome outcome_of(const std::vector<CheckResult>& checks) {
   Outcome outcome("doctor");
-  outcome.json["findings"] = Json::array();
+  outcome.json["checks"] = Json::array();
   int faults = 0;
-  for (const Finding& f : findings) {
-    outcome.json["findings"].push_back(
-        {{"name", f.name}, {"found", f.found}, {"is_fault", f.is_fault}, {"remedy", f.remedy}});
-    const Json& row = outcome.json["findings"].back();
-    outcome.print(std::string(f.is_fault ? "FAULT" : "   ok") + " {name:14} {found}", row);
+  for (const CheckResult& f : checks) {
+    outcome.json["checks"].push_back(
+        {{"name", f.name}, {"observation", f.observation}, {"is_fault", f.is_fault}, {"remedy", f.remedy}});
+    const Json& row = outcome.json["checks"].back();
+    outcome.print(std::string(f.is_fault ? "FAULT" : "   ok") + " {name:14} {observation}", row);
     if (!f.remedy.empty())
       outcome.print(std::string(21, ' ') + (f.is_fault ? "-> " : "   ") + "{remedy}", row);
     faults += f.is_fault;
@@ -171,8 +171,8 @@ Result<Outcome> examine_device(const DoctorArguments& arguments) {
                  .remedy = "choose one that trephine doctor --devices lists"};
   haptics::Device& device = *chosen.value().device;
   notice(format_text("Move the hand for %.1f s ...", arguments.seconds));
-  auto findings = measure_device(device, arguments.seconds);
-  if (!findings) return findings.error();
+  auto checks = measure_device(device, arguments.seconds);
+  if (!checks) return checks.error();
   if (is_interrupted()) return interrupted("the check of the device");
   if (arguments.has_feel_test) {
     notice("Hold the hand loosely. Three gentle pushes follow; each lasts two seconds.");
@@ -183,9 +183,9 @@ Result<Outcome> examine_device(const DoctorArguments& arguments) {
       return answer;
     });
     if (!pushes) return pushes.error();
-    findings.value().insert(findings.value().end(), pushes.value().begin(), pushes.value().end());
+    checks.value().insert(checks.value().end(), pushes.value().begin(), pushes.value().end());
   }
-  return outcome_of(findings.value());
+  return outcome_of(checks.value());
 }
 
 Result<Outcome> run_doctor(const DoctorArguments& arguments) {
@@ -194,7 +194,7 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
                  .where = "--seconds",
                  .found = rounded_text(arguments.seconds),
                  .expected = "0.1 to 3600 s"};
-  std::vector<Finding> findings;
+  std::vector<CheckResult> checks;
   if (arguments.has_feel_test && arguments.device.device.empty())
     return Error{.what = "no device is selected for the test of its force",
                  .where = "--feel",
@@ -214,39 +214,41 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
     return outcome_of(find_devices());
   }
 
-  findings.push_back(
+  checks.push_back(
       view::has_display()
-          ? Finding{"display", "available", "", false}
-          : Finding{"display", "not available",
-                    "pictures work without (--screenshot); for a window log in at a desktop, or use ssh -X",
-                    true});
+          ? CheckResult{"display", "available", "", false}
+          : CheckResult{
+                "display", "not available",
+                "pictures work without (--screenshot); for a window log in at a desktop, or use ssh -X",
+                true});
   const Result<std::string> gl = view::describe_gl();
   if (gl) {
     const bool is_software = gl.value().find("llvmpipe") != std::string::npos;
-    findings.push_back({"OpenGL", gl.value(),
-                        is_software
-                            ? "drawn by the processor: smooth up to about a million triangles; a graphics "
-                              "card's driver makes it faster"
-                            : "",
-                        false});
+    checks.push_back({"OpenGL", gl.value(),
+                      is_software
+                          ? "drawn by the processor: smooth up to about a million triangles; a graphics "
+                            "card's driver makes it faster"
+                          : "",
+                      false});
   } else {
-    findings.push_back({"OpenGL", gl.error().found, gl.error().remedy, true});
+    checks.push_back({"OpenGL", gl.error().found, gl.error().remedy, true});
   }
 
   bool is_realtime = false;
   notice("watching the timer for " + format_text("%.1f", arguments.seconds) + " s ...");
   const std::vector<double> lateness_us = watch_timer(arguments.seconds, is_realtime);
   if (is_interrupted()) return interrupted("the check of this machine");
-  findings.push_back(
-      is_realtime ? Finding{"scheduling", "real-time priority is allowed", "", false}
-                  : Finding{"scheduling", "real-time priority is refused",
-                            "allow it: a line '@audio - rtprio 90' in /etc/security/limits.d/trephine.conf, "
-                            "then log in again as a member of audio",
-                            true});
+  checks.push_back(
+      is_realtime
+          ? CheckResult{"scheduling", "real-time priority is allowed", "", false}
+          : CheckResult{"scheduling", "real-time priority is refused",
+                        "allow it: a line '@audio - rtprio 90' in /etc/security/limits.d/trephine.conf, "
+                        "then log in again as a member of audio",
+                        true});
   rlimit lock{};
   getrlimit(RLIMIT_MEMLOCK, &lock);
   const bool can_lock = lock.rlim_cur == RLIM_INFINITY || lock.rlim_cur >= (1u << 29) || geteuid() == 0;
-  findings.push_back(
+  checks.push_back(
       {"locked memory",
        lock.rlim_cur == RLIM_INFINITY
            ? std::string("no limit")
@@ -256,34 +258,34 @@ Result<Outcome> run_doctor(const DoctorArguments& arguments) {
        !can_lock});
   const double p50 = percentile(lateness_us, 50), p99 = percentile(lateness_us, 99);
   const bool is_late = p99 > 500;
-  findings.push_back({"timer",
-                      format_text("1 kHz, late by %.0f us (median), %.0f us (99 %%), at most %.0f us", p50,
-                                  p99, lateness_us.back()),
-                      is_late ? "close other programs; set the processor's governor to performance" : "",
-                      is_late});
+  checks.push_back({"timer",
+                    format_text("1 kHz, late by %.0f us (median), %.0f us (99 %%), at most %.0f us", p50, p99,
+                                lateness_us.back()),
+                    is_late ? "close other programs; set the processor's governor to performance" : "",
+                    is_late});
   Status unwritten;
   if (!arguments.output.empty())
     unwritten = data_tools::write_file_atomically(arguments.output, timer_picture(lateness_us));
-  if (unwritten) findings.push_back({"picture", unwritten->what, unwritten->remedy, true});
+  if (unwritten) checks.push_back({"picture", unwritten->what, unwritten->remedy, true});
 
   const double free_gb = static_cast<double>(volume::available_memory_bytes()) / 1e9;
-  findings.push_back({"memory", format_text("%.1f GB available", free_gb),
-                      free_gb < 2 ? "close other programs: a large scan needs 1 GB and more" : "",
-                      free_gb < 2});
+  checks.push_back({"memory", format_text("%.1f GB available", free_gb),
+                    free_gb < 2 ? "close other programs: a large scan needs 1 GB and more" : "",
+                    free_gb < 2});
   const std::string session_folder = workbench::autosave_folder();
   std::error_code error;
   const auto space = std::filesystem::space(session_folder, error);
   if (session_folder.empty() || error)
-    findings.push_back({"sessions", "no folder for recorded sessions",
-                        "set HOME or XDG_STATE_HOME to a folder of yours", true});
+    checks.push_back({"sessions", "no folder for recorded sessions",
+                      "set HOME or XDG_STATE_HOME to a folder of yours", true});
   else
-    findings.push_back(
+    checks.push_back(
         {"sessions", format_text("%.1f GB free in their folder", static_cast<double>(space.available) / 1e9),
          space.available < (1u << 30) ? "free some space: an hour of recording needs up to 0.2 GB" : "",
          space.available < (1u << 30)});
-  for (Finding& f : find_devices()) findings.push_back(std::move(f));
+  for (CheckResult& f : find_devices()) checks.push_back(std::move(f));
 
-  Outcome outcome = outcome_of(findings);
+  Outcome outcome = outcome_of(checks);
   outcome.json["timer_late_us"] = percentiles(lateness_us);
   if (!arguments.output.empty()) outcome.print("picture of the timer: {path}", {{"path", arguments.output}});
   return outcome;

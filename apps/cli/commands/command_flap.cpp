@@ -304,11 +304,11 @@ Result<Outcome> run_flap(const FlapArguments& arguments) {
   {
     ProgressLine progress("sawing");
     progress(0);
-    const sim::Outcome result = run.apply_whole({request, 0});
+    const sim::Outcome result = run.apply_and_finish({request, 0});
     if (result.refused) return *result.refused;
     if (last_event<bone_flap::FlapCut>(run.engine()) != nullptr)
       if (const sim::Outcome judged =
-              run.apply_whole({bone_flap::JudgeFlap{arguments.target, "", planned}, 0});
+              run.apply_and_finish({bone_flap::JudgeFlap{arguments.target, "", planned}, 0});
           judged.refused)
         return *judged.refused;
   }

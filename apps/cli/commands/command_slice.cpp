@@ -114,7 +114,7 @@ Result<Outcome> run_slice(const SliceArguments& a) {
     return imaging::draw_in(panels.back(), shown, plane, a.has_labels);
   };
   if (a.is_side_by_side) {
-    // Outlines of the untouched scan, without detached pieces.
+    // Outlines of the uncut scan, without detached pieces.
     imaging::Subject before = subject;
     before.version = nullptr;
     std::erase_if(before.objects, [](const imaging::Object& object) { return object.is_piece; });

@@ -172,7 +172,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   json["counters"] = {{"voxels", total.voxels},
                       {"cells", total.cells},
                       {"iterations", total.iterations},
-                      {"most_voxels_in_a_step", worst.voxels},
+                      {"max_voxels_in_a_step", worst.voxels},
                       {"surfaces_made", work.surfaces.load() - surfaces_before},
                       {"offset_fields_made", work.offset_fields.load()},
                       {"gl_contexts_made", work.gl_contexts.load()},

@@ -37,7 +37,7 @@ bool run_at_1_khz(const std::function<bool(double t, double late_us)>& tick) {
   return is_realtime;
 }
 
-Result<std::vector<Finding>> measure_device(haptics::Device& device, double seconds) {
+Result<std::vector<CheckResult>> measure_device(haptics::Device& device, double seconds) {
   if (Status error = device.open()) return *error;
   const haptics::DeviceCapabilities able = device.capabilities();
   const auto ticks = static_cast<std::size_t>(1000 * seconds) + 1;
@@ -61,25 +61,25 @@ Result<std::vector<Finding>> measure_device(haptics::Device& device, double seco
   device.close();
   std::sort(read_us.begin(), read_us.end());
   std::sort(interval_ms.begin(), interval_ms.end());
-  std::vector<Finding> findings;
-  findings.push_back(
+  std::vector<CheckResult> checks;
+  checks.push_back(
       {"device",
        format_text("%s: %d degrees of freedom, force %.1f N, stiffness %.1f N/mm", able.name.c_str(),
                    able.degrees_of_freedom, able.max_force, able.max_stiffness),
        "", false});
   const double share = static_cast<double>(failed) / static_cast<double>(read_us.size());
   if (failed > 0)
-    findings.push_back({"device answers", format_text("%.0f %% of the reads failed", 100 * share),
-                        "check cable and power; do not use a hub", true});
+    checks.push_back({"device answers", format_text("%.0f %% of the reads failed", 100 * share),
+                      "check cable and power; do not use a hub", true});
   if (interval_ms.size() < 10)
-    findings.push_back({"device rate", "not measured: the hand did not move",
-                        "move the hand during the whole measurement", false});
+    checks.push_back({"device rate", "not measured: the hand did not move",
+                      "move the hand during the whole measurement", false});
   else {
     const double median = percentile(interval_ms, 50), p99 = percentile(interval_ms, 99);
     // The servo runs at 1 kHz: a pose that is repeated for several ticks makes the force a staircase.
     constexpr double k_slowest = 4.5;  // ms
     const bool is_slow = median > k_slowest;
-    findings.push_back(
+    checks.push_back(
         {"device rate",
          format_text("a new pose every %.1f ms (median), %.1f ms (99 %%), at most %.1f ms", median, p99,
                      interval_ms.back()),
@@ -88,15 +88,15 @@ Result<std::vector<Finding>> measure_device(haptics::Device& device, double seco
   }
   const double read = percentile(read_us, 99);
   constexpr double k_longest_read = 50;  // us
-  findings.push_back(
+  checks.push_back(
       {"device read", format_text("takes %.2f us (median), %.2f us (99 %%)", percentile(read_us, 50), read),
        read > k_longest_read ? "close other programs; trephine doctor checks the scheduling" : "",
        read > k_longest_read});
-  return findings;
+  return checks;
 }
 
-Result<std::vector<Finding>> test_feel(haptics::Device& device,
-                                       const std::function<std::string(const std::string&)>& ask) {
+Result<std::vector<CheckResult>> test_feel(haptics::Device& device,
+                                           const std::function<std::string(const std::string&)>& ask) {
   const double most = device.capabilities().max_force;
   if (!(most > 0))
     return Error{.what = "this device has no force",
@@ -109,7 +109,7 @@ Result<std::vector<Finding>> test_feel(haptics::Device& device,
     const char* name;
     glm::dvec3 direction;  ///< device frame: right, up, toward the user
   } pushes[] = {{"to the right", {1, 0, 0}}, {"upward", {0, 1, 0}}, {"toward you", {0, 0, 1}}};
-  std::vector<Finding> findings;
+  std::vector<CheckResult> checks;
   bool is_lost = false;
   for (const auto& push : pushes) {
     constexpr double k_ramp = 0.4, k_hold = 1.2;  // s
@@ -123,23 +123,23 @@ Result<std::vector<Finding>> test_feel(haptics::Device& device,
     });
     device.write({});
     if (is_lost) {
-      findings.push_back({"device force", "the device did not answer", "check cable and power", true});
+      checks.push_back({"device force", "the device did not answer", "check cable and power", true});
       break;
     }
     if (is_interrupted()) break;
     const std::string answer =
         ask(format_text("Was the hand pushed %s with %.1f N? [y/n] ", push.name, force));
     if (answer.empty()) {
-      findings.push_back({"device force", "the test ended before an answer", "answer y or n", true});
+      checks.push_back({"device force", "the test ended before an answer", "answer y or n", true});
       break;
     }
     const bool is_right = answer[0] == 'y' || answer[0] == 'Y';
-    findings.push_back({"device force",
-                        format_text("%s: %s", push.name, is_right ? "perceived" : "not perceived"),
-                        is_right ? "" : "check power and motors with the vendor's program", !is_right});
+    checks.push_back({"device force",
+                      format_text("%s: %s", push.name, is_right ? "perceived" : "not perceived"),
+                      is_right ? "" : "check power and motors with the vendor's program", !is_right});
   }
   device.close();
-  return findings;
+  return checks;
 }
 
 }  // namespace trephine::cli

@@ -11,8 +11,8 @@
 namespace trephine::cli {
 
 /// Result of a check of this machine.
-struct Finding {
-  std::string name, found, remedy;
+struct CheckResult {
+  std::string name, observation, remedy;
   bool is_fault = false;
 };
 
@@ -23,13 +23,13 @@ bool run_at_1_khz(const std::function<bool(double t, double late_us)>& tick);
 
 /// Opens a device, reads it 1000 times per second for `seconds` while its force is 0, and closes it. Returns
 /// the measured intervals and durations. Error: the device cannot be opened.
-Result<std::vector<Finding>> measure_device(haptics::Device& device, double seconds);
+Result<std::vector<CheckResult>> measure_device(haptics::Device& device, double seconds);
 
 /// Pushes the hand to the right, upward and toward the user with 1 N, or with a quarter of the device's
 /// largest force if that is less. After each push, asks whether the hand was pushed in that direction. `ask`:
 /// shows the question and returns the answer: y, n, or empty to end the test. Error: the device has no force
 /// or cannot be opened.
-Result<std::vector<Finding>> test_feel(haptics::Device& device,
-                                       const std::function<std::string(const std::string& question)>& ask);
+Result<std::vector<CheckResult>> test_feel(
+    haptics::Device& device, const std::function<std::string(const std::string& question)>& ask);
 
 }  // namespace trephine::cli

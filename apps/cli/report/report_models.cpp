@@ -176,7 +176,7 @@ ReportModels models_of(const workbench::ReportData& data, std::size_t limit) {
     const std::size_t share = (limit - of_overlays) / shapes.size();
     for (auto* parts : {&before, &after}) {
       std::vector<bool> stays;
-      const volume::Version& version = parts == &before ? *engine.untouched() : *engine.version();
+      const volume::Version& version = parts == &before ? *engine.uncut() : *engine.version();
       const DrawMesh mesh = shape_mesh(*shape, version, *engine.version(), stays);
       add_bone(reduced(mesh, share, std::move(stays)), workbench::words_of(shape->field.shape().name),
                *parts);

@@ -85,7 +85,7 @@ Result<std::string> xray_of(const workbench::ReportData& data, const ReportMomen
 Status add_states(const workbench::ReportData& data, ReportPictures& pictures) {
   const haptics::TouchScene& scene = data.engine().scene();
   if (scene.items.empty() || scene.items[0].is_mesh() || !scene.base) return std::nullopt;
-  auto panels = view::comparison_panels(scene, {"before", data.engine().untouched(), {}},
+  auto panels = view::comparison_panels(scene, {"before", data.engine().uncut(), {}},
                                         {"after", data.engine().version(), data.overlays});
   if (!panels) return panels.error();
   std::vector<Panel>& all = panels.value();

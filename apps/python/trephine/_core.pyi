@@ -97,7 +97,7 @@ class Surface:
     @property
     def triangles(self) -> NDArray[np.uint32]: ...
 
-class Judgement:
+class MeasuredValue:
     def __init__(
         self,
         name: str,
@@ -173,7 +173,7 @@ class Operation:
         columns: int = ...,
         rows: int = ...,
     ) -> NDArray[np.uint8]: ...
-    def score(self, judgements: Sequence[Judgement] = ...) -> dict[str, Any]: ...
+    def score(self, judgements: Sequence[MeasuredValue] = ...) -> dict[str, Any]: ...
     @property
     def measures(self) -> dict[str, float]: ...
     @property

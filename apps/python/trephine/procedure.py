@@ -1,13 +1,13 @@
 """Procedures in Python. Between ticks, a procedure observes an operation and acts on it by commands.
 
-    class StopAtTheDura(Procedure):
+    class StopInAForbiddenStructure(Procedure):
         def observe(self, observation):
             if any(event.name == "forbidden-entered" for event in observation.events):
                 self.complete("The burr entered a forbidden structure.")
                 return [Command("remove-instrument")]
             return []
 
-    outcome = perform(operation, StopAtTheDura(), positions, buttons=1)
+    outcome = perform(operation, StopInAForbiddenStructure(), positions, buttons=1)
 """
 
 from __future__ import annotations

@@ -497,7 +497,7 @@
         <translation>Die Fräse reibt bei %1 N und schneidet kaum. Stärker drücken.</translation>
     </message>
     <message>
-        <source>The burr rubs and hardly cuts at %1 N. Raise Press with PgDn.</source>
+        <source>The burr rubs and hardly cuts at %1 N. Press deeper: PgDn, or the slider Press.</source>
         <translation>Die Fräse reibt bei %1 N und schneidet kaum. Den Druck mit Bild ab erhöhen.</translation>
     </message>
     <message>
@@ -1801,7 +1801,7 @@
         <translation>Nächster Umriss</translation>
     </message>
     <message>
-        <source>Nearest ventriculostomy</source>
+        <source>Nearest planned trajectory</source>
         <translation>Nächste Ventrikulostomie</translation>
     </message>
     <message>
@@ -1925,7 +1925,7 @@
         <translation>eine Kraft, die die Sonde auf einer Linie hält, oder die Wände des Bohrkanals</translation>
     </message>
     <message>
-        <source>a point before the bone, and the tip; without points the newest catheter</source>
+        <source>two points, before the bone and at the tip; empty: the newest catheter</source>
         <translation>ein Punkt vor dem Knochen und die Spitze; ohne Punkte der neueste Katheter</translation>
     </message>
     <message>
@@ -2269,7 +2269,7 @@
         <translation>zum Betrachter</translation>
     </message>
     <message>
-        <source>trajectory of the plan; without a name the ventriculostomy with the nearest entry</source>
+        <source>trajectory of the plan; empty: that planned ventriculostomy whose entry is nearest to the catheter</source>
         <translation>Trajektorie des Plans; ohne Namen die Ventrikulostomie mit dem nächsten Eintritt</translation>
     </message>
     <message>
@@ -3056,6 +3056,70 @@
         <source>head</source>
         <translation>Kopf</translation>
     </message>
+    <message>
+        <source>window %1 / %2</source>
+        <translation>Fenster %1 / %2</translation>
+    </message>
+    <message>
+        <source>window %1 / %2, mean of %3 mm</source>
+        <translation>Fenster %1 / %2, Mittel über %3 mm</translation>
+    </message>
+    <message>
+        <source>%1: %2 mm²</source>
+        <translation>%1: %2 mm²</translation>
+    </message>
+    <message>
+        <source>models %1 mm², outside bone %2</source>
+        <translation>Modelle %1 mm², außerhalb von Knochen %2</translation>
+    </message>
+    <message>
+        <source>%1 (do not cut)</source>
+        <translation>%1 (nicht schneiden)</translation>
+    </message>
+    <message>
+        <source>flap of %1 cm²</source>
+        <translation>Deckel von %1 cm²</translation>
+    </message>
+    <message>
+        <source>%1 to %2</source>
+        <translation>%1 bis %2</translation>
+    </message>
+    <message>
+        <source>X-ray %1 s, %2 mGy cm²</source>
+        <translation>Röntgen %1 s, %2 mGy cm²</translation>
+    </message>
+    <message>
+        <source>The tool pushes the %1 aside by %2 mm.</source>
+        <translation>Das Werkzeug drückt %1 um %2 mm zur Seite.</translation>
+    </message>
+    <message>
+        <source>no object near the tool is touched by depth images</source>
+        <translation>Kein Objekt in der Nähe des Werkzeugs wird über Tiefenbilder berührt</translation>
+    </message>
+    <message>
+        <source>move the tool to a model or a depth video</source>
+        <translation>das Werkzeug zu einem Modell oder Tiefenvideo bewegen</translation>
+    </message>
+    <message>
+        <source>shape: bone, 300 HU and above (another threshold can be chosen; a spine usually needs 150 HU)</source>
+        <translation>Form: Knochen ab 300 HU (eine andere Schwelle ist wählbar; eine Wirbelsäule braucht meist 150 HU)</translation>
+    </message>
+    <message>
+        <source>grey</source>
+        <translation>grau</translation>
+    </message>
+    <message>
+        <source>%1 %2 (at least %3 for full points)</source>
+        <translation>%1 %2 (mindestens %3 für volle Punkte)</translation>
+    </message>
+    <message>
+        <source>%1 %2 (at most %3 for full points)</source>
+        <translation>%1 %2 (höchstens %3 für volle Punkte)</translation>
+    </message>
+    <message>
+        <source>– of %1</source>
+        <translation>– von %1</translation>
+    </message>
 </context>
 <context>
     <name>trephine::view::CasePanel</name>
@@ -3367,14 +3431,6 @@
         <translation>mit einem anderen Zustand vergleichen</translation>
     </message>
     <message>
-        <source>M</source>
-        <translation>M</translation>
-    </message>
-    <message>
-        <source>ruler: click two positions, in the picture or in slices</source>
-        <translation>Lineal: zwei Positionen im Bild oder in Schichten anklicken</translation>
-    </message>
-    <message>
         <source>Ctrl+R</source>
         <translation>Strg+R</translation>
     </message>
@@ -3439,14 +3495,6 @@
         <translation>nur das Bild zeigen; mit Schichten; Röntgen und Schnitt; Volumenbild; Tiefenbildern</translation>
     </message>
     <message>
-        <source>Wheel, Left, Right</source>
-        <translation>Mausrad, Links, Rechts</translation>
-    </message>
-    <message>
-        <source>in a slice: show the next or previous slice</source>
-        <translation>in einer Schicht: nächste oder vorige Schicht zeigen</translation>
-    </message>
-    <message>
         <source>Shift + mouse, left, middle, right</source>
         <translation>Umschalt + Maus, links, Mitte, rechts</translation>
     </message>
@@ -3469,14 +3517,6 @@
     <message>
         <source>show or hide the event log; names of the plan: in front, all, none</source>
         <translation>Ereignisliste zeigen oder ausblenden; Namen des Plans: vorn, alle, keine</translation>
-    </message>
-    <message>
-        <source>X</source>
-        <translation>X</translation>
-    </message>
-    <message>
-        <source>in a paused replay: why this force? (its parts, friction, limits)</source>
-        <translation>in angehaltener Wiedergabe: Warum diese Kraft? (Anteile, Reibung, Grenzen)</translation>
     </message>
     <message>
         <source>F</source>
@@ -3529,6 +3569,46 @@
     <message>
         <source>click to close</source>
         <translation>Klicken zum Schließen</translation>
+    </message>
+    <message>
+        <source>M, Ctrl+Shift+A, Ctrl+Shift+T</source>
+        <translation>M, Strg+Umschalt+A, Strg+Umschalt+T</translation>
+    </message>
+    <message>
+        <source>ruler, angle, tape: click positions, in the picture or in slices</source>
+        <translation>Lineal, Winkel, Maßband: Stellen anklicken, im Bild oder in Schichten</translation>
+    </message>
+    <message>
+        <source>Backspace, Enter, Esc</source>
+        <translation>Rücktaste, Eingabe, Esc</translation>
+    </message>
+    <message>
+        <source>while positions are marked: remove the last one; finish; cancel</source>
+        <translation>beim Markieren von Stellen: die letzte entfernen; beenden; abbrechen</translation>
+    </message>
+    <message>
+        <source>Ctrl+2, Ctrl+3 ...</source>
+        <translation>Strg+2, Strg+3 ...</translation>
+    </message>
+    <message>
+        <source>further commands at the touched position: see the menu Commands</source>
+        <translation>weitere Befehle an der berührten Stelle: siehe Menü Befehle</translation>
+    </message>
+    <message>
+        <source>Wheel, Left, Right, B, F</source>
+        <translation>Rad, Links, Rechts, B, F</translation>
+    </message>
+    <message>
+        <source>in a slice: show the previous or next slice</source>
+        <translation>in einer Schicht: vorige oder nächste Schicht zeigen</translation>
+    </message>
+    <message>
+        <source>X,  Ctrl+N</source>
+        <translation>X,  Strg+N</translation>
+    </message>
+    <message>
+        <source>in a paused replay: why this force? (its parts, friction, limits); note at this time</source>
+        <translation>in einer angehaltenen Wiedergabe: Warum diese Kraft? (Anteile, Reibung, Grenzen); Notiz zu dieser Zeit</translation>
     </message>
 </context>
 <context>
@@ -3663,7 +3743,7 @@ Zum Fortsetzen auf der Startseite von trephine simulator wählen oder trephine r
         <translation>Fall wird geschrieben ...</translation>
     </message>
     <message>
-        <source>This starts again on the untouched scan. If the operation is recorded, it remains in its session file. Continue?</source>
+        <source>This starts again on the uncut scan. If the operation is recorded, it remains in its session file. Continue?</source>
         <translation>Dies beginnt neu mit der unveränderten Aufnahme. Eine aufgezeichnete Operation bleibt in ihrer Sitzungsdatei. Fortfahren?</translation>
     </message>
     <message>
@@ -4297,7 +4377,7 @@ Lizenz: Apache-2.0</translation>
         <translation>Verwenden</translation>
     </message>
     <message>
-        <source>Start again from the untouched scan, with this shape</source>
+        <source>Start again from the uncut scan, with this shape</source>
         <translation>Mit dieser Form auf der unveränderten Aufnahme neu beginnen</translation>
     </message>
     <message>
@@ -4639,10 +4719,6 @@ Lizenz: Apache-2.0</translation>
     <message>
         <source>Steps</source>
         <translation>Schritte</translation>
-    </message>
-    <message>
-        <source>Steps: %1</source>
-        <translation>Schritte: %1</translation>
     </message>
     <message>
         <source>Teaching note</source>

@@ -35,7 +35,7 @@ offsets = np.stack(np.meshgrid(np.arange(-4, 4.01, 0.25), np.arange(-4, 4.01, 0.
 points = offsets.reshape(-1, 3) + (0, -20, 0)
 removed = operation.query(points)["removed"]
 widest = float(np.hypot(*(points[removed][:, :2] - (0, -20)).T).max())
-score = operation.score([tr.Judgement("hole: width beyond the burr", widest - 2, unit="mm", full_at=0.5, zero_at=2)])
+score = operation.score([tr.MeasuredValue("hole: width beyond the burr", widest - 2, unit="mm", full_at=0.5, zero_at=2)])
 for finding in score["findings"]:
     if finding["name"].startswith("hole"):
         print(f"{finding['name']}: {finding['value']:.2f} mm, {finding['verdict']}, {finding['points']:.1f} of 1 point")

@@ -68,10 +68,10 @@ TEST(RaystepProxy, FlipsTheNormalOnTheBackAndRestsAtOnceWithoutMotion) {
   shell.items[0] = {volume::Field(*shell.base, shape),
                     std::make_shared<const volume::Occupancy>(volume::Occupancy::build(*shell.base, shape)),
                     Material{}, Side::both};
-  const volume::Version untouched(shell.base);
+  const volume::Version uncut(shell.base);
   state = {};
-  method.step(shell, untouched, state, {{30, 0, 0}});
-  const ProxyStep s = method.step(shell, untouched, state, {{47, 0, 0}});
+  method.step(shell, uncut, state, {{30, 0, 0}});
+  const ProxyStep s = method.step(shell, uncut, state, {{47, 0, 0}});
   EXPECT_TRUE(s.has_contact);
   EXPECT_EQ(s.side, Side::back);
   EXPECT_LT(s.normal_world.x, -0.99);

@@ -49,7 +49,7 @@ struct Hand {
     scene.items[0].mover = source->is_moving(0) ? 0 : -1;
     scene.items[0].material.static_friction = scene.items[0].material.dynamic_friction = rough;
     scene.tool = std::make_shared<const ToolShape>(radius);
-    version = untouched(scene);
+    version = uncut_version(scene);
     seen = TouchState(version);
     seen.depths.resize(1);
     EXPECT_FALSE(method->prepare(scene));

@@ -71,7 +71,7 @@ struct ScreenHand {
     scene.items.push_back(
         depth_item("background", std::make_shared<IncomingDepths>(), std::make_shared<const MeshTree>()));
     scene.tool = std::make_shared<const ToolShape>(radius);
-    version = untouched(scene);
+    version = uncut_version(scene);
     touch_state = TouchState(version);
     touch_state.depths.resize(1);
     EXPECT_FALSE(method->prepare(scene));

@@ -222,7 +222,7 @@ TEST(DepthTouch, VoxelsMeshesAndDepthsInOneContact) {
   for (TouchItem& item : scene.items) item.material.static_friction = item.material.dynamic_friction = 0;
   const auto method = make_method("scene").value();
   ASSERT_FALSE(method->prepare(scene));
-  const auto version = untouched(scene);
+  const auto version = uncut_version(scene);
   TouchState seen(version);
   DepthView view;
   view.middle = view.touch = {3, 3, 0}, view.edge = 24;

@@ -34,7 +34,7 @@ struct ModelPlay {
   ProxyState state;
 
   ModelPlay(const std::string& name, TouchScene s)
-      : scene(std::move(s)), method(make_method(name).value()), seen(untouched(scene)) {
+      : scene(std::move(s)), method(make_method(name).value()), seen(uncut_version(scene)) {
     const Status error = method->prepare(scene);
     EXPECT_FALSE(error) << error->what;
   }

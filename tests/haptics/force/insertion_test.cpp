@@ -123,7 +123,7 @@ TEST(Insertion, ALabelIsALayerAndRemovedMatterDoesNotResist) {
   // A drilled hole does not resist.
   TouchScene solid = plate(8, dvec3(0.5));
   ASSERT_FALSE(set_smallest_burr(solid, 3).has_value());
-  volume::RemovalEditor editor(untouched(solid), {solid.items[0].field});
+  volume::RemovalEditor editor(uncut_version(solid), {solid.items[0].field});
   editor.remove({{0.3, -0.2, 6}, {0.3, -0.2, 0}, 2, false});
   const auto cut = editor.publish();
   Push drilled(solid, track_in({0, -1, 2, 2}, 4));

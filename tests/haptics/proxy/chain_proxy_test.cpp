@@ -63,7 +63,7 @@ struct ChainPlay {
   ProxyState state;
   TouchState seen;
   explicit ChainPlay(const TouchScene& s)
-      : scene(s), seen(std::shared_ptr<const volume::Version>(untouched(s))) {
+      : scene(s), seen(std::shared_ptr<const volume::Version>(uncut_version(s))) {
     EXPECT_FALSE(method.prepare(scene));
   }
   ProxyStep step(const Placement& hand) {
@@ -254,7 +254,7 @@ TEST(ChainProxy, GrowingMatterReleasesItAndItCanLeave) {
   const Solid plane = solids()[0];
   const TouchScene scene = scene_with(plane, rod(12, 7));
   ChainPlay run(scene);
-  volume::RemovalEditor editor(std::shared_ptr<const volume::Version>(untouched(scene)),
+  volume::RemovalEditor editor(std::shared_ptr<const volume::Version>(uncut_version(scene)),
                                {scene.items[0].field});
   editor.remove({{-14, 0, -2}, {14, 0, -2}, 6});
   const auto cut = editor.publish();
@@ -288,7 +288,7 @@ TEST(ChainProxy, RestsWhileTheHandRests) {
         nullptr,
         {}};
     TouchScene scene = scene_with(solid, hook(), 64);
-    TouchState seen(std::shared_ptr<const volume::Version>(untouched(scene)));
+    TouchState seen(std::shared_ptr<const volume::Version>(uncut_version(scene)));
     if (is_plane) {
       volume::RemovalEditor editor(seen.version, {scene.items[0].field});
       editor.remove({{0, 0, 2}, {0, 0, -12}, 2.3});
@@ -335,7 +335,7 @@ TEST(ChainProxy, AReplacedToolIsNotHeldInsideBone) {
                    deep = scene_with(plane, {{0, 0, 0}, {0, 0, -3}});
   ChainProxy with_flat, with_deep;
   ASSERT_FALSE(with_flat.prepare(flat) || with_deep.prepare(deep));
-  const auto version = std::shared_ptr<const volume::Version>(untouched(flat));
+  const auto version = std::shared_ptr<const volume::Version>(uncut_version(flat));
   ServoHand hand(borrowed(flat), borrowed(with_flat), TouchState(version));
   ServoCore core({}, 1e-3);
   ServoScene seen{1, {hand}};

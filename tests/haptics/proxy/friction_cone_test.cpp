@@ -33,7 +33,7 @@ void drag(const TouchScene& scene, const std::string& name, const dvec3& above,
           const std::function<void(const ProxyStep&, const dvec3&)>& see) {
   const auto method = make_method(name).value();
   ASSERT_FALSE(method->prepare(scene)) << name;
-  const auto seen = std::make_shared<const TouchState>(untouched(scene));
+  const auto seen = std::make_shared<const TouchState>(uncut_version(scene));
   ProxyState state;
   constexpr int k_press = 200, k_ticks = 2000;
   for (int i = 0; i <= k_press; ++i)
@@ -98,7 +98,7 @@ TEST(FrictionCone, StaticFrictionHoldsUpToItsCone) {
   for (const char* name : {"subvoxel", "scene", "explicit", "mesh"}) {
     const auto method = make_method(name).value();
     ASSERT_FALSE(method->prepare(scene));
-    const auto seen = std::make_shared<const TouchState>(untouched(scene));
+    const auto seen = std::make_shared<const TouchState>(uncut_version(scene));
     ProxyState state;
     for (int i = 0; i <= 400; ++i) method->step(scene, *seen, state, {on_circle(11 - 0.005 * i, 0.3)});
     const dvec3 at = method->step(scene, *seen, state, {on_circle(9, 0.3)}).proxy_world;
@@ -144,7 +144,7 @@ TEST(FrictionCone, SlipsMakeNoEnergy) {
     for (const char* name : {"subvoxel", "scene"}) {
       const auto method = make_method(name).value();
       ASSERT_FALSE(method->prepare(scene));
-      const auto seen = std::make_shared<const TouchState>(untouched(scene));
+      const auto seen = std::make_shared<const TouchState>(uncut_version(scene));
       ProxyState state;
       const double stiffness = scene.items[0].material.stiffness;
       double most = 0, stored = 0;

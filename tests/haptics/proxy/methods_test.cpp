@@ -23,7 +23,7 @@ INSTANTIATE_TEST_SUITE_P(All, Methods,
                                          "depth", "scene", "scene-sequential"),
                          name_suffix);
 
-/// Methods that support cuts. The surfaces of "mesh" and "depth" are built once, from the untouched volume.
+/// Methods that support cuts. The surfaces of "mesh" and "depth" are built once, from the uncut volume.
 class VoxelMethods : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(All, VoxelMethods,
                          testing::Values("implicit", "path", "explicit", "explicit-cubes", "subvoxel",
@@ -237,13 +237,13 @@ TEST_P(Methods, BackSideHoldsAProxyInTheSolid) {
 
 TEST_P(VoxelMethods, GrowthOverTheProxyIsReportedAndGivesNoForce) {
   Play play(GetParam(), scenes::phantom_scene("plane", grid(64, 1, 0, {{"angle", 0}})));
-  const auto untouched = play.version;
+  const auto uncut = play.version;
   volume::RemovalEditor editor(play.version, {play.scene.items[0].field});
   editor.remove({{0, 0, 0}, {0, 0, -15}, 8});
   play.set_version(editor.publish());
   play.step({0, 0, 10});
   play.step({0, 0, -10});
-  play.set_version(untouched);
+  play.set_version(uncut);
   const ProxyStep s = play.step({0, 0, -10});
   EXPECT_TRUE(s.is_buried);
   EXPECT_FALSE(s.has_contact);

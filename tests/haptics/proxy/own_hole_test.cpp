@@ -173,7 +173,7 @@ TEST(OwnHole, EveryMethodReachesItsEnd) {
                           dvec3(0.037 * k, 0.023 * k, 0) + 4.0 * axis,
                     aside = (is_cubes ? 0 : 0.5 * c.burr - std::min(0.15, 0.25 * c.burr)) *
                             glm::normalize(glm::cross(axis, dvec3(1, 0.3 * k, 0.2)));
-        volume::RemovalEditor editor(untouched(scene), {scene.items[0].field});
+        volume::RemovalEditor editor(uncut_version(scene), {scene.items[0].field});
         for (int i = 0; i < 40; ++i)
           editor.remove({top - 0.2 * i * axis, top - 0.2 * (i + 1) * axis, 0.5 * c.burr, i > 0});
         const auto version = editor.publish();

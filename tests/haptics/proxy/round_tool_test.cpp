@@ -126,7 +126,7 @@ TEST_P(RoundMethods, HoversOverAFreshHoleUntilItsFieldIsReadyAndIgnoresFieldsFro
   const double slack =
       find_method(GetParam())->solid == MethodInfo::Solid::cubes ? play.scene.items[0].offset->step_mm() : 0;
   volume::RemovalEditor editor(play.version, {play.scene.items[0].field});
-  const auto untouched = play.version;
+  const auto uncut = play.version;
   play.step({0, 0, 8});
   for (int i = 0; i < 60; ++i) play.step({0, 0, -8});
   EXPECT_NEAR(play.step({0, 0, -8}).proxy_world.z, 2, 0.1 + slack);
@@ -148,7 +148,7 @@ TEST_P(RoundMethods, HoversOverAFreshHoleUntilItsFieldIsReadyAndIgnoresFieldsFro
               0.35 + slack);
   EXPECT_EQ(play.judge.fall_throughs(), 0);
   // Undo: the restored version has its own field again, in which the tool is buried in matter.
-  editor.reset(untouched);
+  editor.reset(uncut);
   play.set_version(editor.publish());
   EXPECT_TRUE(play.step({0, 0, -7}).is_buried);
 }

@@ -125,7 +125,7 @@ std::vector<Division> divisions() {
 /// `rate`: Hz.
 template <class IsLost>
 long count_lost(const TouchScene& scene, const ProxyMethod& method, double rate, IsLost&& is_lost) {
-  const auto seen = std::make_shared<const TouchState>(untouched(scene));
+  const auto seen = std::make_shared<const TouchState>(uncut_version(scene));
   ProxyState state;
   long lost = 0;
   const long count = static_cast<long>(7 * rate);
@@ -174,7 +174,7 @@ TEST(Seams, NoChannelLeadsInWhereThreeLabelsMeet) {
         EXPECT_EQ(std::string(name) == "depth", radius > 0) << name;
         continue;
       }
-      const auto seen = std::make_shared<const TouchState>(untouched(division.scene));
+      const auto seen = std::make_shared<const TouchState>(uncut_version(division.scene));
       ProxyState state;
       double deepest = -1e9;
       for (int i = 0; i < 8000; ++i) {
@@ -204,7 +204,7 @@ TEST(Seams, TheShapeThatTheToolIsInDoesNotHideASeam) {
   for (const char* name : {"explicit", "depth"}) {
     const auto method = make_method(name).value();
     ASSERT_FALSE(method->prepare(scene));
-    const auto seen = std::make_shared<const TouchState>(untouched(scene));
+    const auto seen = std::make_shared<const TouchState>(uncut_version(scene));
     ProxyState state;
     double lowest = 1e9;
     for (int i = 0; i < 4000; ++i)

@@ -30,8 +30,8 @@ struct Rod {
 constexpr Rod k_shaft{-2, 28, 1.2};
 
 SharedTool shell_of(const Rod& rod, double spacing) {
-  return sampled(std::make_shared<const ToolShape>(
-                     ToolProfile{{{rod.low, rod.radius}, {rod.high, rod.radius}}, spacing}))
+  return sample_surface(std::make_shared<const ToolShape>(
+                            ToolProfile{{{rod.low, rod.radius}, {rod.high, rod.radius}}, spacing}))
       .value();
 }
 
@@ -51,7 +51,7 @@ struct ShellPlay {
   ProxyState state;
   TouchState touch_state;
   explicit ShellPlay(const TouchScene& s)
-      : scene(s), touch_state(std::shared_ptr<const volume::Version>(untouched(s))) {
+      : scene(s), touch_state(std::shared_ptr<const volume::Version>(uncut_version(s))) {
     EXPECT_FALSE(method.prepare(scene));
   }
   ProxyStep step(const Placement& hand, std::span<const Placement> movers = {}) {
@@ -399,7 +399,7 @@ TEST(ShellProxy, ARodInADrilledHoleIsHeldByIt) {
         o.spacing_mm = dvec3(0.6);
       });
   ASSERT_FALSE(set_smallest_burr(scene, 4));
-  std::shared_ptr<volume::Version> version = untouched(scene);
+  std::shared_ptr<volume::Version> version = uncut_version(scene);
   volume::RemovalEditor editor(version, solids_of(scene));
   editor.remove(volume::Sweep{.start_world = {0, 0, 5}, .end_world = {0, 0, -15}, .radius_mm = 2});
   editor.end_stroke();
@@ -542,7 +542,7 @@ TEST(ShellProxy, AModelThatMovesWhileMatterIsCutIsNotEntered) {
   item.mover = 0;
   scene.items.push_back(item);
   ASSERT_FALSE(set_tool(scene, tool));
-  volume::RemovalEditor editor(untouched(scene), solids_of(scene));
+  volume::RemovalEditor editor(uncut_version(scene), solids_of(scene));
   int touching = 0;
   for (int phase = 0; phase < 20; ++phase) {
     ShellPlay run(scene);
@@ -565,8 +565,8 @@ TEST(ShellProxy, AModelThatMovesWhileMatterIsCutIsNotEntered) {
 TEST(ShellProxy, GrownMatterReleasesTheTool) {
   TouchScene scene = scene_with("plane", {{"angle", 0}}, shell_of({0, 40, 1.2}, 0.4));
   ASSERT_FALSE(set_smallest_burr(scene, 6));
-  std::shared_ptr<volume::Version> version = untouched(scene);
-  const TouchState before{std::shared_ptr<const volume::Version>(untouched(scene))};
+  std::shared_ptr<volume::Version> version = uncut_version(scene);
+  const TouchState before{std::shared_ptr<const volume::Version>(uncut_version(scene))};
   volume::RemovalEditor editor(version, solids_of(scene));
   editor.remove(volume::Sweep{.start_world = {0, 0, 5}, .end_world = {0, 0, -15}, .radius_mm = 3});
   editor.end_stroke();

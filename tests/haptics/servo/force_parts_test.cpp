@@ -168,7 +168,8 @@ TEST(ForceParts, TorquesAddUp) {
   TouchScene scene = scenes::phantom_scene("plane", flat(96));
   scene.items[0].material.stiffness = 1;
   ASSERT_FALSE(set_tool(
-      scene, sampled(std::make_shared<const ToolShape>(ToolProfile{{{-15, 1.5}, {15, 1.5}}, 0.5})).value()));
+      scene,
+      sample_surface(std::make_shared<const ToolShape>(ToolProfile{{{-15, 1.5}, {15, 1.5}}, 0.5})).value()));
   ShellProxy method;
   ASSERT_FALSE(method.prepare(scene));
   const ServoScene servo_scene = scene_for_one(scene, method, std::make_shared<volume::Version>(scene.base),

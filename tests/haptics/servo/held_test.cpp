@@ -38,7 +38,7 @@ struct Held {
   /// Scene in which the second hand holds the cube; grip null: no hand holds it.
   ServoScene scene_of(std::uint64_t serial, const Placement* grip) const {
     ServoHand hand(borrowed(scene), borrowed(method),
-                   TouchState(std::shared_ptr<const volume::Version>(untouched(scene))));
+                   TouchState(std::shared_ptr<const volume::Version>(uncut_version(scene))));
     hand.set_placement(2, rest);
     ServoScene all{serial, {hand, hand}, grip != nullptr};
     if (grip) all.hands[0].set_held(2, 1, *grip);
@@ -113,7 +113,7 @@ TEST(Held, ANewModelOverTheProxyIsTouchedFromItsFront) {
     SceneProxy before;
     ASSERT_FALSE(before.prepare(without));
     const double spacing = without.base->frame.spacing().x;
-    const auto version = std::shared_ptr<const volume::Version>(untouched(without));
+    const auto version = std::shared_ptr<const volume::Version>(uncut_version(without));
     ServoHand hand(borrowed(without), borrowed(before), TouchState(version));
     const ServoScene first{1, {hand}};
     ServoCore core({}, 1e-3);
@@ -142,7 +142,7 @@ TEST(Held, ANewModelOverTheProxyIsTouchedFromItsFront) {
 // behind a wall.
 TEST(Held, AProxyIsNotMovedThroughExistingWalls) {
   Held bench;
-  const auto version = std::shared_ptr<const volume::Version>(untouched(bench.scene));
+  const auto version = std::shared_ptr<const volume::Version>(uncut_version(bench.scene));
   const double spacing = bench.scene.base->frame.spacing().x;
   for (const bool is_new : {false, true})
     for (const bool is_two_sided : {false, true}) {

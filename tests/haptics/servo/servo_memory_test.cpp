@@ -159,7 +159,7 @@ TEST(ServoMemory, OfAToolWithPointsLeftOutIsLoaded) {
   data_tools::PhantomOptions options = grid(48);
   options.parameters = {{"angle", 0}};
   TouchScene scene = scenes::phantom_scene("plane", options);
-  const auto tool = sampled(std::make_shared<const ToolShape>(ToolProfile{{{0, 9}, {20, 9}}, 0.2}));
+  const auto tool = sample_surface(std::make_shared<const ToolShape>(ToolProfile{{{0, 9}, {20, 9}}, 0.2}));
   ASSERT_TRUE(tool);
   ASSERT_FALSE(set_tool(scene, tool.value()));
   const auto method = make_method("shell").value();

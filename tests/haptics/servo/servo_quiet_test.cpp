@@ -170,8 +170,8 @@ TEST(ServoQuiet, RoundToolsModelsEffectsPassivityAndEscapePathsNeitherAllocateNo
     ASSERT_FALSE(laws->add(law_of(parsed.value(), static_cast<std::uint32_t>(laws->laws().size())).value())
                      .has_value());
   }
-  const auto untouched = std::make_shared<volume::Version>(scene.base);
-  volume::RemovalEditor editor(untouched, {scene.items[0].field});
+  const auto uncut = std::make_shared<volume::Version>(scene.base);
+  volume::RemovalEditor editor(uncut, {scene.items[0].field});
   ServoScene next = scene_for_one(scene, *method, editor.publish(), laws);
   ServoChannel channel(std::make_shared<ServoScene>(next));
   const int reader = channel.open_reader();
@@ -190,7 +190,7 @@ TEST(ServoQuiet, RoundToolsModelsEffectsPassivityAndEscapePathsNeitherAllocateNo
       const glm::dvec3 free = core.proxy_state().proxy_volume;
       TouchState::OffsetFields offsets;
       if (is_undo) {
-        editor.reset(untouched);
+        editor.reset(uncut);
       } else {
         const glm::dvec3& at = pose.position_world;
         const auto report = editor.remove({at, at, 9});
