@@ -13,8 +13,9 @@ using haptics::depth::DepthSet;
 
 Result<Panel> depth_panel(std::span<const sim::DisplayedDepths> depths, int columns, int rows) {
   if (depths.empty())
-    return Error{.what = "no object near the tool is touched by depth images",
-                 .remedy = "move the tool to a model or a depth video"};
+    return Error{
+        .what = "no object near the tool is touched through depth images",
+        .remedy = "open a model or a depth video for depth images (option depth), and move the tool to it"};
   const DepthSet& first = *depths[0].set;
   const haptics::Placement& placement = depths[0].item_pose;
   // Each camera is on a face of the clip volume: axis and sign of the face, and the directions of its view.

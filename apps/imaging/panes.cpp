@@ -60,12 +60,17 @@ void Panes::forget(std::size_t index) {
   ++pane.changes;
 }
 
+void Panes::clear_xray() {
+  worker_.forget(panes_.size());
+  const std::uint64_t stamp = xray_.stamp + 1, changes = xray_.changes + 1;
+  xray_ = {};
+  xray_.stamp = stamp, xray_.changes = changes;
+  xray_note_.clear();
+}
+
 void Panes::forget() {
   for (std::size_t i = 0; i < panes_.size(); ++i) forget(i), panes_[i].pixel = 0;
-  worker_.forget(panes_.size());
-  const std::uint64_t stamp = xray_.stamp + 1;
-  xray_ = {};
-  xray_.stamp = stamp;
+  clear_xray();
   has_window_ = has_arm_ = is_live_ = false;
   xray_note_.clear(), appearances_.clear();
   subject_ = {};

@@ -96,6 +96,8 @@ class Panes {
   /// True while an X-ray is requested or computed.
   bool is_exposing() const noexcept { return xray_.is_requested || xray_.is_computing; }
   /// Sets the text next to X-rays: the total exposure.
+  /// Removes the held X-ray.
+  void clear_xray();
   void set_xray_note(std::string note) { xray_note_ = std::move(note); }
   const std::string& xray_note() const noexcept { return xray_note_; }
 

@@ -1,5 +1,6 @@
 // BoneActors: actors of the bone's chunks, of coarse groups of chunks and of reduced surfaces, and the choice
-// of those that the next frame draws.
+// of those that the next frame draws. Coarse groups are simplified chunks, drawn while the view moves.
+// Reduced surfaces are quick meshes of whole shapes, shown until the chunks of a scan are finished.
 #pragma once
 
 #include <array>

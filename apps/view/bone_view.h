@@ -1,7 +1,6 @@
 // BoneView: picture of bone, cuts, instrument, proxy and force. This header includes no VTK header.
 #pragma once
 
-#include <glm/gtc/quaternion.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
@@ -14,28 +13,12 @@
 #include "apps/view/overlay_layer.h"
 #include "apps/view/screen_depth.h"
 #include "apps/view/structure_layer.h"
-#include "apps/view/tool_appearance.h"
+#include "apps/view/stylus_actors.h"
 
 class vtkRenderer;
 class vtkRenderWindow;
 
 namespace trephine::view {
-
-/// State of the instrument in the picture; world frame, mm, N.
-struct StylusState {
-  bool is_visible = true;
-  glm::dvec3 hip_world{0.0};
-  ToolAppearance tool = {};
-  glm::dvec3 tool_world{0.0};   ///< origin of the tool's frame
-  glm::dquat turn{1, 0, 0, 0};  ///< orientation of the tool's frame
-  bool has_contact = false;
-  glm::dvec3 proxy_world{0.0};
-  glm::dvec3 force_world{0.0};
-  /// Depth cue: a ring on the bone below the tool, which narrows as the tool approaches.
-  bool has_ring = false;
-  glm::dvec3 ring_world{0.0}, ring_normal_world{0, 0, 1};
-  std::vector<glm::dvec3> edge = {};  ///< line that a guide marks, see Viewport::mark_line(); empty: no line
-};
 
 /// All contents of one window. Drawing thread only.
 class BoneView {
@@ -50,7 +33,8 @@ class BoneView {
 
   BoneLayer& bone();
   const BoneLayer& bone() const;
-  void show(const StylusState& stylus);
+  /// Shows the instrument of a hand, from 0.
+  void show(const StylusState& stylus, std::size_t hand = 0);
   OverlayLayer& overlays();
   /// Returns the boxes of all labels of the last frame, in pixels from the lower left.
   std::vector<LabelLayer::Box> label_boxes() const;

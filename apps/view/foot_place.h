@@ -42,9 +42,9 @@ struct FootSearch {
 };
 
 /// Finds the edge of bone, nearest to a point of the surface, under which the foot of a Kerrison fits. The
-/// centre of the foot is then `reach` mm under the bone, from its edge (negative: outside). `shaft`: unit,
-/// out of the bone. `open`: direction (unit) to the open side of the edge; 0: any. Cost: up to 50,000 calls
-/// of `is_bone`.
+/// centre of the foot, below the bone, is then `reach` mm inward of the edge (negative: outside it). `shaft`:
+/// unit, out of the bone. `open`: direction (unit) to the open side of the edge; 0: any. Cost: up to 50,000
+/// calls of `is_bone`.
 FootSearch find_edge(const BoneTest& is_bone, const FootTool& tool, const glm::dvec3& at_world,
                      const glm::dvec3& shaft, double reach, const glm::dvec3& open = glm::dvec3(0.0));
 

@@ -11,7 +11,7 @@ using glm::dvec3;
 namespace {
 
 constexpr double k_entry = 6;        // mm; within this distance of the cursor, the tool stands at an entry
-constexpr double k_cursor_left = 9;  // mm; a click farther from the entry withdraws the tool
+constexpr double k_cursor_left = 9;  // mm; farther from the entry, a click withdraws the tool
 constexpr double k_standing = 8;     // mm above the entry at which the tool stands
 constexpr double k_push_speed = 10;  // mm/s of a hand that pushes
 constexpr double k_out_speed = 80;   // mm/s of a hand that withdraws

@@ -13,8 +13,8 @@ namespace trephine::view {
 /// A hand follows a line by touch; a mouse cannot, so the guide holds the tool on the line. Near the entry of
 /// a planned trajectory the tool stands on that trajectory; elsewhere a probe or a catheter follows its own
 /// shaft. While the button is down, the requested position advances along the line, no farther ahead of the
-/// tip than a hand would push. A click elsewhere withdraws the tool along the line. Not thread-safe; called
-/// once per frame.
+/// tip than a hand would push. A click elsewhere withdraws an inserted tool along the line; a tool that is
+/// not inserted leaves with the cursor. Not thread-safe; called once per frame.
 class LineGuide {
  public:
   /// A planned trajectory, mm.

@@ -31,12 +31,10 @@ haptics::ServoOptions servo_options(const WindowOptions& options) {
   return servo;
 }
 
-/// True if events report the refusal, which then needs no further message.
-bool is_refusal_in(const std::vector<sim::Event>& events, const Error& refusal) {
-  return std::any_of(events.begin(), events.end(), [&](const sim::Event& event) {
-    const auto* refused = event.value.as<sim::StepRefused>();
-    return refused != nullptr && refused->reason.starts_with(refusal.what);
-  });
+std::vector<haptics::Device*> devices_of(const WindowOptions& options, haptics::Device& mouse) {
+  std::vector<haptics::Device*> devices{options.device ? options.device.get() : &mouse};
+  if (options.left_device) devices.push_back(options.left_device.get());
+  return devices;
 }
 
 }  // namespace
@@ -48,11 +46,12 @@ OperationController::OperationController(const haptics::TouchScene& scene, const
       viewport_(scene, window, true),
       mouse_(viewport_.outside_point()),
       pedal_(options.pedal),
-      devices_{options.device ? options.device.get() : &mouse_},
+      devices_(devices_of(options, mouse_)),
       live_(devices_, options.start->engine, servo_options(options), options.recorder,
             options.start->first_tick),
       started_(Clock::now()) {
   TREPHINE_ASSERT(live_.engine().tool().scene.get() == &scene);
+  TREPHINE_ASSERT(live_.engine().hand_count() == devices_.size());
   state_ = live_.fetch_state();
   version_ = state_.version;
   uncut_ = haptics::uncut_version(scene);
@@ -73,7 +72,7 @@ Status OperationController::start() {
   viewport_.request_all(version_);
   if (options_.free_pieces > 0) live_.watch_pieces(options_.free_pieces);
   device_start_ = device_start(viewport_, *version_);
-  devices_[0]->set_view({device_start_, screen_axes(viewport_)});
+  place_devices();
   if (Status error = live_.start()) return error;
   is_started_ = true;
   return pedal_.open();
@@ -110,83 +109,6 @@ void OperationController::go_to_stroke(std::size_t strokes) {
   requested_stroke_ = strokes;
   for (; at > strokes; --at) undo();
   for (; at < strokes; ++at) redo();
-}
-
-std::string OperationController::fault_text() const {
-  const std::uint32_t faults = state_.newest.faults & haptics::k_latched_faults;
-  if (faults == 0) {
-    const std::optional<EnteredStructure> entered = entered_structure();
-    if (!entered || entered->is_pushed) return {};
-    const char* remedy = options_.device       ? ". Lift it."
-                         : line_.is_holding()  ? ". Click away from the entry to withdraw it."
-                         : guide_.is_holding() ? ". Move the cursor away to withdraw it."
-                         : is_pressed_         ? ". Release the button to lift it."
-                                               : ". Move the cursor away to lift it.";
-    return workbench::format_text("The tool is in the %s, %.1f mm deep", entered->name.c_str(),
-                                  entered->depth) +
-           remedy;
-  }
-  return "The force is off: " + workbench::fault_reasons(faults) +
-         (options_.device ? ". Press F to turn it on again." : ". It returns automatically.");
-}
-
-/// Returns a text with the distance of a pushed probe or catheter to its planned target or, without a plan,
-/// with its depth along the line; empty for other tools. This depth may differ from the depth in matter,
-/// which a label of the tool's module shows.
-std::string OperationController::depth_text() const {
-  constexpr double k_least = 0.5;  // mm
-  if (!is_pressed_ || line_.inserted_depth() < k_least || appearance_of(state_.tool).is_drill) return "";
-  if (!(line_.planned_length() > 0)) return workbench::format_text("Depth %.0f mm", line_.inserted_depth());
-  const double rest = line_.planned_length() - line_.inserted_depth();
-  return workbench::format_text("%.0f mm %s the planned target", std::abs(rest), rest >= 0 ? "to" : "beyond");
-}
-
-std::string OperationController::notice_text() const {
-  const std::string fault = fault_text(), shown = notices_.shown(seconds());
-  std::string text = fault;
-  for (const std::string& line : {push_text(), job_text(), depth_text(), shown})
-    text += (text.empty() || line.empty() ? "" : "\n") + line;
-  return text;
-}
-
-std::string OperationController::job_text() const {
-  constexpr double k_short = 0.3;  // s
-  const double elapsed = seconds() - job_started_;
-  if (job_.empty() || elapsed < k_short) return "";
-  std::string words = job_ == "take-instrument" ? "preparing the tool" : job_;
-  std::replace(words.begin(), words.end(), '-', ' ');
-  words[0] = static_cast<char>(std::toupper(words[0]));
-  return workbench::format_text("%s: %.0f s so far ...", words.c_str(), std::ceil(elapsed));
-}
-
-EventLevel OperationController::notice_level() const {
-  return fault_text().empty() ? notices_.shown_level(seconds()) : EventLevel::danger;
-}
-
-void OperationController::collect_notices() {
-  const double now = seconds();
-  const auto session_time = [&](std::uint64_t tick) { return static_cast<double>(tick) / options_.rate_hz; };
-  for (const sim::Event& event : state_.events) {
-    workbench::EventText text =
-        steps_ ? workbench::describe_event(event, steps_->procedure()) : workbench::describe_event(event);
-    if (const auto* fault = event.value.as<sim::FaultEvent>()) {
-      report_.force_faults += !fault->is_cleared;
-      if (!options_.device) text.level = EventLevel::record;  // a mouse has no force
-    }
-    notices_.add({now, session_time(event.tick), text.level, std::move(text.text)});
-  }
-  if (state_.refused && !is_refusal_in(state_.events, *state_.refused))
-    notices_.add({now, session_time(state_.newest.tick), EventLevel::refusal,
-                  "The command was refused: " + refusal_text(*state_.refused)});
-}
-
-/// Returns the text of an error, with the titles of steps.
-std::string OperationController::refusal_text(const Error& error) const {
-  return steps_ ? workbench::with_step_titles(error.message(), steps_->procedure()) : error.message();
-}
-
-void OperationController::add_notice(const char* text, EventLevel level) {
-  notices_.add({seconds(), static_cast<double>(state_.newest.tick) / options_.rate_hz, level, text});
 }
 
 void OperationController::change_history(HistoryStep step) {
@@ -226,8 +148,20 @@ void OperationController::restore_force() {
   }
 }
 
+/// Maps the axes of haptic devices to those of the picture. The left hand starts to the left of the right
+/// one.
+void OperationController::place_devices() {
+  constexpr double k_apart = 40;  // mm
+  const haptics::DeviceView view{device_start_, screen_axes(viewport_)};
+  if (options_.device) options_.device->set_view(view);
+  if (!options_.left_device) return;
+  haptics::DeviceView left = view;
+  left.start_world -= k_apart * (left.world_from_device * dvec3(1, 0, 0));
+  options_.left_device->set_view(left);
+}
+
 void OperationController::frame() {
-  if (options_.device) options_.device->set_view({device_start_, screen_axes(viewport_)});
+  place_devices();
   if (const std::optional<bool> change = pedal_.change(seconds())) press(*change);
   if (pedal_.take_loss())
     add_notice("The pedal does not respond. Connect it again, close this window, and continue the operation.",
@@ -249,13 +183,16 @@ void OperationController::frame() {
   restore_force();
   follow_instrument_change();
   if (state_.job != job_) job_ = state_.job, job_started_ = seconds();
-  if (state_.contact_tool) viewport_.set_contact_tool(*state_.contact_tool);
   drag_handle();
   if (state_.refused || requested_stroke_ == state_.strokes) requested_stroke_.reset();
   version_ = state_.version;
   viewport_.request(version_, state_.changed);
-  viewport_.show_stylus(state_.newest, appearance_of(state_.tool), *version_,
-                        -viewport_.ray_at(x_, y_).direction);
+  for (std::size_t h = 0; h < state_.tools.size(); ++h) {
+    const auto& [parameters, contact] = state_.tools[h];
+    if (contact) viewport_.set_contact_tool(*contact, h);
+    viewport_.show_stylus(state_.hands[h], appearance_of(parameters), *version_,
+                          -viewport_.ray_at(x_, y_).direction);
+  }
   const bool is_held =
       state_.overlays && std::any_of(state_.overlays->begin(), state_.overlays->end(),
                                      [](const sim::Overlay& overlay) { return overlay.holder >= 0; });
@@ -382,7 +319,7 @@ void OperationController::drag_handle() {
 std::optional<dvec3> OperationController::surface_point() const {
   if (!options_.device && is_over_bone_ && !is_guided()) return under_cursor_;
   const haptics::ServoRecord& newest = state_.newest;
-  const bool is_ball = state_.contact_tool && !state_.contact_tool->is_six_dof();
+  const bool is_ball = state_.tools[0].contact && !state_.tools[0].contact->is_six_dof();
   if (newest.has_contact)
     return newest.proxy_world - (is_ball ? state_.tool_radius : 0) * dvec3(newest.normal_world);
   return std::nullopt;

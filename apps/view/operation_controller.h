@@ -49,7 +49,7 @@ class OperationController {
       mouse_.release();
     }
     if (is_down && !is_pressed_ && state_.tool.is_empty() && !options_.device)
-      show_refusal("No tool is in the hand. Choose one in the panel Tool.");
+      show_refusal("No tool is in the hand. Choose one in the panel Tools.");
     is_pressed_ = is_down;
     has_click_ = has_click_ || is_down;
   }
@@ -82,24 +82,30 @@ class OperationController {
   /// Sets the depth of a pressed stylus below the surface, mm; limited to 0.5 to 12.
   void set_depth(double mm);
   double depth() const noexcept { return depth_mm_; }
-  /// The instrument in the hand; empty: no instrument.
-  const sim::Value& tool() const noexcept { return state_.tool; }
-  /// Replaces the instrument of the hand. If the new instrument touches with other balls than the current
+  /// Number of hands: 2 with a device for the left hand.
+  std::size_t hand_count() const noexcept { return devices_.size(); }
+  /// The instrument of a hand; empty: no instrument.
+  const sim::Value& tool(std::size_t hand = 0) const noexcept { return state_.tools[hand].parameters; }
+  /// Replaces the instrument of a hand. If the new instrument touches with other balls than the current
   /// one, it is taken when the offset fields of these balls are built, some seconds later.
-  void take_instrument(sim::Value instrument);
+  void take_instrument(sim::Value instrument, std::size_t hand = 0);
   /// True while an instrument waits for its offset fields.
   bool is_changing_instrument() const noexcept { return !requested_tool_.is_empty(); }
-  /// Removes the instrument of the hand, which then only touches.
-  void remove_instrument() { apply(sim::RemoveInstrument()); }
+  /// Removes the instrument of a hand, which then only touches.
+  void remove_instrument(std::size_t hand = 0) { apply(sim::RemoveInstrument(), hand); }
   /// Guide through the procedure of the plan; null without a procedure.
   const StepGuide* steps() const noexcept { return steps_ ? &*steps_ : nullptr; }
   /// Requests a step of the procedure; first removes the instrument if that step does not allow it.
   void go_to_step(const std::string& name) {
-    if (steps_ && steps_->needs_empty_hand(name)) remove_instrument();
+    if (steps_ && steps_->needs_empty_hand(name))
+      for (std::size_t hand = 0; hand < hand_count(); ++hand)
+        if (!tool(hand).is_empty()) remove_instrument(hand);
     apply(sim::GoToStep{name});
   }
-  /// Sends a command to the operation.
-  void apply(sim::Value what) { live_.apply(sim::Command(std::move(what), 0)); }
+  /// Sends a command of a hand to the operation.
+  void apply(sim::Value what, std::size_t hand = 0) {
+    live_.apply(sim::Command(std::move(what), static_cast<std::uint8_t>(hand)));
+  }
   /// Detaches pieces that were cut off the bone.
   void free_pieces() { apply(sim::FreePieces()); }
   /// Releases the held piece, or grasps the piece that the hand touches. Returns false if there is no piece.
@@ -179,13 +185,15 @@ class OperationController {
   std::shared_ptr<const volume::Version> frozen_version() { return live_.snapshot().get()->undoable.version; }
 
  private:
+  void place_devices();
   void collect_notices();
   std::string depth_text() const;
   std::string push_text() const;
   struct EnteredStructure {
     std::string name;
-    double depth = 0;        ///< mm
-    bool is_pushed = false;  ///< it is the dura, intact, and the tool does not cut
+    double depth = 0;         ///< mm
+    bool is_pushed = false;   ///< it is the dura, intact, and the tool does not cut
+    bool is_touched = false;  ///< it is the dura, intact, and the tool cuts
   };
   std::optional<EnteredStructure> entered_structure() const;
   void restore_force();
@@ -216,7 +224,8 @@ class OperationController {
   void drag_handle();
   void touch_scenery();
   void follow_instrument_change();
-  bool needs_other_balls(const sim::InstrumentType& type, const sim::Value& instrument) const;
+  bool needs_other_balls(const sim::InstrumentType& type, const sim::Value& instrument,
+                         std::size_t hand) const;
   double distance_to_bodies(const Ray& ray) const;
   void follow_surface(const Ray& ray, bool is_over_bone, bool is_soft);
   bool follow_guide(const Ray& ray, double hit);
@@ -233,7 +242,7 @@ class OperationController {
   Viewport viewport_;
   MouseDevice mouse_;
   PedalButton pedal_;
-  haptics::Device* devices_[1];
+  std::vector<haptics::Device*> devices_;  ///< by hand
   sim::LiveSession live_;
   sim::LiveState state_;
   std::shared_ptr<const volume::Version> version_;
@@ -296,10 +305,11 @@ class OperationController {
   sim::Value dragged_handle_;   ///< command that moves the grasped point; empty: no point
   glm::dvec3 dragged_to_{0.0};  ///< last requested position
   int frames_since_drag_ = 0;
-  sim::Value requested_tool_;   ///< instrument that waits for its offset fields; empty: no instrument
-  int frames_without_job_ = 0;  ///< frames without pending jobs since `requested_tool_` was requested
-  std::string job_;             ///< name of the job that is computed
-  double job_started_ = 0;      ///< s, start of that job as seconds()
+  sim::Value requested_tool_;       ///< instrument that waits for its offset fields; empty: no instrument
+  std::size_t requested_hand_ = 0;  ///< hand of requested_tool_
+  int frames_without_job_ = 0;      ///< frames without pending jobs since `requested_tool_` was requested
+  std::string job_;                 ///< name of the job that is computed
+  double job_started_ = 0;          ///< s, start of that job as seconds()
   std::shared_ptr<const sim::Overlays> shown_;  ///< overlays in the picture
   double waits_since_ = -1;                     ///< s, see waits_for_bone(); -1: it does not wait
   std::vector<float> frame_ms_, drilling_ms_;   ///< times of frames, and of frames with a cut

@@ -15,28 +15,6 @@ namespace {
 constexpr double k_soft_clearance = 0.5;  // mm, of an idle tool; covers the motion between two frames
 }  // namespace
 
-/// Returns the structure that the tool entered last; of several entered in the same tick, the least deep one.
-std::optional<OperationController::EnteredStructure> OperationController::entered_structure() const {
-  const sim::ForbiddenWatch* last = nullptr;
-  for (const sim::ForbiddenWatch& watch : state_.watches)
-    if (watch.is_inside && (last == nullptr || watch.entered_tick > last->entered_tick ||
-                            (watch.entered_tick == last->entered_tick && watch.depth < last->depth)))
-      last = &watch;
-  if (last == nullptr) return std::nullopt;
-  const auto& structures = live_.engine().forbidden();
-  const auto at = static_cast<std::size_t>(last - state_.watches.data()) % structures.size();
-  return EnteredStructure{workbench::words_of(structures[at]->name()), last->depth,
-                          structures[at]->is_membrane() && !last->is_torn && !last->is_working};
-}
-
-/// Returns a text if a blunt tool pushes the dura aside; otherwise an empty one.
-std::string OperationController::push_text() const {
-  const std::optional<EnteredStructure> entered = entered_structure();
-  if (!entered || !entered->is_pushed) return "";
-  return workbench::format_text("The tool pushes the %s aside by %.1f mm.", entered->name.c_str(),
-                                entered->depth);
-}
-
 /// Returns the distance (mm) from the tool's end to the nearest forbidden structure. `tip`: position of the
 /// hand. `expected`: as in sim::Forbidden::clearance().
 double OperationController::clearance_at(const dvec3& tip, double expected) const {

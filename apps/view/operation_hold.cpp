@@ -18,23 +18,24 @@ using workbench::Clock;
 using workbench::EventLevel;
 using workbench::seconds_since;
 
-void OperationController::take_instrument(sim::Value instrument) {
+void OperationController::take_instrument(sim::Value instrument, std::size_t hand) {
   const sim::InstrumentType* type =
       options_.catalogue ? options_.catalogue->find_instrument(instrument.name()) : nullptr;
   // Parameters that do not change the balls with which the tool touches are applied at once.
-  const bool is_same = type != nullptr && !is_changing_instrument() && !state_.tool.is_empty() &&
-                       state_.tool.name() == instrument.name() && !needs_other_balls(*type, instrument);
-  if (type == nullptr || is_same) return apply(std::move(instrument));
-  apply(sim::TakeInstrument{std::string(instrument.name()), instrument.words()});
+  const bool is_same = type != nullptr && !is_changing_instrument() && !tool(hand).is_empty() &&
+                       tool(hand).name() == instrument.name() && !needs_other_balls(*type, instrument, hand);
+  if (type == nullptr || is_same) return apply(std::move(instrument), hand);
+  apply(sim::TakeInstrument{std::string(instrument.name()), instrument.words()}, hand);
   requested_tool_ = std::move(instrument);
+  requested_hand_ = hand;
   frames_without_job_ = 0;
 }
 
-bool OperationController::needs_other_balls(const sim::InstrumentType& type,
-                                            const sim::Value& instrument) const {
+bool OperationController::needs_other_balls(const sim::InstrumentType& type, const sim::Value& instrument,
+                                            std::size_t hand) const {
   const sim::ToolNeeds needs = type.needs ? type.needs(instrument.data(), *scene_->base) : sim::ToolNeeds();
   const haptics::ToolShape& needed = needs.tool ? *needs.tool : *scene_->tool;
-  return needed != (state_.contact_tool ? *state_.contact_tool : *scene_->tool);
+  return needed != (state_.tools[hand].contact ? *state_.tools[hand].contact : *scene_->tool);
 }
 
 /// Ends the wait for an instrument when the hand has it, or when it was refused or discarded.
@@ -42,7 +43,7 @@ void OperationController::follow_instrument_change() {
   if (!is_changing_instrument()) return;
   constexpr int k_patience = 120;  // frames without a job
   frames_without_job_ = state_.pending_jobs == 0 ? frames_without_job_ + 1 : 0;
-  if (state_.tool == requested_tool_ || state_.refused || frames_without_job_ > k_patience)
+  if (tool(requested_hand_) == requested_tool_ || state_.refused || frames_without_job_ > k_patience)
     requested_tool_ = {};
 }
 

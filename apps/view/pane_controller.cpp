@@ -75,6 +75,8 @@ void PaneController::follow(std::span<const std::shared_ptr<const sim::Value>> s
       if (section->is_clipping) clip_ = Clip{section->at, section->normal};
     } else if (const auto* arm = current->as<fluoroscopy::FluoroscopyState>()) {
       if (arm->is_placed) is_placed_ = true, panes_.set_arm(*arm);
+      // A replay that went back has no image of a later moment.
+      if (shots_ && !apply && arm->shots < *shots_) panes_.clear_xray();
       if (shots_ && !apply && arm->shots > *shots_) panes_.shoot();
       confirm_live_shots(arm->shots);
       if (arm->shots > *shots_) panes_.shoot();

@@ -91,9 +91,10 @@ struct WindowOptions {
   const sim::Catalogue* catalogue = nullptr;
   double rate_hz = 1000;
   haptics::ForceOptions force = {};
-  std::shared_ptr<haptics::Device> device;  ///< drives the first hand; null: the mouse
-  std::shared_ptr<haptics::Device> pedal;   ///< acts as the button of the mouse; null: no pedal
-  std::optional<double> seconds;            ///< closes the window after this time, s
+  std::shared_ptr<haptics::Device> device;       ///< drives the first hand; null: the mouse
+  std::shared_ptr<haptics::Device> left_device;  ///< drives the second hand; null: one hand
+  std::shared_ptr<haptics::Device> pedal;        ///< acts as the button of the mouse; null: no pedal
+  std::optional<double> seconds;                 ///< closes the window after this time, s
   /// Called in every frame; true closes the window, like its close button.
   std::function<bool()> should_close = [] { return false; };
   std::string screenshot;  ///< PNG file at the end; empty: no screenshot

@@ -43,8 +43,7 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
       list_(structures_of(scene)),
       surfaces_(*scene.base),
       cap_(scene),
-      touch_radius_(scene.tool->radius()),
-      is_rigid_(scene.tool->is_six_dof()) {
+      contacts_{{scene.tool->radius(), scene.tool->is_six_dof()}} {
   uncut_ = haptics::uncut_version(scene);
   worker_ = std::make_unique<ChunkWorker>(scene, k_threads);
   opened_ = std::make_unique<OpenedStructures>(scene, opened_labels_);
@@ -250,24 +249,30 @@ dvec3 Viewport::shaft_direction(const dvec3& normal, const dvec3& toward_viewer)
   return glm::normalize(0.7 * normal + 0.5 * toward_viewer + dvec3(0, 0, 0.25));
 }
 
+void Viewport::set_contact_tool(const haptics::ToolShape& tool, std::size_t hand) {
+  if (contacts_.size() <= hand) contacts_.resize(hand + 1);
+  contacts_[hand] = {tool.radius(), tool.is_six_dof()};
+}
+
 void Viewport::show_stylus(const haptics::ServoRecord& record, ToolAppearance tool,
                            const volume::Version& version, const dvec3& toward_viewer) {
+  const Contact contact = record.hand < contacts_.size() ? contacts_[record.hand] : Contact{};
   StylusState stylus;
   stylus.hip_world = record.pose.position_world;
   stylus.has_contact = record.has_contact;
   stylus.proxy_world = record.has_contact ? record.proxy_world : stylus.hip_world;
   stylus.force_world = record.force_world;
   if (tool.is_ball)  // a ball is drawn as large as the ball that touches, and at least 0.6 mm in radius
-    if (const double radius = std::max(touch_radius_, 0.6); tool.radius < radius) {
+    if (const double radius = std::max(contact.radius, 0.6); tool.radius < radius) {
       tool = ball_appearance(radius);
       tool.parts[0].is_fluted = false;
     }
-  const bool is_round = touch_radius_ > 0 || is_rigid_;  // the proxy is the centre of the tool
+  const bool is_round = contact.radius > 0 || contact.is_rigid;  // the proxy is the centre of the tool
   constexpr glm::dquat k_identity{1, 0, 0, 0};
   dvec3 shaft;
-  if (tool.is_ball && !is_rigid_ && record.pose.orientation == k_identity) {
+  if (tool.is_ball && !contact.is_rigid && record.pose.orientation == k_identity) {
     const dvec3 touched = is_round && record.has_contact
-                              ? stylus.proxy_world - touch_radius_ * record.normal_world
+                              ? stylus.proxy_world - contact.radius * record.normal_world
                               : stylus.proxy_world;
     const dvec3 normal = normal_at(version, touched);
     shaft = normal != dvec3(0) ? shaft_direction(normal, toward_viewer) : toward_viewer;
@@ -291,8 +296,8 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, ToolAppearance to
     stylus.ring_normal_world = normal_at(version, stylus.ring_world);
   }
   stylus.tool = std::move(tool);
-  stylus.edge = edge_;
-  view_.show(stylus);
+  if (record.hand == 0) stylus.edge = edge_;
+  view_.show(stylus, record.hand);
 }
 
 void Viewport::show(std::span<const sim::Overlay> overlays, std::span<const haptics::ServoRecord> hands) {

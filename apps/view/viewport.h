@@ -70,14 +70,12 @@ class Viewport {
   /// mm to it.
   void zoom(const volume::Version& version, double factor, double x, double y);
 
-  /// Sets the geometry with which the tool currently touches.
-  void set_contact_tool(const haptics::ToolShape& tool) {
-    touch_radius_ = tool.radius();
-    is_rigid_ = tool.is_six_dof();
-  }
-  /// Returns the radius (mm) of the balls of this geometry; 0: a point, or a shell.
-  double touch_radius() const noexcept { return touch_radius_; }
-  /// Shows the stylus of a tick. A stylus without an orientation is tilted by shaft_direction().
+  /// Sets the geometry with which the tool of a hand currently touches.
+  void set_contact_tool(const haptics::ToolShape& tool, std::size_t hand = 0);
+  /// Returns the radius (mm) of the balls of the first hand's geometry; 0: a point, or a shell.
+  double touch_radius() const noexcept { return contacts_[0].radius; }
+  /// Shows the stylus of a tick for the hand of the record. A stylus without an orientation is tilted by
+  /// shaft_direction().
   void show_stylus(const haptics::ServoRecord& record, ToolAppearance tool, const volume::Version& version,
                    const glm::dvec3& toward_viewer);
   /// Direction (unit) of the shaft of a ball on a surface, between the normal and the viewer, so that the
@@ -197,8 +195,13 @@ class Viewport {
   bool are_structures_whole_ = false;  ///< as has_whole_structures() when opacities were applied
   std::map<int, std::uint64_t> whole_versions_;  ///< serial of the version of each whole mesh, by label
   ClipChoice clip_;
-  double touch_radius_;
-  bool is_rigid_;  ///< the tool touches with six degrees of freedom; its orientation is that of the hand
+  /// Contact geometry of the tool of a hand.
+  struct Contact {
+    double radius = 0;  ///< mm, as touch_radius()
+    bool is_rigid =
+        false;  ///< the tool touches with six degrees of freedom; its orientation is that of the hand
+  };
+  std::vector<Contact> contacts_;                    ///< by hand
   glm::dvec3 low_{0.0}, high_{0.0};                  ///< world box of the solid voxels
   glm::dvec3 visible_low_{0.0}, visible_high_{0.0};  ///< world box of solid voxels and models
   glm::dvec3 clip_origin_{0.0}, clip_normal_{0.0};

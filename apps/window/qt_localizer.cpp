@@ -101,6 +101,13 @@ std::optional<QString> Localizer::find(const QString& text) const {
   std::optional<QString> found;
   for (const Pattern& pattern : patterns_)
     if (!(is_list && pattern.is_joint) && (found = apply(pattern, text))) break;
+  // A name inside a sentence may begin with a small letter; the pattern is that of the name alone.
+  if (!found && text[0].isLower())
+    for (const Pattern& pattern : patterns_)
+      if (pattern.numbers.empty() && pattern.literals[0] == text[0].toUpper() + text.mid(1)) {
+        found = pattern.translation;
+        break;
+      }
   kept_.insert(text, found);
   return found;
 }

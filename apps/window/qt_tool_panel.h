@@ -80,7 +80,7 @@ class ToolPicture : public QWidget {
   ToolAppearance appearance_;
 };
 
-/// Controls of the first hand's instrument and its parameters.
+/// Controls of an instrument and its parameters.
 class ToolPanel : public QWidget {
   Q_OBJECT
 

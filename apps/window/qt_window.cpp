@@ -133,7 +133,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
     begin_steps();
   } else {
     operation_ = std::make_unique<OperationController>(*scene_, options_, window);
-    shown_tool_ = operation_->tool();
+    shown_tool_ = operation_->tool(tool_hand_);
     begin_steps();
     tool_panel_->show(shown_tool_);
     fit_panel();
@@ -413,8 +413,8 @@ void MainWindow::show_state() {
   if (operation_) {
     show_history();
     const std::string refused = operation_->take_refusal();
-    if (!refused.empty() || !(operation_->tool() == shown_tool_)) {
-      shown_tool_ = operation_->tool();
+    if (!refused.empty() || !(operation_->tool(tool_hand_) == shown_tool_)) {
+      shown_tool_ = operation_->tool(tool_hand_);
       tool_panel_->show(shown_tool_);
       fit_panel();
     }

@@ -261,6 +261,8 @@ class MainWindow : public QMainWindow {
   ToolPanel* tool_panel_ = nullptr;
   FoldButton* structure_fold_ = nullptr;
   StructurePanel* structures_ = nullptr;
+  int width_without_forces_ = 0;  ///< pixels, of the panel of the steps
+  std::size_t tool_hand_ = 0;     ///< hand whose tool the panel shows
   sim::Value shown_tool_;
   QDoubleSpinBox *low_ = nullptr, *high_ = nullptr;
   QSlider *depth_ = nullptr, *clip_share_ = nullptr, *history_ = nullptr;

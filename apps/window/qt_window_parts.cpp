@@ -64,14 +64,30 @@ void MainWindow::build_panel() {
   tool_panel_->on_resize = [this] { fit_panel(); };
   tool_panel_->on_change = [this](sim::Value instrument) {
     if (!operation_) return;
-    if (instrument.is_empty()) return operation_->remove_instrument();
+    if (instrument.is_empty()) return operation_->remove_instrument(tool_hand_);
     // A depth of press that suits one tool may be dangerous with another one.
-    if (operation_->tool().is_empty() || operation_->tool().name() != instrument.name())
+    const sim::Value& current = operation_->tool(tool_hand_);
+    if (tool_hand_ == 0 && (current.is_empty() || current.name() != instrument.name()))
       depth_->setValue(k_usual_press);
-    operation_->take_instrument(std::move(instrument));
+    operation_->take_instrument(std::move(instrument), tool_hand_);
     if (operation_->is_changing_instrument()) show_message(preparing_text());
   };
-  grid->addWidget(tool_panel_, 0, 0, 1, 3);
+  if (options_.left_device) {
+    auto* hand = new QComboBox;
+    hand->setObjectName("tool_hand");
+    hand->setFocusPolicy(Qt::NoFocus);
+    hand->setToolTip(tr("Hand whose tool is shown here"));
+    hand->addItems({tr("Right hand"), tr("Left hand")});
+    connect(hand, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this](int index) {
+      tool_hand_ = static_cast<std::size_t>(index);
+      if (!operation_) return;
+      shown_tool_ = operation_->tool(tool_hand_);
+      tool_panel_->show(shown_tool_);
+      fit_panel();
+    });
+    grid->addWidget(hand, 0, 0, 1, 3);
+  }
+  grid->addWidget(tool_panel_, 1, 0, 1, 3);
   depth_ = make_slider("depth", 1, 24, k_usual_press);
   depth_->setToolTip(tr("Depth of a press below the surface  (wheel, PgUp, PgDn)"));
   auto* depth_text = new QLabel(QString("%L1 mm").arg(2.0, 0, 'f', 1));
@@ -79,9 +95,9 @@ void MainWindow::build_panel() {
     depth_text->setText(QString("%L1 mm").arg(0.5 * half_mm, 0, 'f', 1));
     if (operation_) operation_->set_depth(0.5 * half_mm);
   });
-  grid->addWidget(new QLabel(tr("Press")), 1, 0);
-  grid->addWidget(depth_, 1, 1);
-  grid->addWidget(depth_text, 1, 2);
+  grid->addWidget(new QLabel(tr("Press")), 2, 0);
+  grid->addWidget(depth_, 2, 1);
+  grid->addWidget(depth_text, 2, 2);
   undo_ =
       make_button("undo", tr("Undo"), tr("Undo the last change: a stroke, a command or a step  (Ctrl+Z)"));
   redo_ = make_button("redo", tr("Redo"), tr("Redo the change  (Ctrl+Y)"));
@@ -90,7 +106,7 @@ void MainWindow::build_panel() {
   auto* history = new QHBoxLayout;
   history->addWidget(undo_);
   history->addWidget(redo_);
-  grid->addLayout(history, 2, 0, 1, 3);
+  grid->addLayout(history, 3, 0, 1, 3);
   column->addWidget(tool);
 
   auto* view_box = new QGroupBox(tr("View"));
@@ -263,6 +279,10 @@ void MainWindow::show_history() {
 /// Shows a comparison of two states in a separate window.
 void MainWindow::ask_and_compare() {
   if (!operation_) return;
+  if (auto* open = findChild<QDialog*>("comparison")) {  // the same key closes it
+    open->close();
+    return;
+  }
   operation_->press(false);
   const std::vector<sim::LiveSession::HistoryState> states = operation_->history_states();
   const auto now =

@@ -6,6 +6,7 @@
 #include <vtkCamera.h>
 #include <vtkRenderer.h>
 
+#include "apps/window/qt_steps_panel.h"
 #include "apps/window/qt_window.h"
 
 namespace trephine::view {
@@ -109,8 +110,14 @@ void MainWindow::follow_leader() {
 /// Shows or hides the parts of the force of a replay. Pauses the replay when they are shown.
 void MainWindow::toggle_force_panel() {
   if (force_panel_ == nullptr) return;
+  if (force_panel_->isHidden() && steps_panel_) width_without_forces_ = steps_panel_->width();
   force_panel_->setVisible(force_panel_->isHidden());
-  if (force_panel_->isHidden()) return;
+  if (force_panel_->isHidden()) {
+    // The panel of the steps, in the same column, returns to its width.
+    if (steps_panel_ && width_without_forces_ > 0)
+      resizeDocks({steps_panel_}, {width_without_forces_}, Qt::Horizontal);
+    return;
+  }
   replay_->play(false);
   resizeDocks({force_panel_}, {30 * fontMetrics().averageCharWidth() + 160}, Qt::Horizontal);
 }

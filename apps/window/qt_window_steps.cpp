@@ -48,7 +48,7 @@ void MainWindow::show_steps() {
   if (std::exchange(shown_step_, step) == step) return;
   tool_panel_->permit(
       [&guide](const sim::InstrumentType& instrument) { return guide.allowed_parameters(instrument); });
-  tool_panel_->show(operation_->tool());
+  tool_panel_->show(operation_->tool(tool_hand_));
   set_xray_refusal(localized(guide.reason_against(sim::value_type<fluoroscopy::Shoot>())));
   for (const CommandAction& one : command_actions_) {
     const QString reason = localized(guide.reason_against(*one.type));
@@ -76,12 +76,17 @@ void MainWindow::allow_everything() {
 /// Requests the first next step that is allowed. If no next step is allowed, shows the reason.
 void MainWindow::go_to_next_step() {
   if (!operation_ || operation_->steps() == nullptr) return;
-  const std::vector<StepGuide::Next>& all = operation_->steps()->next();
+  // Only steps after the current one: "Back" is for the mouse.
+  const StepGuide& steps = *operation_->steps();
+  std::vector<StepGuide::Next> all = steps.next();
+  const bool has_previous = std::erase_if(all, [&](const StepGuide::Next& next) {
+                              return steps.procedure().find(next.step) <= static_cast<int>(steps.index());
+                            }) > 0;
   for (const StepGuide::Next& next : all)
     if (next.is_allowed) return operation_->go_to_step(next.step);
   if (all.empty()) {
     const StepGuide& guide = *operation_->steps();
-    if (guide.step().transitions.empty()) return show_refusal(tr("This is the last step."));
+    if (guide.step().transitions.empty() || has_previous) return show_refusal(tr("This is the last step."));
     const int next = guide.procedure().find(guide.step().transitions.front().to);
     const std::string& title = StepGuide::title_of(guide.procedure().steps[static_cast<std::size_t>(next)]);
     return show_refusal(

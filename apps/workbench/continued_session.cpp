@@ -1,13 +1,14 @@
 #include "apps/workbench/continued_session.h"
 
 #include "data-tools/files/atomic_file.h"
+#include "data-tools/files/words.h"
 #include "modules/catalogue.h"
 #include "volume/base/text.h"
 
 namespace trephine::workbench {
 
 Result<ContinuedSession> continue_session(const std::string& path, const SourceChoice& case_source,
-                                          bool is_live, const Listener& listener) {
+                                          bool is_live, const Listener& listener, std::size_t hand_count) {
   // Lock the session before reading it, so that no other program writes to it until the writer is closed.
   auto lock = sim::SessionLock::acquire(path);
   if (!lock) return lock.error();
@@ -29,12 +30,14 @@ Result<ContinuedSession> continue_session(const std::string& path, const SourceC
                  .found = "blocks after the damage",
                  .expected = "an undamaged file",
                  .remedy = "replay it and write the result with -o"};
-  if (header.hands.size() != 1)
-    return Error{.what = "only sessions of one hand can be continued here",
+  if (header.hands.size() != hand_count)
+    return Error{.what = "the session has another number of hands",
                  .where = where,
-                 .found = std::to_string(header.hands.size()) + " hands",
-                 .expected = "one hand",
-                 .remedy = "choose a session of one hand"};
+                 .found = data_tools::counted(header.hands.size(), "hand"),
+                 .expected = data_tools::counted(hand_count, "hand"),
+                 .remedy = hand_count == 1
+                               ? "choose a device for the left hand (option left), or a session of one hand"
+                               : "omit the device of the left hand"};
   if (is_live && !(header.rate_hz >= 250 && header.rate_hz <= 10000))
     return Error{.what = "this session cannot be continued in the window",
                  .where = where,

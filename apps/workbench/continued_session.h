@@ -17,11 +17,12 @@ struct ContinuedSession {
   const sim::SessionHeader& header() const { return session->reader->header(); }
 };
 
-/// Replays a session of one hand to its end and begins to append to it. Error if another program writes to
-/// the session, its scan is not found (see open_session()), the session has several hands, another version
-/// recorded it, it is damaged, or its replay differs from the recording. With `is_live`, also an error if a
-/// servo cannot run at the rate of the session (250 to 10000 Hz).
+/// Replays a session to its end and begins to append to it. Error if another program writes to the session,
+/// its scan is not found (see open_session()), the number of its hands differs from `hand_count`, another
+/// version recorded it, it is damaged, or its replay differs from the recording. With `is_live`, also an
+/// error if a servo cannot run at the rate of the session (250 to 10000 Hz).
 Result<ContinuedSession> continue_session(const std::string& path, const SourceChoice& case_source,
-                                          bool is_live, const Listener& listener = {});
+                                          bool is_live, const Listener& listener = {},
+                                          std::size_t hand_count = 1);
 
 }  // namespace trephine::workbench

@@ -120,6 +120,27 @@ Result<DeviceChoice> completed(DeviceChoice choice, const Listener& listener) {
 
 }  // namespace
 
+namespace {
+
+/// Creates a device that is not the mouse. `pedal`: its buttons are added; may be null.
+Result<DevicePointer> make_device(const std::string& text, double scale, DevicePointer pedal,
+                                  const Listener& listener) {
+  const DeviceName name(text);
+  const bool is_path = name.kind == "playback" || name.kind == "virtual";
+  haptics::WorkspaceMap map;
+  map.scale = scale;
+  if (Status error = haptics::check(map)) return *error;
+  auto device = is_path ? open_path_device(name) : make_hardware(text, true, listener);
+  if (!device) return device;
+  // Add the pedal before the map, because the second button of the pedal also acts as the clutch of the map.
+  DevicePointer made = std::move(device).value();
+  if (pedal) made = std::make_shared<haptics::CompositeDevice>(std::move(made), std::move(pedal));
+  if (!is_path) made = std::make_shared<haptics::MappedDevice>(std::move(made), map);
+  return made;
+}
+
+}  // namespace
+
 Result<ChosenDevices> make_devices(const DeviceChoice& requested, const Listener& listener) {
   const auto completed_choice = completed(requested, listener);
   if (!completed_choice) return completed_choice.error();
@@ -138,23 +159,33 @@ Result<ChosenDevices> make_devices(const DeviceChoice& requested, const Listener
                  .where = "device",
                  .found = name.kind,
                  .remedy = "omit the scale, or choose another device"};
+  if (choice.left == "mouse")
+    return Error{.what = "the mouse can drive the right hand only",
+                 .where = "left device",
+                 .found = "mouse",
+                 .expected = "a haptic device, a 3-D mouse, playback:PATH.csv or virtual:PATH.csv",
+                 .remedy = "choose another device for the left hand"};
+  if (!choice.left.empty() && choice.left == choice.device && !is_path)
+    return Error{.what = "both hands have the same device",
+                 .where = "left device",
+                 .found = choice.left,
+                 .expected = "two devices, such as falcon and falcon:1",
+                 .remedy = "choose another device for one hand"};
+  if (!choice.left.empty()) {
+    // The scale is that of hardware; a path is followed as it is.
+    auto left = make_device(choice.left, choice.scale, nullptr, listener);
+    if (!left) return left.error();
+    chosen.left = std::move(left).value();
+  }
   if (is_mouse) return chosen;
-  haptics::WorkspaceMap map;
-  map.scale = choice.scale;
-  if (Status error = haptics::check(map)) return *error;
-  auto device = is_path ? open_path_device(name) : make_hardware(choice.device, true, listener);
+  auto device = make_device(choice.device, choice.scale, std::exchange(chosen.pedal, {}), listener);
   if (!device) return device.error();
   chosen.device = std::move(device).value();
-  // Add the pedal before the map, because the second button of the pedal also acts as the clutch of the map.
-  if (chosen.pedal)
-    chosen.device =
-        std::make_shared<haptics::CompositeDevice>(std::move(chosen.device), std::exchange(chosen.pedal, {}));
-  if (!is_path) chosen.device = std::make_shared<haptics::MappedDevice>(std::move(chosen.device), map);
   return chosen;
 }
 
 Status try_devices(const ChosenDevices& chosen) {
-  for (const DevicePointer& device : {chosen.device, chosen.pedal}) {
+  for (const DevicePointer& device : {chosen.device, chosen.left, chosen.pedal}) {
     if (!device) continue;
     if (Status error = device->open()) return error;
     device->close();

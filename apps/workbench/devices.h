@@ -15,6 +15,7 @@ struct DeviceChoice {
   /// "mouse", "falcon", "touch", "spacemouse:1", "playback:PATH.csv", "virtual:PATH.csv"; empty: that of the
   /// user's devices.toml, or else the mouse.
   std::string device;
+  std::string left;   ///< device of the left hand, as `device`, but not the mouse; empty: one hand
   std::string pedal;  ///< "pedal", "pedal:1", "pedal:/dev/input/event5"; empty: no pedal
   double scale = 1;   ///< motion of the tool per motion of the device; 1 for devices that are not hardware
 };
@@ -22,9 +23,12 @@ struct DeviceChoice {
 /// Devices of a choice, which are not open yet.
 struct ChosenDevices {
   std::shared_ptr<haptics::Device> device;  ///< null: the mouse, which belongs to the window
+  std::shared_ptr<haptics::Device> left;    ///< null: one hand
   std::shared_ptr<haptics::Device>
       pedal;  ///< pedal that is used with the mouse; null with another device, which then includes the pedal
 };
+/// Returns 2 with a device of the left hand, else 1.
+inline std::size_t hand_count_of(const ChosenDevices& chosen) noexcept { return chosen.left ? 2 : 1; }
 /// Makes the devices of a choice, without opening them. Error on unknown names, a path that cannot be read,
 /// an invalid scale, or a library of drivers that is needed but not installed.
 Result<ChosenDevices> make_devices(const DeviceChoice& choice, const Listener& listener);

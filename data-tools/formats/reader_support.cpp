@@ -50,7 +50,7 @@ Status subprocess_status(const SubprocessResult& result, const std::string& wher
                .where = where,
                .found = result.found,
                .expected = "a complete file of its format",
-               .remedy = "copy or export it again"};
+               .remedy = "copy or export it again; if it is complete, free memory"};
 }
 
 double max_corner_distance(const volume::Frame& a, const volume::Frame& b, const glm::ivec3& size) {

@@ -94,8 +94,8 @@ void DynamicTool::step(const Placement& hand) noexcept {
   const double share = options_.limits_missing_torque ? forceless_torque_share_ : 0;
   const double k = options_.coupling.stiffness, b = options_.coupling.damping,
                k_turn = (1 - share) * options_.turning_stiffness + share * options_.least_turning_stiffness,
-               b_turn = 2 * std::sqrt(k_turn * inertia_ / k_mm_per_newton);
-  const double h = k_mm_per_newton * dt_ / options_.mass, h_turn = k_mm_per_newton * dt_ / inertia_;
+               b_turn = 2 * std::sqrt(k_turn * inertia_ / k_mm_s2_per_n_kg);
+  const double h = k_mm_s2_per_n_kg * dt_ / options_.mass, h_turn = k_mm_s2_per_n_kg * dt_ / inertia_;
   const dvec3 force = k * (hand.position_world - tool_.position_world) + b * (hand_velocity - velocity_),
               torque = k_turn * turn_between(tool_.rotation, hand.rotation) + b_turn * (hand_spin - spin_);
   on_hand_ = Wrench(-force, -torque);

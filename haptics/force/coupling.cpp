@@ -7,7 +7,7 @@ namespace trephine::haptics {
 
 Coupling critical_coupling(double mass, double device_damping, double rate_hz) {
   // b = K T / 2 + 2 sqrt(K m / 1000) is quadratic in sqrt(K): lengths are mm.
-  const double a = 0.5 / rate_hz, half_root = std::sqrt(mass / k_mm_per_newton);
+  const double a = 0.5 / rate_hz, half_root = std::sqrt(mass / k_mm_s2_per_n_kg);
   const double root = (-half_root + std::sqrt(half_root * half_root + a * std::max(0.0, device_damping))) / a;
   return {root * root, 2 * half_root * root};
 }

@@ -6,8 +6,8 @@
 
 namespace trephine::haptics {
 
-/// Acceleration of 1 kg by 1 N, mm/s2.
-inline constexpr double k_mm_per_newton = 1000;
+/// 1 N accelerates 1 kg by this value, mm/s2.
+inline constexpr double k_mm_s2_per_n_kg = 1000;
 
 /// Spring and damper.
 struct Coupling {
@@ -16,8 +16,8 @@ struct Coupling {
 };
 
 /// Returns the stiffest critically damped coupling of a mass (kg) that a device with `device_damping` (N
-/// s/mm) renders passively at a rate: B = 2 sqrt(K m) and b >= K T / 2 + B (after Colgate and Schenkel 1997),
-/// with the device's damping b and the period T.
+/// s/mm) renders passively at a rate: B = 2 sqrt(K m / 1000) and b >= K T / 2 + B (after Colgate and Schenkel
+/// 1997), with the device's damping b and the period T.
 Coupling critical_coupling(double mass, double device_damping, double rate_hz);
 
 /// Returns the largest stiffness (N/mm) of a surface of damping B (N s/mm) that a device renders passively

@@ -296,8 +296,8 @@ struct EffectMemory {
 };
 
 /// Returns the index of the first layer that contains the tip, plus one; 0: no layer. Removed matter does not
-/// resist. It is looked up k_ahead in front of the tip, since the tool itself removes the matter of its
-/// track.
+/// resist. Whether matter is removed is tested k_ahead in front of the tip, because at the tip the tool
+/// itself has removed it.
 std::uint8_t layer_at(const Insertion& track, const LawInput& input, const dvec3& tip) noexcept {
   constexpr double k_ahead = 0.4;  // mm
   const volume::Volume& base = *input.scene.base;

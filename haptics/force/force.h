@@ -69,8 +69,9 @@ class ForceModel {
   bool had_contact_ = false, had_turn_ = false;
 };
 
-/// Final limits before the device: for any input the output is finite, within the magnitude and slew limits,
-/// and faded out after a latched fault. Present in every build.
+/// Final limits before the device: for any input the output is finite and within the
+/// magnitude limit. Its change is within the slew limit, except at an end: a latched fault fades it out
+/// within the fade time, and a value that is not finite sets it to zero at once. Present in every build.
 class ForceGuard {
  public:
   ForceGuard(const ForceOptions& options, double dt) : options_(options), dt_(dt) {}

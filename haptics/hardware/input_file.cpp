@@ -7,6 +7,7 @@
 #include <fcntl.h>
 #include <filesystem>
 #include <fstream>
+#include <linux/hidraw.h>
 #include <linux/input.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
@@ -25,6 +26,22 @@ std::string line_of(const std::filesystem::path& file) {
 }
 
 }  // namespace
+
+/// Items of a descriptor begin with a byte that contains their tag and the size of their data.
+bool has_report_number(std::span<const std::uint8_t> descriptor) noexcept {
+  constexpr std::uint8_t k_report_id = 0x84, k_long_item = 0xfe, k_tag = 0xfc;
+  for (std::size_t at = 0; at < descriptor.size();) {
+    const std::uint8_t head = descriptor[at];
+    if ((head & k_tag) == k_report_id) return true;
+    if (head == k_long_item) {
+      at += 3 + static_cast<std::size_t>(at + 1 < descriptor.size() ? descriptor[at + 1] : 0);
+      continue;
+    }
+    const std::size_t size = head & 3u;
+    at += 1 + (size == 3 ? 4 : size);
+  }
+  return false;
+}
 
 std::vector<PedalNode> find_pedals() {
   std::vector<PedalNode> found;
@@ -64,14 +81,25 @@ Result<InputFile> open_input(const std::string& node) {
     return Error{
         .what = what, .where = where, .found = node, .remedy = remedy, .kind = ErrorKind::missing_here};
   };
+  // A device of raw reports, which the kernel does not translate into keys.
+  hidraw_report_descriptor descriptor{};
+  if (int size = 0; ::ioctl(file, HIDIOCGRDESCSIZE, &size) == 0) {
+    descriptor.size = static_cast<std::uint32_t>(size);
+    if (::ioctl(file, HIDIOCGRDESC, &descriptor) < 0)
+      return fail("the device does not describe its reports", "pedal: absent", "plug it in again");
+    result.is_raw = true;
+    result.has_report_number = has_report_number({descriptor.value, static_cast<std::size_t>(size)});
+    return result;
+  }
   std::array<unsigned char, ABS_CNT / 8 + 1> bits{};
   if (::ioctl(file, EVIOCGBIT(EV_ABS, bits.size()), bits.data()) < 0)
-    return fail("the file is not an input device", "pedal: absent", "pass a file of /dev/input");
+    return fail("the file is not an input device", "pedal: absent",
+                "pass a file of /dev/input, or /dev/hidraw0");
   for (int axis = 0; axis < ABS_CNT && result.axes.size() < 4; ++axis) {
     input_absinfo range{};
     if ((bits[static_cast<std::size_t>(axis) / 8] >> axis % 8 & 1) == 0) continue;
     if (::ioctl(file, EVIOCGABS(axis), &range) < 0 || range.maximum <= range.minimum) continue;
-    result.axes.push_back({axis, range.minimum, range.maximum});
+    result.axes.push_back({axis, range.minimum, range.maximum, range.value});
   }
   if (::ioctl(file, EVIOCGRAB, 1) < 0)
     return fail("another program holds the pedal", "pedal: busy", "close the other program");

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <sys/types.h>
 
 #include "haptics/device/device.h"
 #include "haptics/device/latest.h"
@@ -11,21 +12,26 @@
 namespace trephine::haptics {
 
 /// Range of one axis of an input device, in the device's units. `code`: the kernel's number of the axis.
+/// `value`: position of the axis when the device was opened.
 struct AxisRange {
-  int code = 0, low = 0, high = 0;
+  int code = 0, low = 0, high = 0, value = 0;
 };
 
 /// An open input device. PedalDevice closes it.
 struct InputFile {
   int descriptor = -1;
   std::vector<AxisRange> axes;  ///< at most four are used
+  /// The file returns raw HID reports, and the bits of their first three bytes are buttons.
+  /// `has_report_number`: a number precedes these bytes.
+  bool is_raw = false, has_report_number = false;
 };
 using OpenInput = std::function<Result<InputFile>()>;
 
-/// Reads the events of the kernel's input layer. Keys, at most 24, are buttons in the order in which they are
-/// first pressed: the key that is pressed first activates the tool. Axes are 0 to 1; an axis beyond half its
-/// range also counts as a button of its own. Until a key was pressed, the first axis activates the tool. The
-/// device has no pose.
+/// Reads the events of the kernel's input layer, or raw HID reports. Keys, at most 24, are buttons in the
+/// order in which they are first pressed: the key that is pressed first activates the tool. Axes are 0 to 1;
+/// an axis beyond half its range also counts as a button of its own. Until a key was pressed, the first axis
+/// activates the tool. In a raw report, each bit is a button. If the kernel lost events, all keys count as
+/// released. The device has no pose.
 class PedalDevice final : public Device {
  public:
   explicit PedalDevice(OpenInput open_input) : open_input_(std::move(open_input)) {}
@@ -43,6 +49,10 @@ class PedalDevice final : public Device {
     bool is_lost = false;
   };
   bool receive();
+  bool receive_report();
+  void set_axis(std::size_t axis, int value) noexcept;
+  ssize_t read_some(void* buffer, std::size_t size) noexcept;
+  bool lose();
   std::uint32_t bit_of_key(int code) noexcept;
 
   OpenInput open_input_;

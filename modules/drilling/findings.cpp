@@ -11,8 +11,9 @@ std::vector<sim::Finding> Drilling::findings(const sim::JobInput& input) const {
   std::vector<sim::Finding> findings;
   sim::Finding plunge{
       .name = "drilling: deepest plunge", .unit = "mm", .full_at = 2, .zero_at = 8, .weight = 2};
-  double breakthroughs = 0;
+  double breakthroughs = 0, refused = 0;
   for (std::size_t i = 0; i < chronicle.size(); ++i) {
+    refused += chronicle[i].value.as<CraniotomeRefused>() != nullptr;
     const auto* through = chronicle[i].value.as<Breakthrough>();
     if (through == nullptr) continue;
     ++breakthroughs;
@@ -24,6 +25,8 @@ std::vector<sim::Finding> Drilling::findings(const sim::JobInput& input) const {
     findings.push_back(std::move(plunge));
     findings.push_back({.name = "drilling: breakthroughs", .value = breakthroughs});
   }
+  if (refused > 0)
+    findings.push_back({.name = "drilling: refused starts of the craniotome", .value = refused});
   // The temperature depends on assumed constants, so this finding has no points.
   if (const double hottest = hottest_bone(input.state); hottest > 0)
     findings.push_back({.name = "drilling: warmest bone, above body temperature",

@@ -48,7 +48,7 @@ void add_plan(const std::string& name, const JudgedScrew& screw, const ScrewJudg
               std::vector<Finding>& findings) {
   Finding entry{.name = name + ": entry to plan", .unit = "mm", .full_at = 2, .zero_at = 10, .weight = 2};
   Finding target = entry;
-  target.name = name + ": target to plan";
+  target.name = name + ": tip to plan";
   Finding angle{.name = name + ": angle to plan", .unit = "degrees"};
   Finding depth{.name = name + ": length to track", .unit = "mm", .full_at = 2, .zero_at = 10, .weight = 2};
   if (judged.planned.empty()) {

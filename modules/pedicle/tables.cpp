@@ -54,8 +54,10 @@ const sim::Schema& PlaceScrew::schema() {
 }
 
 const sim::Schema& RemoveScrew::schema() {
-  static constexpr sim::Field fields[] = {field<&RemoveScrew::body>(
-      "body", {.help = "its body; 0: the last screw", .empty_choice = "The last screw"})};
+  static constexpr sim::Field fields[] = {
+      field<&RemoveScrew::body>("body", {.help = "number of the screw among the bodies; 0: the last screw",
+                                         .label = "Screw",
+                                         .empty_choice = "The last screw"})};
   static constexpr sim::Schema table{"remove-screw", 1, fields};
   return table;
 }
@@ -81,8 +83,9 @@ const sim::Schema& ScrewFailed::schema() {
 
 const sim::Schema& JudgeScrew::schema() {
   static constexpr sim::Field fields[] = {
-      field<&JudgeScrew::body>("body",
-                               {.help = "body of the screw; 0: the last", .empty_choice = "The last screw"}),
+      field<&JudgeScrew::body>("body", {.help = "number of the screw among the bodies; 0: the last screw",
+                                        .label = "Screw",
+                                        .empty_choice = "The last screw"}),
       field<&JudgeScrew::vertebra>("vertebra", {.help = "label of the vertebra; without it that of the screw",
                                                 .names = sim::FieldInfo::Names::bone_label,
                                                 .empty_choice = "That of the screw"}),
@@ -94,17 +97,22 @@ const sim::Schema& JudgeScrew::schema() {
                                           .is_expert = true}),
       field<&JudgeScrew::item>("item",
                                {.low = 0, .high = 63, .help = "shape of the bone", .is_expert = true}),
-      field<&JudgeScrew::trajectory_zero>("trajectory_zero",
-                                          {.unit = "mm",
-                                           .low = 0.1,
-                                           .high = 1000,
-                                           .help = "sum of entry and target distances that has no points",
-                                           .is_expert = true}),
-      field<&JudgeScrew::depth_zero>("depth_zero", {.unit = "mm",
-                                                    .low = 0.1,
-                                                    .high = 1000,
-                                                    .help = "difference to the track that has no points",
-                                                    .is_expert = true}),
+      field<&JudgeScrew::trajectory_zero>(
+          "trajectory_zero",
+          {.unit = "mm",
+           .low = 0.1,
+           .high = 1000,
+           .help = "distances of entry and tip from the plan, in sum, from which on there are no points",
+           .label = "No points from a plan error of",
+           .is_expert = true}),
+      field<&JudgeScrew::depth_zero>(
+          "depth_zero",
+          {.unit = "mm",
+           .low = 0.1,
+           .high = 1000,
+           .help = "difference between the lengths of screw and track from which on there are no points",
+           .label = "No points from a depth error of",
+           .is_expert = true}),
       field<&JudgeScrew::trajectory_share>(
           "trajectory_share",
           {.low = 0, .high = 1, .help = "share of the trajectory in the score", .is_expert = true})};

@@ -65,7 +65,7 @@ void add_clearance(const ClampFitted& fitted, bool has_forbidden, std::vector<Fi
     clearance.reason = "The operation has no forbidden structures; add some to the case.";
   if (!fitted.nearest.empty()) clearance.reason = "Nearest: " + fitted.nearest + ".";
   Finding access{.name = "clamp: pin to approach", .unit = "mm", .full_at = 20, .zero_at = 0, .weight = 2};
-  Finding angle{.name = "posture: approach to up", .unit = "degrees"};
+  Finding angle{.name = "posture: angle of the approach to the vertical", .unit = "degrees"};
   if (fitted.site.empty())
     access.reason = angle.reason = "The plan has no approach; add an outline or a trajectory.";
   else

@@ -158,7 +158,7 @@ std::vector<sim::Measure> SkullClamp::measures(const sim::OperationState& operat
   all.push_back({"clamp clearance", fitted->clearance, "mm", is_stale});
   all.push_back({"clamp in head", fitted->touch_depth, "mm", is_stale});
   all.push_back({"clamp access", fitted->access, "mm", is_stale});
-  all.push_back({"approach to up", fitted->site_angle, "degrees", is_stale});
+  all.push_back({"angle of the approach to the vertical", fitted->site_angle, "degrees", is_stale});
   all.push_back({"neck rotation", fitted->rotation, "degrees", is_stale});
   all.push_back({"neck flexion", fitted->flexion, "degrees", is_stale});
   all.push_back({"neck bend", fitted->bend, "degrees", is_stale});

@@ -115,8 +115,18 @@ bool ForbiddenWatch::is_far(const ToolBall& ball) noexcept {
   return true;
 }
 
-void ForbiddenWatch::follow(const dvec3& from, const ToolBall& ball, const Nearness& nearness,
-                            double slack) noexcept {
+void ForbiddenWatch::follow(const dvec3& from, const ToolBall& ball, const Nearness& nearness, double slack,
+                            bool is_membrane) noexcept {
+  // Behind a membrane, the nearest point of the membrane is toward the outside.
+  const bool is_behind = is_membrane && has_entry && nearness.has_surface && !nearness.is_centre_inside &&
+                         glm::dot(ball.centre - entry_world, entry_outward) < 0;
+  if (is_behind && (nearness.clearance < 0 || !is_torn)) {
+    const dvec3 out = nearness.surface_world - ball.centre;
+    if (glm::length(out) > 0) entry_outward = glm::normalize(out);
+    entry_world = nearness.surface_world;
+    depth = glm::length(out) + ball.radius;
+    return;
+  }
   if (!(nearness.clearance < 0)) {
     has_entry = is_beyond_middle = false;
     depth = 0;
@@ -126,12 +136,6 @@ void ForbiddenWatch::follow(const dvec3& from, const ToolBall& ball, const Nearn
   if (!nearness.has_surface) {  // the surface is out of reach: the ball is far inside
     is_beyond_middle = has_entry;
     if (has_entry) depth = std::max(depth, glm::length(ball.centre - entry_world) + ball.radius);
-    return;
-  }
-  const bool has_passed =
-      !nearness.is_centre_inside && has_entry && glm::dot(ball.centre - entry_world, entry_outward) < 0;
-  if (has_passed) {  // the centre is behind the structure, as behind a sheet
-    depth = std::max(depth, glm::length(ball.centre - entry_world) + ball.radius);
     return;
   }
   if (!nearness.is_centre_inside || !has_entry) {
@@ -224,16 +228,16 @@ double Forbidden::follow(const dvec3& from, const ToolBall& ball, double expecte
     for_positions(from, ball.centre, [&](const dvec3& at) {
       const ToolBall sample{at, ball.radius};
       const Nearness nearness = locate(sample, least);
-      watch.follow(previous, sample, nearness, slack);
+      watch.follow(previous, sample, nearness, slack, is_membrane_);
       least = std::min(least, nearness.clearance);
       deepest = std::max(deepest, watch.depth);
       previous = at;
     });
-    watch.follow(previous, ball, end, slack);
+    watch.follow(previous, ball, end, slack, is_membrane_);
     // A structure that the ball crossed within one tick was entered as well.
     if (least < 0) watch.depth = std::max(watch.depth, deepest);
   } else {
-    watch.follow(from, ball, end, slack);
+    watch.follow(from, ball, end, slack, is_membrane_);
   }
   return least;
 }
@@ -241,7 +245,7 @@ double Forbidden::follow(const dvec3& from, const ToolBall& ball, double expecte
 double Forbidden::begin_path(const ToolBall& ball, double expected, ForbiddenWatch& watch) const noexcept {
   watch.has_entry = false;
   const Nearness nearness = locate(ball, expected);
-  watch.follow(ball.centre, ball, nearness, 4 * step_mm_);
+  watch.follow(ball.centre, ball, nearness, 4 * step_mm_, is_membrane_);
   return nearness.clearance;
 }
 
@@ -280,24 +284,26 @@ const Schema& StructureTorn::schema() {
 }
 
 const Schema& ForbiddenWatch::schema() {
-  static constexpr Field fields[] = {field<&ForbiddenWatch::is_inside>("inside"),
-                                     field<&ForbiddenWatch::clearance>("clearance", {.unit = "mm"}),
-                                     field<&ForbiddenWatch::nearest>("nearest", {.unit = "mm"}),
-                                     field<&ForbiddenWatch::measured>("measured", {.unit = "mm"}),
-                                     field<&ForbiddenWatch::measured_at>("measured_at", {.unit = "mm"}),
-                                     field<&ForbiddenWatch::deepest_now>("deepest_now", {.unit = "mm"}),
-                                     field<&ForbiddenWatch::deepest_world>("deepest_at", {.unit = "mm"}),
-                                     field<&ForbiddenWatch::has_worked>("has_worked"),
-                                     field<&ForbiddenWatch::is_working>("is_working"),
-                                     field<&ForbiddenWatch::is_torn>("is_torn"),
-                                     field<&ForbiddenWatch::entries>("entries"),
-                                     field<&ForbiddenWatch::ticks_inside>("ticks_inside"),
-                                     field<&ForbiddenWatch::entered_tick>("entered_tick"),
-                                     field<&ForbiddenWatch::has_entry>("has_entry"),
-                                     field<&ForbiddenWatch::is_beyond_middle>("is_beyond_middle"),
-                                     field<&ForbiddenWatch::entry_world>("entry", {.unit = "mm"}),
-                                     field<&ForbiddenWatch::entry_outward>("entry_outward"),
-                                     field<&ForbiddenWatch::depth>("depth", {.unit = "mm"})};
+  static constexpr Field fields[] = {
+      field<&ForbiddenWatch::is_inside>("inside"),
+      field<&ForbiddenWatch::clearance>("clearance", {.unit = "mm"}),
+      field<&ForbiddenWatch::nearest>("nearest", {.unit = "mm"}),
+      field<&ForbiddenWatch::measured>("measured", {.unit = "mm"}),
+      field<&ForbiddenWatch::measured_at>("measured_at", {.unit = "mm"}),
+      field<&ForbiddenWatch::deepest_now>("deepest_now", {.unit = "mm"}),
+      field<&ForbiddenWatch::deepest_world>("deepest_at", {.unit = "mm"}),
+      field<&ForbiddenWatch::has_worked>("has_worked"),
+      field<&ForbiddenWatch::is_working>("is_working"),
+      field<&ForbiddenWatch::deepest_working>("deepest_working", {.unit = "mm"}),
+      field<&ForbiddenWatch::is_torn>("is_torn"),
+      field<&ForbiddenWatch::entries>("entries"),
+      field<&ForbiddenWatch::ticks_inside>("ticks_inside"),
+      field<&ForbiddenWatch::entered_tick>("entered_tick"),
+      field<&ForbiddenWatch::has_entry>("has_entry"),
+      field<&ForbiddenWatch::is_beyond_middle>("is_beyond_middle"),
+      field<&ForbiddenWatch::entry_world>("entry", {.unit = "mm"}),
+      field<&ForbiddenWatch::entry_outward>("entry_outward"),
+      field<&ForbiddenWatch::depth>("depth", {.unit = "mm"})};
   static constexpr Schema table{"forbidden-watch", 1, fields};
   return table;
 }

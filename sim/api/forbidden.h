@@ -154,15 +154,17 @@ struct ForbiddenWatch {
   glm::dvec3 deepest_world{0.0};  ///< mm, centre of the ball at that depth
   bool has_worked = false, is_torn = false;  ///< during the visit
   bool is_working = false;                   ///< the body cuts in the newest tick
+  double deepest_working = 0;                ///< mm, greatest depth in the current visit while it worked
   std::int64_t entries = 0, ticks_inside = 0, entered_tick = 0;
   /// Computes a lower bound of the clearance from the last measurement. If the bound exceeds both `nearest`
   /// and k_always_measured, sets `clearance` to it and returns true. Otherwise the clearance must be
   /// measured.
   bool is_far(const ToolBall& ball) noexcept;
   /// Follows the path of entry while the ball moves from `from_world` to its centre. `nearness`: at the
-  /// centre. `slack`: jumps of the nearest point of a rough surface, mm.
-  void follow(const glm::dvec3& from_world, const ToolBall& ball, const Nearness& nearness,
-              double slack) noexcept;
+  /// centre. `slack`: jumps of the nearest point of a rough surface, mm. `is_membrane`: as
+  /// Forbidden::is_membrane(). A ball behind an intact membrane, which it pushes, keeps its entry.
+  void follow(const glm::dvec3& from_world, const ToolBall& ball, const Nearness& nearness, double slack,
+              bool is_membrane) noexcept;
   static const Schema& schema();
 };
 

@@ -48,9 +48,10 @@ LiveSession::LiveSession(std::span<haptics::Device* const> devices, Engine engin
       wants_realtime_(options.wants_realtime) {
   TREPHINE_ASSERT(devices.size() == engine_.hand_count());
   state_.hands.resize(devices.size());
+  state_.tools.resize(devices.size());
   if (recorder_) recorder_->begin(engine_, options.force, options.rate_hz, first_tick, false);
   const std::lock_guard guard(lock_);
-  state_.tool = engine_.state().settings.hands[0].parameters;
+  update_tools();
   Outcome first;
   first.is_changed = true;
   update_state(first);
@@ -385,7 +386,7 @@ Outcome LiveSession::carry_out_alone(const Command& command, bool may_begin) {
     edit_report_.longest_command_seconds = seconds;
     edit_report_.longest_command = command.request.is_empty() ? "" : command.request.name();
   }
-  state_.tool = engine_.state().settings.hands[0].parameters;  // ticks do not change it
+  update_tools();  // ticks do not change them
   update_state(outcome);
   return outcome;
 }
@@ -420,6 +421,12 @@ void LiveSession::update_overlays(const Outcome& outcome, bool is_command) {
   for (const Body& body : engine_.state().undoable.bodies) state_.bodies.push_back(body.id);
 }
 
+void LiveSession::update_tools() {
+  for (std::size_t h = 0; h < state_.tools.size(); ++h)
+    state_.tools[h].parameters = engine_.state().settings.hands[h].parameters;
+  state_.tool = state_.tools[0].parameters;
+}
+
 void LiveSession::update_state(const Outcome& outcome) {
   if (outcome.refused) state_.refused = outcome.refused;
   if (outcome.failed) state_.failed = outcome.failed;
@@ -434,15 +441,13 @@ void LiveSession::update_state(const Outcome& outcome) {
     state_.version = engine_.version();
     state_.changed = union_of(state_.changed, outcome.box);
   }
-  const std::size_t forbidden = engine_.forbidden().size();
-  state_.watches.assign(engine_.state().watches.begin(),
-                        engine_.state().watches.begin() + static_cast<std::ptrdiff_t>(forbidden));
+  state_.watches.assign(engine_.state().watches.begin(), engine_.state().watches.end());
   state_.removed_mm3 = engine_.removed_mm3();
   const std::vector<PendingJob>& jobs = engine_.jobs();
   state_.pending_jobs = jobs.size();
   state_.job = jobs.empty() ? std::string() : std::string(jobs.front().parameters->name());
   state_.tool_radius = engine_.tool(0).scene->tool->radius();
-  state_.contact_tool = engine_.tool(0).scene->tool;
+  for (std::size_t h = 0; h < state_.tools.size(); ++h) state_.tools[h].contact = engine_.tool(h).scene->tool;
   state_.strokes = engine_.stroke_count();
   const Branch& branch = engine_.branch();
   state_.first_stroke = branch.final_strokes;

@@ -34,7 +34,7 @@ struct LiveState {
   std::string branch;                   ///< current branch
   std::vector<std::string> branches;    ///< other branches
   std::size_t history_bytes = 0;        ///< of all branches, at the end of the last stroke
-  std::vector<ForbiddenWatch> watches;  ///< of the first hand, one per forbidden structure
+  std::vector<ForbiddenWatch> watches;  ///< one per forbidden structure, first those of the first hand
   std::optional<Error> refused;         ///< new: reason of the newest refusal of a command
   std::optional<Error> failed;          ///< new: why the newest failed job had no effect; `where`: its name
   std::vector<Event> events;            ///< new: at most the newest k_max_events
@@ -56,8 +56,12 @@ struct LiveState {
   bool is_searching_pieces = false;  ///< a search for disconnected pieces is not complete
   Value tool;                        ///< parameters of the first hand's instrument; empty: no instrument
   double tool_radius = 0;            ///< mm, of the ball that the first hand touches with; 0: a point
-  /// Geometry with which the first hand touches; null before the first state.
-  haptics::SharedTool contact_tool = nullptr;
+  /// Instrument of a hand.
+  struct Tool {
+    Value parameters;                       ///< empty: no instrument
+    haptics::SharedTool contact = nullptr;  ///< geometry with which it touches; null before the first state
+  };
+  std::vector<Tool> tools;  ///< by hand
 };
 
 /// Starts and joins the edit thread and the background threads; the servo never waits for them. Drawing
@@ -143,6 +147,7 @@ class LiveSession {
   Outcome carry_out_alone(const Command& command, bool may_begin);
   void issue_next(const Outcome& outcome, bool may_begin);
   void update_state(const Outcome& outcome);  // with lock_ held
+  void update_tools();                        // with lock_ held
   void update_overlays(const Outcome& outcome, bool is_command);
   void handle_results();
   std::optional<DerivedJob> take_picture();

@@ -51,33 +51,33 @@ bool read_number(std::string_view text, double& value) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
-void add_line(std::string& out, std::string_view key, const std::string& text) {
+void add_text_line(std::string& out, std::string_view key, const std::string& text) {
   out.append(key).append("=").append(one_line(text)).append("\n");
 }
 void add_text(std::string& out, std::string_view key, const std::string& text) {
-  if (!text.empty()) add_line(out, key, text);
+  if (!text.empty()) add_text_line(out, key, text);
 }
 void add_number(std::string& out, std::string_view key, const std::optional<double>& number) {
-  if (number) add_line(out, key, text_of(*number));
+  if (number) add_text_line(out, key, text_of(*number));
 }
 void add_list(std::string& out, std::string_view key, const std::vector<std::string>& list) {
-  for (const std::string& text : list) add_line(out, key, text);
+  for (const std::string& text : list) add_text_line(out, key, text);
 }
 
 void add_step(std::string& out, const ProcedureStep& step) {
-  add_line(out, "step", step.name);
+  add_text_line(out, "step", step.name);
   add_text(out, "step_title", step.title);
   add_text(out, "step_hint", step.hint);
   add_text(out, "step_note", step.note);
   add_list(out, "step_instrument", step.instruments);
   add_list(out, "step_command", step.commands);
   add_list(out, "step_on_entry", step.on_entry);
-  if (step.is_end) add_line(out, "step_end", "1");
+  if (step.is_end) add_text_line(out, "step_end", "1");
   for (const StepTransition& transition : step.transitions) {
-    add_line(out, "transition", transition.to);
+    add_text_line(out, "transition", transition.to);
     add_text(out, "transition_on", transition.on);
     for (const StepCondition& condition : transition.conditions) {
-      add_line(out, "condition", condition.measurement);
+      add_text_line(out, "condition", condition.measurement);
       add_number(out, "condition_minimum", condition.minimum);
       add_number(out, "condition_maximum", condition.maximum);
     }
@@ -123,10 +123,10 @@ constexpr std::string_view k_score = "score", k_procedure_score = "procedure_sco
 void add_score(std::string& out, std::string_view prefix, const std::vector<ScoreLimit>& score) {
   const std::string key(prefix);
   for (const ScoreLimit& limit : score) {
-    add_line(out, key, limit.finding);
-    add_line(out, key + "_full_at", text_of(limit.full_at));
-    add_line(out, key + "_zero_at", text_of(limit.zero_at));
-    if (limit.weight != ScoreLimit().weight) add_line(out, key + "_weight", text_of(limit.weight));
+    add_text_line(out, key, limit.finding);
+    add_text_line(out, key + "_full_at", text_of(limit.full_at));
+    add_text_line(out, key + "_zero_at", text_of(limit.zero_at));
+    if (limit.weight != ScoreLimit().weight) add_text_line(out, key + "_weight", text_of(limit.weight));
   }
 }
 
@@ -147,7 +147,7 @@ std::optional<bool> read_score_line(std::string_view key, std::string_view value
 
 void add_procedure_lines(std::string& out, const volume::SurgicalPlan& plan) {
   if (const SurgicalProcedure& procedure = plan.procedure; procedure != SurgicalProcedure()) {
-    add_line(out, "procedure", procedure.name);
+    add_text_line(out, "procedure", procedure.name);
     add_text(out, "procedure_title", procedure.title);
     add_list(out, "procedure_instrument", procedure.instruments);
     add_list(out, "procedure_command", procedure.commands);

@@ -527,7 +527,7 @@ TEST_F(Command, BenchmarksHaveTheirKeys) {
   EXPECT_EQ(keys_of(surface),
             with_common({"surfaces", "surface_chunk_us", "drilled_chunk_us", "drilled_chunk_vertices"}));
   ASSERT_EQ(surface["surfaces"].size(), 4u);
-  for (const Json& row : surface["surfaces"]) EXPECT_GT(row["ratio_to_peer"], 0);
+  for (const Json& row : surface["surfaces"]) EXPECT_GT(row["peer_over_own"], 0);
   const Json rays = json("bench rays --size 64");
   ASSERT_EQ(rays["rays"].size(), 6u);
   for (const Json& row : rays["rays"]) {
@@ -535,8 +535,8 @@ TEST_F(Command, BenchmarksHaveTheirKeys) {
     EXPECT_GT(row["hits"], 1000);
   }
   const Json load = json("bench load head");
-  EXPECT_EQ(keys_of(load), with_common({"source", "voxels", "seconds", "memory", "ratio_to_peer"}));
-  EXPECT_TRUE(load["ratio_to_peer"].is_null());
+  EXPECT_EQ(keys_of(load), with_common({"source", "voxels", "seconds", "memory", "peer_over_own"}));
+  EXPECT_TRUE(load["peer_over_own"].is_null());
 }
 
 TEST_F(Command, InterruptEndsWith130AndWritesNothing) {

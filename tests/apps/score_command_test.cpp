@@ -40,7 +40,7 @@ TEST_F(Command, AScoreEqualsTheJudgementsOfScrews) {
     EXPECT_DOUBLE_EQ(value(score, name + ": body breach"), screw["body_breach_mm"]);
     EXPECT_EQ(value(score, name + ": grade"), screw["grade"].get<std::string>()[0] - 'A');
     EXPECT_DOUBLE_EQ(value(score, name + ": entry to plan"), screw["plan"]["entry_error_mm"]);
-    EXPECT_DOUBLE_EQ(value(score, name + ": target to plan"), screw["plan"]["target_error_mm"]);
+    EXPECT_DOUBLE_EQ(value(score, name + ": tip to plan"), screw["plan"]["target_error_mm"]);
   }
   // The left screw follows the plan, and the right screw is too far medial.
   EXPECT_EQ(find(score, "L4 left: breach")["verdict"], "good");

@@ -132,7 +132,7 @@ TEST_F(Command, AnInterruptedAutosaveIsFound) {
   ::setenv("XDG_STATE_HOME", before.c_str(), 1);
 }
 
-TEST_F(Command, ATimelineListsStrokesCommandsAndEvents) {
+TEST_F(Command, ATimelineListsStrokesAndCommands) {
   ASSERT_EQ(run("phantom sphere --size 48 --psf 1 -o s.mha").exit_code, 0);
   write("a.toml",
         "schema = 1\nscan = \"s.mha\"\n[[hands]]\ninstrument = \"burr\"\nparameters = \"diameter=6 "

@@ -246,7 +246,7 @@ TEST(Findings, ScrewsEqualTheirJudgeAndTheClosedFormOfThePlan) {
     EXPECT_EQ(value(all, name + ": body breach"), std::max(0.0, judged.value().front));
   }
   EXPECT_NEAR(value(all, "L4 left: entry to plan"), 3, 1e-9);
-  EXPECT_NEAR(value(all, "L4 left: target to plan"), 4, 1e-9);
+  EXPECT_NEAR(value(all, "L4 left: tip to plan"), 4, 1e-9);
   EXPECT_NEAR(value(all, "L4 left: angle to plan"), std::atan2(3.0, 36.0) * 180 / M_PI, 1e-6);
   EXPECT_NEAR(value(all, "L4 left: length to track"), 3, 1e-9);
   EXPECT_EQ(value(all, "tracks: beyond bone"), 0.7);
@@ -269,7 +269,7 @@ TEST(Findings, AScrewWithoutALabelIsComparedWithThePlanOnly) {
   const auto all = judged.of(Pedicle());
   expect_reason(all, "screw 1: breach", "add a label");
   EXPECT_EQ(value(all, "screw 1: entry to plan"), 1);
-  EXPECT_EQ(value(all, "screw 1: target to plan"), 2);
+  EXPECT_EQ(value(all, "screw 1: tip to plan"), 2);
 }
 
 // Ventriculostomy.

@@ -272,6 +272,24 @@ TEST(Forbidden, AnIntactDuraCarriesTheBrainBehindIt) {
     EXPECT_EQ(run.engine().watch(0, 0).entries, visit.is_in_brain ? 1 : 0);
     EXPECT_EQ(run.engine().watch(0, 0).nearest >= 0, !visit.is_in_brain);
   }
+  // A ball that is smaller than its depth lies behind the dura, which it still pushes: it slides, and comes
+  // out at another place. This is one visit without a tear, and no entry into the brain.
+  Engine engine({{haptics::ServoHand(haptics::borrowed(guarded.scene), haptics::borrowed(*guarded.method),
+                                     haptics::TouchState(nullptr)),
+                  drilling::burr({1.5, 1e4, 400, true})}},
+                1e-3, drilling_catalogue(), structures);
+  Lockstep run(std::move(engine), {}, 1000);
+  const dvec3 turns[] = {{-4, 0, 1}, {-4, 0, 5.6}, {4, 0, 5.6}, {4, 0, 1}};  // centres of the ball
+  for (int leg = 0; leg < 3; ++leg)
+    for (int i = 0; i < 1000; ++i)
+      run.step({glm::mix(turns[leg], turns[leg + 1], i / 999.0), {1, 0, 0, 0}, false});
+  EXPECT_EQ(run.engine().watch(0, 1).entries, 1);
+  EXPECT_FALSE(run.engine().watch(0, 1).is_torn);
+  EXPECT_FALSE(run.engine().watch(0, 1).is_inside) << "it came out";
+  EXPECT_EQ(run.engine().watch(0, 0).entries, 0);
+  int stripped = 0;
+  for (const Event* event : all_events(run.engine())) stripped += event->value.name() == "structure-stripped";
+  EXPECT_EQ(stripped, 1);
 }
 
 // A tool crosses a brain of radius 9 mm, through its centre and off it, or slides just below its surface:

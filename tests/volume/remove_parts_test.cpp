@@ -92,7 +92,7 @@ double volume_of(const PartSurface& surface) {
   return sum;
 }
 
-TEST(RemoveParts, FreesASawnDiskAsThatDisk) {
+TEST(RemoveParts, DetachesASawnDiskWithItsOwnShape) {
   for (SawnSlab& slab : slabs()) {
     slab.saw(0.93);
     EXPECT_EQ(SolidParts(slab.field, slab.bits, *slab.version).parts().size(), 1u);

@@ -244,7 +244,7 @@ void bench_surface(int size, Outcome& outcome) {
                                 {"peer", "vtkFlyingEdges3D"},
                                 {"peer_ms", row.peer_ms},
                                 {"peer_triangles", row.peer_triangles},
-                                {"ratio_to_peer", row.peer_ms / row.our_ms}});
+                                {"peer_over_own", row.peer_ms / row.our_ms}});
   json["surface_chunk_us"] = to_json(r.surface_chunk);
   json["drilled_chunk_vertices"] = r.drilled_chunk_vertices;
   json["drilled_chunk_us"] = to_json(r.drilled_chunk);
@@ -253,7 +253,7 @@ void bench_surface(int size, Outcome& outcome) {
   outcome.print_table(
       json["surfaces"],
       "volume = {volume} | threads = {threads} | ms = {ms:.1f} | peer, ms = {peer_ms:.1f} | "
-      "ratio = {ratio_to_peer:.2f} | triangles = {triangles} | of the peer = {peer_triangles}");
+      "peer / own = {peer_over_own:.2f} | triangles = {triangles} | of the peer = {peer_triangles}");
   outcome.print(
       "32^3 chunk with surface: p50 {surface_chunk_us/p50:.1f} us, p99 {surface_chunk_us/p99:.1f} us; under "
       "a burr (up to {drilled_chunk_vertices} vertices): p50 {drilled_chunk_us/p50:.1f} us, p99 "
@@ -268,7 +268,7 @@ void bench_step(int size, Outcome& outcome) {
   json["implicit"] = {{"size", size},
                       {"step_us", to_json(r.implicit)},
                       {"voxels_a_step", r.voxels_per_step},
-                      {"ratio_to_peer", nullptr}};
+                      {"peer_over_own", nullptr}};
   json["fixed_density"] = Json::array();
   for (const bench::ScalingRow& row : r.fixed_density)
     json["fixed_density"].push_back({{"size", row.size},
@@ -277,7 +277,7 @@ void bench_step(int size, Outcome& outcome) {
                                      {"cells_a_step", row.cells_per_step}});
   json["chain_corner_us"] = to_json(r.chain_corner);
   json["removal_tick_us"] = to_json(r.removal_tick);
-  json["removal_tick_ratio_to_peer"] = has_peer ? Json(r.csg_tick.p50 / r.removal_tick.p50) : Json();
+  json["removal_tick_peer_over_own"] = has_peer ? Json(r.csg_tick.p50 / r.removal_tick.p50) : Json();
   json["csg_tick_us"] = has_peer ? to_json(r.csg_tick) : Json();
   json["csg_tick_with_capsule_us"] = has_peer ? to_json(r.csg_tick_with_capsule) : Json();
   json["removal_tick_over_scratches_us"] = to_json(r.removal_tick_over_scratches);
@@ -301,7 +301,7 @@ void bench_step(int size, Outcome& outcome) {
       json["removal_tick_us"]);
   if (has_peer)
     outcome.print(
-        "  OpenVDB's csgDifference: p50 {csg_tick_us/p50:.0f} us ({removal_tick_ratio_to_peer:.0f} times "
+        "  OpenVDB's csgDifference: p50 {csg_tick_us/p50:.0f} us ({removal_tick_peer_over_own:.0f} times "
         "ours), with the swept ball's level set {csg_tick_with_capsule_us/p50:.0f} us ({ratio:.0f})",
         {{"ratio", r.csg_tick_with_capsule.p50 / r.removal_tick.p50}});
   else
@@ -327,7 +327,7 @@ void bench_rays(int size, Outcome& outcome) {
                     {"hits", r.hits},
                     {"one_ns", r.ns_per_ray},
                     {"peer_ns", has_peer ? Json(r.peer_ns) : Json()},
-                    {"ratio_to_peer", has_peer ? Json(r.peer_ns / r.ns_per_ray) : Json()},
+                    {"peer_over_own", has_peer ? Json(r.peer_ns / r.ns_per_ray) : Json()},
                     {"peer_differs", r.peer_differs},
                     {"judged", r.judged},
                     {"mismatches", r.mismatches}});
@@ -336,7 +336,7 @@ void bench_rays(int size, Outcome& outcome) {
   outcome.print_table(
       rows,
       "volume = {volume} | rays = {rays} | ray, ns = {one_ns:.0f} | "
-      "NanoVDB, ns = {peer_ns:.0f} | ratio = {ratio_to_peer:.2f} | differs = {peer_differs} | "
+      "NanoVDB, ns = {peer_ns:.0f} | peer / own = {peer_over_own:.2f} | differs = {peer_differs} | "
       "judged = {judged} | wrong = {mismatches}");
   if (bench::peers().nanovdb_version.empty()) outcome.print("built without NanoVDB: no ratio");
 }
@@ -360,7 +360,7 @@ Status bench_load(const std::string& src, Outcome& outcome) {
   outcome.json["seconds"] = {
       {"start_of_process", start}, {"read", source.read_seconds}, {"bits", bits}, {"open_to_touch", touch}};
   outcome.json["memory"] = memory_report(scene, version);
-  outcome.json["ratio_to_peer"] = nullptr;
+  outcome.json["peer_over_own"] = nullptr;
   outcome.print(
       "{name}: first possible touch {seconds/open_to_touch:.2f} s after the process began (start "
       "{seconds/start_of_process:.2f}, read {seconds/read:.2f}, occupancy {seconds/bits:.3f})",

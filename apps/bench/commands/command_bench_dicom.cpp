@@ -66,14 +66,14 @@ Json row(std::vector<double> ours, std::vector<double> peer) {
   const double own = percentile_of(ours, 50), theirs = has_peer ? percentile_of(peer, 50) : 0;
   return {{"seconds", own},
           {"peer_seconds", has_peer ? Json(theirs) : Json()},
-          {"ratio_to_peer", has_peer ? Json(theirs / own) : Json()}};
+          {"peer_over_own", has_peer ? Json(theirs / own) : Json()}};
 }
 
 void print(const std::string& what, const Json& row, const std::string& peer, Outcome& outcome) {
   outcome.print(what + ": {seconds:.3f} s" +
                     (row["peer_seconds"].is_null()
                          ? ""
-                         : "; " + peer + " {peer_seconds:.3f} s, {ratio_to_peer:.1f} times as long"),
+                         : "; " + peer + " {peer_seconds:.3f} s, {peer_over_own:.1f} times as long"),
                 row);
 }
 

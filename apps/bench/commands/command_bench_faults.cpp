@@ -109,13 +109,13 @@ const std::vector<PlantedError>& planted_errors() {
       {"laminectomy-screws",
        "probe shifted by 5 mm",
        [](Script& s, workbench::Skill&) { move_line(s.hands[1], 5, 5, 1); },
-       {"breach", "beyond bone", "canal gained", "entry to plan", "target to plan", "body breach"}},
+       {"breach", "beyond bone", "canal gained", "entry to plan", "tip to plan", "body breach"}},
       {"laminectomy-screws",
        "screw 10 mm too long",
        [](Script& s, workbench::Skill&) {
          for (ScriptCommand& command : s.commands) replace(command.words, "length=45", "length=55");
        },
-       {"body breach", "length to track", "target to plan"}},
+       {"body breach", "length to track", "tip to plan"}},
       {"laminectomy-screws",
        "burr 20 mm too deep",
        [](Script& s, workbench::Skill&) {

@@ -17,7 +17,7 @@ struct PedicleArguments {
   std::string output;
 };
 
-constexpr double k_step_mm = 0.5;  // of depth, in the means of a trace
+constexpr double k_interval_mm = 0.5;  // of depth over which the force of a trace is averaged
 // Means are compared where the track grows.
 constexpr double k_compared_from_mm = 1, k_compared_to_mm = k_trace_plate_mm - 1;
 constexpr double k_shown_mm = k_trace_plate_mm + 4;
@@ -56,8 +56,10 @@ Status report_forces(const std::string& path, data_tools::OutputSet& outputs, Ou
                     {}};
   for (Side& side : sides) {
     side.trace = trace_insertion(side.guide);
-    if (side.trace.force_n.empty()) return Error{.what = "the plate of the probe could not be prepared"};
-    side.means = side.trace.means(k_step_mm, k_shown_mm);
+    if (side.trace.force_n.empty())
+      return Error{.what = "the scene of the probe could not be prepared",
+                   .remedy = "report this error; it does not depend on the options"};
+    side.means = side.trace.means(k_interval_mm, k_shown_mm);
     view::ChartSeries ticks{"", {}, {}, true, view::chart_color(side.color), 1};
     for (std::size_t i = 0; i < side.trace.depth_mm.size(); ++i) {
       if (side.trace.depth_mm[i] < 0 || side.trace.depth_mm[i] > k_shown_mm) continue;
@@ -71,7 +73,7 @@ Status report_forces(const std::string& path, data_tools::OutputSet& outputs, Ou
     view::ChartSeries line{std::string(side.name) + ", mean", {}, {}, true, view::chart_color(side.color),
                            side.color == 0 ? 6.0f : 2.5f};
     for (std::size_t i = 0; i < side.means.size(); ++i) {
-      const double depth = (static_cast<double>(i) + 0.5) * k_step_mm;
+      const double depth = (static_cast<double>(i) + 0.5) * k_interval_mm;
       if (depth < k_compared_from_mm || depth > k_compared_to_mm) continue;
       line.x.push_back(depth), line.y.push_back(side.means[i]);
       largest = std::max(largest, std::abs(side.means[i] / sides[0].means[i] - 1));
@@ -81,8 +83,8 @@ Status report_forces(const std::string& path, data_tools::OutputSet& outputs, Ou
   }
   outcome.json["force_over_depth"]["largest_difference_percent"] = 100 * largest;
   outcome.print(
-      "force over depth, guide=walls compared with guide=line: at most {largest_difference_percent:.1f} % in "
-      "0.5 mm of depth",
+      "force over depth: the mean forces of guide=walls and guide=line, in intervals of 0.5 mm, differ by at most "
+      "{largest_difference_percent:.1f} %",
       outcome.json["force_over_depth"]);
   if (!path.empty()) outputs.write(path, [&] { return view::write_chart(chart, path); });
   return std::nullopt;
@@ -90,7 +92,7 @@ Status report_forces(const std::string& path, data_tools::OutputSet& outputs, Ou
 
 Run build_pedicle(Options& options) {
   auto a = std::make_shared<PedicleArguments>();
-  options.add("--quick", a->is_quick, "A scan of half the width");
+  options.add("--quick", a->is_quick, "A scan with half the columns, rows and slices");
   options.add("-o,--output", a->output, "Chart of the probe's force over depth").type("PNG");
   return [a]() -> Result<Outcome> {
     data_tools::OutputSet outputs;

@@ -96,8 +96,8 @@ Result<Outcome> run_soak(const SoakArguments& arguments) {
   record.file = arguments.session.empty() ? workbench::autosave_path() : arguments.session;
   if (record.file.empty())
     return Error{.what = "the session cannot be created",
-                 .found = "HOME and XDG_STATE_HOME are not set",
-                 .remedy = "set one of them, or pass --record FILE"};
+                 .found = "no writable folder in HOME or XDG_STATE_HOME",
+                 .remedy = "set XDG_STATE_HOME to a writable folder, or pass --record FILE"};
   if (Status error = check(record)) return *error;
   drilling::Burr burr;
   constexpr double k_smallest = 2;  // mm, smallest diameter of the burrs below

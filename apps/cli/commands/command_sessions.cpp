@@ -266,7 +266,7 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
   }
   const auto devices = workbench::make_devices(arguments.device, terminal_listener());
   if (!devices) return devices.error();
-  if (path && (devices.value().device || devices.value().pedal))
+  if (path && (devices.value().device || devices.value().left || devices.value().pedal))
     return Error{
         .what = "a path replaces the devices", .where = "--path", .remedy = "omit the path, or the devices"};
   if (!path)
@@ -281,7 +281,8 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
                  .expected = "--at S with --record FILE"};
   }
   auto continued =
-      workbench::continue_session(file, arguments.case_source, !path.has_value(), terminal_listener());
+      workbench::continue_session(file, arguments.case_source, !path.has_value(), terminal_listener(),
+                                  workbench::hand_count_of(devices.value()));
   if (!continued) {
     if (arguments.at) std::filesystem::remove(arguments.record);  // the copy that cannot be continued
     return continued.error();

@@ -67,7 +67,8 @@ Status run_choice(const view::StartChoice& choice, const SimulatorArguments& arg
     const auto devices = workbench::make_devices(device, terminal_listener());
     if (!devices) return devices.error();
     if (Status error = workbench::try_devices(devices.value())) return error;
-    auto continued = workbench::continue_session(choice.path, {}, true, terminal_listener());
+    auto continued = workbench::continue_session(choice.path, {}, true, terminal_listener(),
+                                                 workbench::hand_count_of(devices.value()));
     if (!continued) return continued.error();
     const auto done = continue_in_window(std::move(continued).value(), "", {choice.path}, devices.value(),
                                          arguments.display);

@@ -74,7 +74,7 @@ class Host {
   Result<view::OpenedScene> resume(const std::string& session, const workbench::Listener& listener) {
     const auto scan = scan_for(session, path_);
     if (!scan) return scan.error();
-    auto continued = workbench::continue_session(session, scan.value(), true, listener);
+    auto continued = workbench::continue_session(session, scan.value(), true, listener, choice_.hands.size());
     if (!continued) return continued.error();
     auto resumed_session = std::make_shared<workbench::ContinuedSession>(std::move(continued).value());
     const workbench::Source& source = resumed_session->session->source;
@@ -184,6 +184,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   choice.procedure_use = workbench::ProcedureUse::begins_without_tools;
   choice.shape.omits_holder = true;
   choice.hands[0] = sim::HandSpec(drilling::burr(arguments.burr));
+  if (devices.value().left) choice.hands.emplace_back();  // takes an instrument in the window
   if (Status error = choose_models(arguments.models, choice)) return *error;
   if (arguments.models.is_any()) choice.hands[0].method = haptics::general_method(*choice.hands[0].tool).name;
   // The user may choose another burr in the window. Cuts are therefore sampled for a burr of 2 mm, unless
@@ -215,6 +216,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   options.notices = std::move(notices);
   options.catalogue = &modules::catalogue();
   options.device = devices.value().device;
+  options.left_device = devices.value().left;
   options.pedal = devices.value().pedal;
   options.scan = arguments.source.path;
   options.in_use = {arguments.source.path};

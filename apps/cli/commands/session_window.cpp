@@ -137,6 +137,7 @@ Result<view::WindowReport> continue_in_window(workbench::ContinuedSession contin
   if (auto summary = workbench::summarize_session(in_use.front()))
     options.summary = std::move(summary).value();
   options.device = devices.device;
+  options.left_device = devices.left;
   options.pedal = devices.pedal;
   if (Status error = choose_display(display, options)) return *error;
   add_recordings(options.host, display.language);

@@ -308,6 +308,10 @@ void add_devices(Options& options, workbench::DeviceChoice& devices) {
           "~/.config/trephine/devices.toml, else mouse")
       .type("NAME");
   options
+      .add("--left", devices.left,
+           "Second hand, moved by this device (not the mouse), with an instrument of its own")
+      .type("NAME");
+  options
       .add("--pedal", devices.pedal,
            "Foot pedal whose buttons are added: pedal, pedal:1, or pedal:/dev/input/event5")
       .type("NAME");

@@ -469,7 +469,7 @@
         <translation>Die Klemme wurde nicht angepasst: %1.</translation>
     </message>
     <message>
-        <source>No tool is in the hand. Choose one in the panel Tool.</source>
+        <source>No tool is in the hand. Choose one in the panel Tools.</source>
         <translation>Kein Werkzeug in der Hand. Im Feld Werkzeug eines wählen.</translation>
     </message>
     <message>
@@ -1445,10 +1445,6 @@
         <translation>Röhrenstrom</translation>
     </message>
     <message>
-        <source>Depth zero</source>
-        <translation>Tiefe ohne Punkte</translation>
-    </message>
-    <message>
         <source>Diameter</source>
         <translation>Durchmesser</translation>
     </message>
@@ -1579,10 +1575,6 @@
     <message>
         <source>Trajectory share</source>
         <translation>Anteil der Trajektorie</translation>
-    </message>
-    <message>
-        <source>Trajectory zero</source>
-        <translation>Trajektorie ohne Punkte</translation>
     </message>
     <message>
         <source>Turn</source>
@@ -1937,10 +1929,6 @@
         <translation>erlaubt eine Spitze weit vor dem Knochen</translation>
     </message>
     <message>
-        <source>body of the screw; 0: the last</source>
-        <translation>Körper der Schraube; 0: die letzte</translation>
-    </message>
-    <message>
         <source>centre of the window</source>
         <translation>Mitte des Fensters</translation>
     </message>
@@ -1971,10 +1959,6 @@
     <message>
         <source>diameter of the track</source>
         <translation>Durchmesser des Bohrkanals</translation>
-    </message>
-    <message>
-        <source>difference to the track that has no points</source>
-        <translation>Abweichung vom Bohrkanal, die keine Punkte gibt</translation>
     </message>
     <message>
         <source>direction away from the floor, in the frame of the head</source>
@@ -2027,10 +2011,6 @@
     <message>
         <source>hide everything in front of the plane</source>
         <translation>alles vor der Ebene ausblenden</translation>
-    </message>
-    <message>
-        <source>its body; 0: the last screw</source>
-        <translation>ihr Körper; 0: die letzte Schraube</translation>
     </message>
     <message>
         <source>label of the vertebra; without it that of the screw</source>
@@ -2249,10 +2229,6 @@
         <translation>Drehzahl der Spindel</translation>
     </message>
     <message>
-        <source>sum of entry and target distances that has no points</source>
-        <translation>Summe der Abstände von Eintritt und Ziel, die keine Punkte gibt</translation>
-    </message>
-    <message>
         <source>the whole burr touches, not a point</source>
         <translation>die ganze Fräse tastet, nicht ein Punkt</translation>
     </message>
@@ -2451,10 +2427,6 @@
     <message>
         <source>Lateral</source>
         <translation>Seitlich</translation>
-    </message>
-    <message>
-        <source>Pa</source>
-        <translation>PA</translation>
     </message>
     <message>
         <source>Inlet</source>
@@ -2741,8 +2713,8 @@
         <translation>Zeit mit Druck nahe verbotenen Strukturen</translation>
     </message>
     <message>
-        <source>approach to up</source>
-        <translation>Zugang nach oben</translation>
+        <source>angle of the approach to the vertical</source>
+        <translation>Winkel des Zugangs zur Senkrechten</translation>
     </message>
     <message>
         <source>neck bend</source>
@@ -2813,7 +2785,7 @@
         <translation>geöffnete Breite</translation>
     </message>
     <message>
-        <source>target to plan</source>
+        <source>tip to plan</source>
         <translation>Ziel zum Plan</translation>
     </message>
     <message>
@@ -3093,14 +3065,6 @@
         <translation>Das Werkzeug drückt %1 um %2 mm zur Seite.</translation>
     </message>
     <message>
-        <source>no object near the tool is touched by depth images</source>
-        <translation>Kein Objekt in der Nähe des Werkzeugs wird über Tiefenbilder berührt</translation>
-    </message>
-    <message>
-        <source>move the tool to a model or a depth video</source>
-        <translation>das Werkzeug zu einem Modell oder Tiefenvideo bewegen</translation>
-    </message>
-    <message>
         <source>shape: bone, 300 HU and above (another threshold can be chosen; a spine usually needs 150 HU)</source>
         <translation>Form: Knochen ab 300 HU (eine andere Schwelle ist wählbar; eine Wirbelsäule braucht meist 150 HU)</translation>
     </message>
@@ -3119,6 +3083,62 @@
     <message>
         <source>– of %1</source>
         <translation>– von %1</translation>
+    </message>
+    <message>
+        <source>number of the screw among the bodies; 0: the last screw</source>
+        <translation>Nummer der Schraube unter den Körpern; 0: die letzte Schraube</translation>
+    </message>
+    <message>
+        <source>Screw</source>
+        <translation>Schraube</translation>
+    </message>
+    <message>
+        <source>distances of entry and tip from the plan, in sum, from which on there are no points</source>
+        <translation>Abstände von Eintritt und Spitze vom Plan, in der Summe, ab denen es keine Punkte gibt</translation>
+    </message>
+    <message>
+        <source>No points from a plan error of</source>
+        <translation>Keine Punkte ab einem Planfehler von</translation>
+    </message>
+    <message>
+        <source>No points from a depth error of</source>
+        <translation>Keine Punkte ab einem Tiefenfehler von</translation>
+    </message>
+    <message>
+        <source>difference between the lengths of screw and track from which on there are no points</source>
+        <translation>Unterschied der Längen von Schraube und Bohrkanal, ab dem es keine Punkte gibt</translation>
+    </message>
+    <message>
+        <source>no object near the tool is touched through depth images</source>
+        <translation>Kein Objekt in der Nähe des Werkzeugs wird über Tiefenbilder berührt</translation>
+    </message>
+    <message>
+        <source>open a model or a depth video for depth images (option depth), and move the tool to it</source>
+        <translation>Modell oder Tiefenvideo für Tiefenbilder öffnen (Option depth) und das Werkzeug dorthin bewegen</translation>
+    </message>
+    <message>
+        <source>refused starts of the craniotome</source>
+        <translation>abgewiesene Ansätze des Kraniotoms</translation>
+    </message>
+    <message>
+        <source>The running tool touches the %1, %2 mm deep; it tears at %3 mm. Lift it.</source>
+        <translation>Das laufende Werkzeug berührt %1, %2 mm tief; ab %3 mm reißt die Struktur. Anheben.</translation>
+    </message>
+    <message>
+        <source>The running tool touches the %1, %2 mm deep; it tears at %3 mm. Click away from the entry to withdraw it.</source>
+        <translation>Das laufende Werkzeug berührt %1, %2 mm tief; ab %3 mm reißt die Struktur. Neben den Eintritt klicken, um es zurückzuziehen.</translation>
+    </message>
+    <message>
+        <source>The running tool touches the %1, %2 mm deep; it tears at %3 mm. Move the cursor away to withdraw it.</source>
+        <translation>Das laufende Werkzeug berührt %1, %2 mm tief; ab %3 mm reißt die Struktur. Den Zeiger wegbewegen, um es zurückzuziehen.</translation>
+    </message>
+    <message>
+        <source>The running tool touches the %1, %2 mm deep; it tears at %3 mm. Release the button to lift it.</source>
+        <translation>Das laufende Werkzeug berührt %1, %2 mm tief; ab %3 mm reißt die Struktur. Die Taste loslassen, um es anzuheben.</translation>
+    </message>
+    <message>
+        <source>The running tool touches the %1, %2 mm deep; it tears at %3 mm. Move the cursor away to lift it.</source>
+        <translation>Das laufende Werkzeug berührt %1, %2 mm tief; ab %3 mm reißt die Struktur. Den Zeiger wegbewegen, um es anzuheben.</translation>
     </message>
 </context>
 <context>
@@ -4511,6 +4531,18 @@ Lizenz: Apache-2.0</translation>
     <message>
         <source>Pictures (*.png)</source>
         <translation>Bilder (*.png)</translation>
+    </message>
+    <message>
+        <source>Hand whose tool is shown here</source>
+        <translation>Hand, deren Werkzeug hier gezeigt wird</translation>
+    </message>
+    <message>
+        <source>Right hand</source>
+        <translation>Rechte Hand</translation>
+    </message>
+    <message>
+        <source>Left hand</source>
+        <translation>Linke Hand</translation>
     </message>
 </context>
 <context>

@@ -62,7 +62,7 @@ TEST(RaystepProxy, FlipsTheNormalOnTheBackAndRestsAtOnceWithoutMotion) {
   EXPECT_EQ(method.step(scene, version, state, {{5, 20, 20}}).counters.voxels, 0);
   // With a window of intensities between air and bone, the blurred edge of the ball is a shell. A hand inside
   // the ball touches the back of this shell.
-  TouchScene shell = scenes::phantom_scene("sphere", grid(96, 1.5));
+  TouchScene shell = scenes::phantom_scene("sphere", phantom_options(96, 1.5));
   volume::Shape shape;
   shape.low = 0, shape.high = 600;
   shell.items[0] = {volume::Field(*shell.base, shape),
@@ -78,7 +78,7 @@ TEST(RaystepProxy, FlipsTheNormalOnTheBackAndRestsAtOnceWithoutMotion) {
 }
 
 TEST(PlaneProxy, ConvergesToAPlaneOverTicks) {
-  TouchScene scene = scenes::phantom_scene("plane", grid(96, 1.5, 0, {{"angle", 0}}));
+  TouchScene scene = scenes::phantom_scene("plane", phantom_options(96, 1.5, 0, {{"angle", 0}}));
   const volume::Version version(scene.base);
   PlaneProxy method;
   ProxyState state;
@@ -90,7 +90,8 @@ TEST(PlaneProxy, ConvergesToAPlaneOverTicks) {
 }
 
 TEST(GradientProxy, PushesAlongTheGradientAndPopsThroughThinMatter) {
-  const TouchScene scene = scenes::phantom_scene("plate", grid(128, 1, 0, {{"thickness", 2}, {"angle", 0}}));
+  const TouchScene scene =
+      scenes::phantom_scene("plate", phantom_options(128, 1, 0, {{"thickness", 2}, {"angle", 0}}));
   const volume::Version version(scene.base);
   GradientProxy method;
   ProxyState state;

@@ -89,7 +89,7 @@ TEST(Lomi, HoldsInsideReleasesOutsideAndHoldsBeyondThinMatter) {
 }
 
 TEST(Lomi, RunsAsAMethodOnAScan) {
-  Play play("lomi", scenes::phantom_scene("sphere", grid(128, 1.5)));
+  Play play("lomi", scenes::phantom_scene("sphere", phantom_options(128, 1.5)));
   play.no_friction();
   double worst = 0;
   long count = 0;
@@ -106,7 +106,7 @@ TEST(Lomi, RunsAsAMethodOnAScan) {
 }
 
 TEST(Lomi, FarHandsAreHarmless) {
-  Play play("lomi", scenes::phantom_scene("sphere", grid(32, 1.5)));
+  Play play("lomi", scenes::phantom_scene("sphere", phantom_options(32, 1.5)));
   for (const double far : {1e3, 1e9, 1e150, -1e150, 1e300}) {
     play.state = {};
     play.method->step(play.scene, *play.touch_state, play.state, {dvec3(70, 0, 0)});

@@ -113,7 +113,7 @@ TEST(DepthCube, IsAccurateToItsPixelsAndTheSameForAnyThreads) {
 }
 
 TEST(DepthCube, OfAVolumeIsItsField) {
-  const TouchScene scene = scenes::phantom_scene("shell", grid(64, 1.5, 15));
+  const TouchScene scene = scenes::phantom_scene("shell", phantom_options(64, 1.5, 15));
   const TouchItem& item = scene.items[0];
   const ivec3 rays(3, 1, 2);
   const DepthCube cube = DepthCube::of_voxels(item.field, *item.bits, rays).value();
@@ -152,7 +152,7 @@ bool is_closed(const volume::Mesh& mesh) {
 /// vertices is within 2e-5 voxels (single precision) of a vertex of the surface net.
 TEST(DepthNet, OfAVolumeEqualsItsSurfaceNet) {
   for (const char* phantom : {"gyroid", "shell"}) {
-    const TouchScene scene = scenes::phantom_scene(phantom, grid(48, 0.7, 12));
+    const TouchScene scene = scenes::phantom_scene(phantom, phantom_options(48, 0.7, 12));
     const TouchItem& item = scene.items[0];
     const DepthNet net(DepthCube::of_voxels(item.field, *item.bits, ivec3(1)).value(),
                        DepthNet::Thin::separate);

@@ -18,7 +18,7 @@ inline dvec3 place(std::uint64_t n, double within) {
 
 /// A scene of models only, in a volume without solid voxels.
 inline TouchScene models(std::initializer_list<Model> all) {
-  TouchScene scene = scenes::phantom_scene("sphere", grid(16, 1));
+  TouchScene scene = scenes::phantom_scene("sphere", phantom_options(16, 1));
   scene.items.clear();
   for (const Model& m : all) {
     scene.items.push_back(mesh_item("model", std::make_shared<const MeshTree>(m.vertices, m.triangles)));

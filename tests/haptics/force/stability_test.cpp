@@ -339,7 +339,7 @@ TEST(Passivity, CountsTheRenderedForceInsteadOfTheRequested) {
 /// For any input the output is finite and within the limit, and a fault is latched until reset.
 TEST(Poison, NoInputGivesANonFiniteOutput) {
   for (const MethodInfo& info : method_catalogue()) {
-    TouchScene scene = scenes::phantom_scene("gyroid", grid(48, 0.7));
+    TouchScene scene = scenes::phantom_scene("gyroid", phantom_options(48, 0.7));
     if (info.takes_shells) {
       ASSERT_FALSE(set_tool(scene, std::make_shared<const ToolShape>(ToolProfile{{{-5, 2}, {5, 2}}, 1})));
     } else if (!info.takes(*scene.tool)) {

@@ -152,6 +152,57 @@ TEST(PedalDevice, AnAxisBeyondHalfWorksTheTool) {
   EXPECT_FALSE(pose.is_pressed());  // only the first axis works the tool
 }
 
+/// Each bit of a raw report is a button, without the number of the report.
+TEST(PedalDevice, BitsOfRawReportsAreButtons) {
+  for (const bool has_number : {false, true}) {
+    Pipe pipe;
+    PedalDevice pedal([&]() -> Result<InputFile> {
+      return InputFile{
+          .descriptor = pipe.ends[0], .axes = {}, .is_raw = true, .has_report_number = has_number};
+    });
+    ASSERT_FALSE(pedal.open());
+    Pose pose;
+    const auto becomes = [&](std::uint32_t buttons) {
+      return eventually([&] { return pedal.read(0, pose) && pose.buttons == buttons; });
+    };
+    const auto send = [&](std::vector<std::uint8_t> report) {
+      if (has_number) report.insert(report.begin(), 7);
+      EXPECT_EQ(::write(pipe.ends[1], report.data(), report.size()), static_cast<ssize_t>(report.size()));
+    };
+    send({0x01, 0x00});
+    EXPECT_TRUE(becomes(1));
+    send({0x06, 0x00});
+    EXPECT_TRUE(becomes(6));
+    send({0x00, 0x80, 0x01, 0xff});
+    EXPECT_TRUE(becomes(0x18000));
+    send({});
+    pipe.unplug();
+    EXPECT_TRUE(eventually([&] { return !pedal.read(0, pose); }));
+  }
+  // Descriptors of a boot mouse (without a number), and with the item "report ID 1".
+  const std::uint8_t mouse[] = {0x05, 0x01, 0x09, 0x02, 0xa1, 0x01, 0x26, 0x85, 0x00, 0xc0};
+  const std::uint8_t numbered[] = {0x05, 0x0c, 0x09, 0x01, 0xa1, 0x01, 0x85, 0x01, 0xc0};
+  const std::uint8_t cut[] = {0xfe, 0xff};
+  EXPECT_FALSE(has_report_number(mouse));
+  EXPECT_TRUE(has_report_number(numbered));
+  EXPECT_FALSE(has_report_number(cut));
+}
+
+/// After lost events, a key whose release may be among them counts as released. An axis that rests beyond
+/// half its range is no button before it moves.
+TEST(PedalDevice, LostEventsAndRestingAxesDoNotWorkTheTool) {
+  Pipe pipe;
+  PedalDevice pedal([&]() -> Result<InputFile> { return InputFile{pipe.ends[0], {{ABS_X, 0, 100, 80}}}; });
+  ASSERT_FALSE(pedal.open());
+  Pose pose;
+  EXPECT_TRUE(eventually([&] { return pedal.read(0, pose) && pose.axes[0] == 0.8f; }));
+  EXPECT_EQ(pose.buttons, 0u);
+  pipe.send(EV_KEY, KEY_B, 1);
+  EXPECT_TRUE(eventually([&] { return pedal.read(0, pose) && pose.is_pressed(); }));
+  pipe.send(EV_SYN, SYN_DROPPED, 0);
+  EXPECT_TRUE(eventually([&] { return pedal.read(0, pose) && !pose.is_pressed(); }));
+}
+
 TEST(PedalDevice, OtherFilesAreNoInputDevices) {
   const auto absent = open_input("/dev/input/event99999");
   ASSERT_FALSE(absent);

@@ -46,7 +46,7 @@ std::vector<Solid> solids() {
 }
 
 TouchScene scene_with(const Solid& solid, const std::vector<dvec3>& balls, int size = 96) {
-  data_tools::PhantomOptions o = grid(size);
+  data_tools::PhantomOptions o = phantom_options(size);
   o.parameters = solid.parameters;
   TouchScene scene = scenes::phantom_scene(solid.phantom, o);
   EXPECT_FALSE(set_tool(scene, k_radius, balls));
@@ -453,7 +453,7 @@ TEST(ChainProxy, AMovingMeshPushesItAndPassesOverItOnlyWhereReported) {
 }
 
 TEST(ChainProxy, InvalidToolsAreRefused) {
-  data_tools::PhantomOptions o = grid(32);
+  data_tools::PhantomOptions o = phantom_options(32);
   TouchScene scene = scenes::phantom_scene("sphere", o);
   EXPECT_NE(set_tool(scene, 0, rod(5, 3))->what.find("radius"), std::string::npos);
   EXPECT_NE(set_tool(scene, 2, std::vector<dvec3>(17))->what.find("too many balls"), std::string::npos);

@@ -12,8 +12,8 @@
 
 namespace trephine::haptics {
 
-inline data_tools::PhantomOptions grid(int size, double psf, double shear = 0,
-                                       std::map<std::string, double> parameters = {}) {
+inline data_tools::PhantomOptions phantom_options(int size, double psf, double shear = 0,
+                                                  std::map<std::string, double> parameters = {}) {
   data_tools::PhantomOptions o;
   o.size = glm::ivec3(size);
   o.psf_sigma_voxels = psf;

@@ -31,7 +31,7 @@ INSTANTIATE_TEST_SUITE_P(All, VoxelMethods,
                          name_suffix);
 
 TEST_P(Methods, FreeMotionFollowsTheHipExactly) {
-  Play play(GetParam(), scenes::phantom_scene("sphere", grid(64, 1)));
+  Play play(GetParam(), scenes::phantom_scene("sphere", phantom_options(64, 1)));
   for (int i = 0; i < 50; ++i) {
     const dvec3 hip(50.0 + i * 0.1, 40, 10);
     const ProxyStep s = play.step(hip);
@@ -43,7 +43,7 @@ TEST_P(Methods, FreeMotionFollowsTheHipExactly) {
 
 TEST_P(Methods, StaysNearASphereAndFacesOut) {
   for (const double shear : {0.0, 20.0}) {
-    Play play(GetParam(), scenes::phantom_scene("sphere", grid(128, 1.5, shear)));
+    Play play(GetParam(), scenes::phantom_scene("sphere", phantom_options(128, 1.5, shear)));
     play.no_friction();
     double worst = 0, worst_angle = 0;
     long count = 0;
@@ -78,7 +78,8 @@ double most_off(const std::string& method, const scenes::Scan& scan) {
   return scan.is_mask ? 0.8 * slice + 0.1 : 0.055 * slice + 0.01;
 }
 
-/// Uniform bone that fills the grid ends half a voxel outside its last samples, in every unit and frame.
+/// Uniform bone that fills the phantom_options ends half a voxel outside its last samples, in every unit and
+/// frame.
 TEST_P(Methods, ASolidEndsHalfAVoxelBeyondTheBorder) {
   for (const scenes::Scan& scan : scenes::k_scans) {
     SCOPED_TRACE(scan.name());
@@ -127,7 +128,8 @@ TEST_P(Methods, NeverFallsThroughThinPlatesAtAnySpeed) {
   for (const double thickness : {0.94, 1.41, 1.88})              // 1, 1.5 and 2 voxels
     for (const double speed : {0.05, 2.0, 10.0, 60.0, 400.0}) {  // mm per step
       Play play(GetParam(),
-                scenes::phantom_scene("plate", grid(128, 0, 0, {{"thickness", thickness}, {"angle", 37}})));
+                scenes::phantom_scene("plate",
+                                      phantom_options(128, 0, 0, {{"thickness", thickness}, {"angle", 37}})));
       dvec3 hip(0, 0, 50);
       play.step(hip);
       while (hip.z > -50) {
@@ -146,7 +148,7 @@ TEST_P(Methods, NeverFallsThroughThinPlatesAtAnySpeed) {
 TEST_P(Methods, NeverFallsThroughARoughWalk) {
   for (const char* name : {"gyroid", "shell", "corner", "groove"})
     for (const double psf : {0.0, 0.7}) {
-      Play play(GetParam(), scenes::phantom_scene(name, grid(96, psf, 12)));
+      Play play(GetParam(), scenes::phantom_scene(name, phantom_options(96, psf, 12)));
       const PosePath path = scenes::rough_walk(dvec3(-55), dvec3(55), 3.0, 6000, 5);
       for (const auto& sample : path.samples()) {
         const ProxyStep s = play.step(sample.pose.position_world);
@@ -159,7 +161,7 @@ TEST_P(Methods, NeverFallsThroughARoughWalk) {
 }
 
 TEST_P(Methods, HoldsWhileItIsDrilledAndUndoneUnderTheTool) {
-  Play play(GetParam(), scenes::phantom_scene("shell", grid(64, 0)));
+  Play play(GetParam(), scenes::phantom_scene("shell", phantom_options(64, 0)));
   volume::RemovalEditor editor(play.version, {play.scene.items[0].field});
   std::vector<std::shared_ptr<const volume::Version>> history{play.version};
   dvec3 last(0, 30, 42);
@@ -189,7 +191,7 @@ TEST_P(Methods, HoldsWhileItIsDrilledAndUndoneUnderTheTool) {
 }
 
 TEST_P(VoxelMethods, HoldsInADrilledCavityAndReachesFartherAfterRemoval) {
-  Play play(GetParam(), scenes::phantom_scene("plane", grid(96, 1, 0, {{"angle", 0}})));
+  Play play(GetParam(), scenes::phantom_scene("plane", phantom_options(96, 1, 0, {{"angle", 0}})));
   volume::RemovalEditor editor(play.version, {play.scene.items[0].field});
   play.step({0, 0, 5});
   for (int i = 0; i < 100; ++i) play.step({0, 0, -6});
@@ -208,7 +210,7 @@ TEST_P(VoxelMethods, HoldsInADrilledCavityAndReachesFartherAfterRemoval) {
 }
 
 TEST_P(Methods, BackSideHoldsAProxyInTheSolid) {
-  TouchScene scene = scenes::phantom_scene("sphere", grid(96, 1));
+  TouchScene scene = scenes::phantom_scene("sphere", phantom_options(96, 1));
   scene.items[0].sides = Side::both;
   Play play(GetParam(), scene);
   play.step(dvec3(0));
@@ -236,7 +238,7 @@ TEST_P(Methods, BackSideHoldsAProxyInTheSolid) {
 }
 
 TEST_P(VoxelMethods, GrowthOverTheProxyIsReportedAndGivesNoForce) {
-  Play play(GetParam(), scenes::phantom_scene("plane", grid(64, 1, 0, {{"angle", 0}})));
+  Play play(GetParam(), scenes::phantom_scene("plane", phantom_options(64, 1, 0, {{"angle", 0}})));
   const auto uncut = play.version;
   volume::RemovalEditor editor(play.version, {play.scene.items[0].field});
   editor.remove({{0, 0, 0}, {0, 0, -15}, 8});
@@ -250,7 +252,7 @@ TEST_P(VoxelMethods, GrowthOverTheProxyIsReportedAndGivesNoForce) {
 }
 
 TEST_P(Methods, FrictionHoldsStillAndTrailsByTheCone) {
-  Play play(GetParam(), scenes::phantom_scene("plane", grid(128, 1.5, 0, {{"angle", 0}})));
+  Play play(GetParam(), scenes::phantom_scene("plane", phantom_options(128, 1.5, 0, {{"angle", 0}})));
   play.step({0.3, 0.2, 5});
   for (int i = 0; i < 20; ++i) play.step({0.3, 0.2, -2});
   const dvec3 held = play.step({0.3, 0.2, -2}).proxy_world;
@@ -270,7 +272,7 @@ TEST_P(Methods, FrictionHoldsStillAndTrailsByTheCone) {
 /// starts in the skin is held by the bone when it is pressed further.
 TEST_P(Methods, TheNearerOfTwoShapesHolds) {
   for (const bool is_bone_first : {false, true}) {
-    TouchScene scene = scenes::phantom_scene("plane", grid(64, 2, 0, {{"angle", 0}}));
+    TouchScene scene = scenes::phantom_scene("plane", phantom_options(64, 2, 0, {{"angle", 0}}));
     volume::Shape skin, bone;
     skin.low = -300, skin.high = 700, bone.low = 700;
     scene.items.clear();
@@ -300,7 +302,7 @@ TEST_P(Methods, TheNearerOfTwoShapesHolds) {
 }
 
 TEST_P(Methods, FarAwayAndHugeStepsAreHarmless) {
-  Play play(GetParam(), scenes::phantom_scene("sphere", grid(48, 1)));
+  Play play(GetParam(), scenes::phantom_scene("sphere", phantom_options(48, 1)));
   for (int i = 0; i < 400; ++i) {
     const auto at = [i](int k) { return hash_normal(3, static_cast<std::uint64_t>(3 * i + k)); };
     const double reach = i % 3 == 0 ? 4e3 : i % 3 == 1 ? 60 : 1e-9;
@@ -315,7 +317,7 @@ TEST_P(VoxelMethods, WorkDoesNotGrowWithTheVolume) {
   // Equal voxel spacing, volumes of 50^3 and 200^3 voxels: identical steps, identical work.
   long work[2] = {0, 0};
   for (const int i : {0, 1}) {
-    data_tools::PhantomOptions o = grid(i == 0 ? 50 : 200, 0, 0, {{"radius", 10}});
+    data_tools::PhantomOptions o = phantom_options(i == 0 ? 50 : 200, 0, 0, {{"radius", 10}});
     o.spacing_mm = dvec3(0.5);
     const TouchScene scene = scenes::phantom_scene("sphere", o);
     const auto method = make_method(GetParam()).value();
@@ -339,7 +341,7 @@ TEST_P(VoxelMethods, WorkDoesNotGrowWithTheVolume) {
 TEST(MethodNames, EveryMethodGivesTheSameBitsOnEveryCompiler) {
   for (const MethodInfo& info : method_catalogue()) {
     if (!info.takes_points) continue;
-    const TouchScene scene = scenes::phantom_scene("gyroid", grid(56, 0.7, 9));
+    const TouchScene scene = scenes::phantom_scene("gyroid", phantom_options(56, 0.7, 9));
     const auto method = make_method(info.name).value();
     ASSERT_FALSE(method->prepare(scene).has_value());
     std::shared_ptr<const volume::Version> version = std::make_shared<volume::Version>(scene.base);
@@ -371,7 +373,7 @@ TEST(MethodNames, EveryMethodGivesTheSameBitsOnEveryCompiler) {
 }
 
 TEST(MethodNames, EachMethodTakesWhatItsInfoStates) {
-  const data_tools::PhantomOptions options = grid(24, 1);
+  const data_tools::PhantomOptions options = phantom_options(24, 1);
   const TouchScene plain = scenes::phantom_scene("sphere", options);
   const auto mesh_of = [&](int mover) {
     const volume::Mesh net = volume::surface_net({&plain.items[0].field, nullptr, plain.items[0].bits.get()});

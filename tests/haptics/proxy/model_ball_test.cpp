@@ -65,7 +65,7 @@ struct Judged {
 template <class Shift>
 Judged play(const Model& model, double radius, double friction, const Shift& shift) {
   constexpr double k_surface = 20, k_deep = 2.5;
-  TouchScene scene = scenes::phantom_scene("sphere", grid(16, 0, 0, {{"radius", 1}}));
+  TouchScene scene = scenes::phantom_scene("sphere", phantom_options(16, 0, 0, {{"radius", 1}}));
   scene.items = {mesh_item("model", std::make_shared<MeshTree>(model.vertices, model.triangles),
                            {0.5, 0.001, friction, friction})};
   scene.tool = std::make_shared<const ToolShape>(radius);

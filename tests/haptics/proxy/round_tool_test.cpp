@@ -34,7 +34,7 @@ INSTANTIATE_TEST_SUITE_P(All, RoundMethods, testing::ValuesIn(k_round_methods), 
 /// The offset fields of a radius are built once, for all methods.
 TEST(RoundTool, RestsARadiusAboveASphereAtAnyRadius) {
   for (const double radius : {0.5, 2.0, 6.0}) {
-    const TouchScene scene = with_radius(scenes::phantom_scene("sphere", grid(128, 1.5)), radius);
+    const TouchScene scene = with_radius(scenes::phantom_scene("sphere", phantom_options(128, 1.5)), radius);
     const double step = scene.items[0].offset->step_mm();
     const PosePath path = scenes::sphere_slide(45 + radius, 1, 100, 2);
     for (const char* name : k_round_methods) {
@@ -64,7 +64,7 @@ TEST(RoundTool, RestsARadiusAboveASphereAtAnyRadius) {
 TEST(RoundTool, StaysOutOfNarrowerGapsAndNeverFallsThrough) {
   // A slot 8 mm wide admits a tool of 3 mm radius, but not a tool of 5 mm radius.
   for (const double radius : {3.0, 5.0}) {
-    const TouchScene scene = with_radius(scenes::phantom_scene("slot", grid(96, 1)), radius);
+    const TouchScene scene = with_radius(scenes::phantom_scene("slot", phantom_options(96, 1)), radius);
     for (const char* method : k_round_methods) {
       SCOPED_TRACE(std::string(method) + " " + std::to_string(radius));
       RoundPlay play(scene, method);
@@ -78,7 +78,7 @@ TEST(RoundTool, StaysOutOfNarrowerGapsAndNeverFallsThrough) {
   }
   const PosePath path = scenes::rough_walk(dvec3(-45), dvec3(45), 3, 3000, 5);
   for (const char* name : {"gyroid", "corner", "plate"}) {
-    const TouchScene scene = with_radius(scenes::phantom_scene(name, grid(64, 0.7)), 2.5);
+    const TouchScene scene = with_radius(scenes::phantom_scene(name, phantom_options(64, 0.7)), 2.5);
     for (const char* method : k_round_methods) {
       SCOPED_TRACE(std::string(method) + " " + name);
       RoundPlay play(scene, method);
@@ -105,8 +105,9 @@ TEST(RoundTool, ThinSheetStopsRoundToolFromBothSides) {
   for (const double angle : {0.0, 23.0, 37.0})
     for (const double side : {1.0, -1.0}) {
       // A voxel is 1.26 mm; the sheet passes through voxel centres.
-      RoundPlay play(scenes::phantom_scene("plate", grid(95, 0, 0, {{"thickness", 1.35}, {"angle", angle}})),
-                     3);
+      RoundPlay play(
+          scenes::phantom_scene("plate", phantom_options(95, 0, 0, {{"thickness", 1.35}, {"angle", angle}})),
+          3);
       const double a = angle / 57.29577951308232;
       const dvec3 n = side * dvec3(std::sin(a), 0, std::cos(a)), along(std::cos(a), 0, -std::sin(a));
       play.step(12.0 * n);
@@ -121,7 +122,7 @@ TEST(RoundTool, ThinSheetStopsRoundToolFromBothSides) {
 }
 
 TEST_P(RoundMethods, HoversOverAFreshHoleUntilItsFieldIsReadyAndIgnoresFieldsFromBeforeGrowth) {
-  RoundPlay play(scenes::phantom_scene("plane", grid(96, 1, 0, {{"angle", 0}})), 2, GetParam());
+  RoundPlay play(scenes::phantom_scene("plane", phantom_options(96, 1, 0, {{"angle", 0}})), 2, GetParam());
   // For methods on cubes, the surface is only as accurate as the faces of the cubes.
   const double slack =
       find_method(GetParam())->solid == MethodInfo::Solid::cubes ? play.scene.items[0].offset->step_mm() : 0;
@@ -154,7 +155,7 @@ TEST_P(RoundMethods, HoversOverAFreshHoleUntilItsFieldIsReadyAndIgnoresFieldsFro
 }
 
 TEST(RoundTool, OtherMethodsAndBadRadiiAreRefused) {
-  TouchScene scene = scenes::phantom_scene("sphere", grid(32, 1));
+  TouchScene scene = scenes::phantom_scene("sphere", phantom_options(32, 1));
   for (const double radius : {-1.0, 6.5, std::nan("")})
     EXPECT_TRUE(set_tool_radius(scene, radius).has_value()) << radius;
   EXPECT_FALSE(set_tool_radius(scene, 4).has_value());

@@ -37,7 +37,7 @@ const Material k_smooth{0.5, 0.001, 0, 0};
 
 /// A scene of meshes in an empty volume, since a scene needs a base.
 TouchScene of_meshes(std::vector<TouchItem> meshes) {
-  TouchScene scene = scenes::phantom_scene("sphere", grid(16, 0, 0, {{"radius", 1}}));
+  TouchScene scene = scenes::phantom_scene("sphere", phantom_options(16, 0, 0, {{"radius", 1}}));
   scene.items = std::move(meshes);
   return scene;
 }
@@ -59,7 +59,7 @@ struct Player {
 
 TEST(SceneProxy, EqualsTheSubvoxelProxyOnOneVolume) {
   for (const double shear : {0.0, 15.0}) {
-    TouchScene scene = scenes::phantom_scene("gyroid", grid(64, 1, shear));
+    TouchScene scene = scenes::phantom_scene("gyroid", phantom_options(64, 1, shear));
     scene.items[0].material = k_smooth;
     Player one(scene, "subvoxel"), all(scene);
     const double voxel = scene.base->frame.spacing().x;
@@ -170,7 +170,7 @@ struct Wedge {
 /// Presses a hand into the wedge between a plate and a plane of bone, which the plate pierces at an angle
 /// (Jiang, dissertation, figure 23).
 Wedge press_into_wedge(const char* name, double degrees, double radius = 0) {
-  TouchScene scene = scenes::phantom_scene("plane", grid(96, 1.5, 0, {{"angle", 0}}));
+  TouchScene scene = scenes::phantom_scene("plane", phantom_options(96, 1.5, 0, {{"angle", 0}}));
   scene.items[0].material = k_smooth;
   if (radius > 0) {
     EXPECT_FALSE(set_tool_radius(scene, radius).has_value());
@@ -253,7 +253,7 @@ TEST(SceneProxy, AMovingMeshCarriesTheProxyAndNeverPassesOverIt) {
 }
 
 TEST(SceneProxy, BetweenAMovingMeshAndBoneTheMeshPassesAndTheBoneHolds) {
-  TouchScene scene = scenes::phantom_scene("plane", grid(96, 1.5, 0, {{"angle", 0}}));
+  TouchScene scene = scenes::phantom_scene("plane", phantom_options(96, 1.5, 0, {{"angle", 0}}));
   TouchItem mesh = mesh_item("press", box({-9, -9, 0}, {9, 9, 5}), k_smooth);
   mesh.mover = 0;
   scene.items.push_back(mesh);
@@ -284,7 +284,7 @@ TEST(SceneProxy, AMeshPushesTheToolAlongBlockingWalls) {
     for (const double angle : {10.0, 40.0})
       for (const bool has_rail : {false, true}) {
         SCOPED_TRACE(angle);
-        TouchScene scene = scenes::phantom_scene("plane", grid(96, 1.5, 0, {{"angle", angle}}));
+        TouchScene scene = scenes::phantom_scene("plane", phantom_options(96, 1.5, 0, {{"angle", angle}}));
         scene.items[0].material = k_smooth;
         // The plane rises toward -x or +x. The box comes from the lower side.
         const double slope = std::tan(angle * 3.14159265358979 / 180);
@@ -329,8 +329,8 @@ TEST(SceneProxy, AMeshPushesTheToolAlongBlockingWalls) {
 
 TEST(SceneProxy, TwoVolumesWithTheirOwnFramesAreHeldTogether) {
   // A plane of bone, and a sphere in a second volume of finer voxels. The plane passes through its centre.
-  TouchScene scene = scenes::phantom_scene("plane", grid(96, 1.5, 0, {{"angle", 0}}));
-  data_tools::PhantomOptions o = grid(80, 1.5, 10, {{"radius", 10}});
+  TouchScene scene = scenes::phantom_scene("plane", phantom_options(96, 1.5, 0, {{"angle", 0}}));
+  data_tools::PhantomOptions o = phantom_options(80, 1.5, 10, {{"radius", 10}});
   o.spacing_mm = dvec3(0.4);
   const TouchScene other = scenes::phantom_scene("sphere", o);
   scene.others = {other.base};
@@ -412,7 +412,7 @@ TEST(SceneProxy, DoesNotStickWhereVolumesOfDifferentVoxelsMeet) {
 }
 
 TEST(SceneProxy, AHundredShapesOutOfReachAreNotSearched) {
-  TouchScene one = scenes::phantom_scene("sphere", grid(96, 1.5));
+  TouchScene one = scenes::phantom_scene("sphere", phantom_options(96, 1.5));
   one.items[0].material = k_smooth;
   TouchScene many = one;
   for (int i = 0; i < 100; ++i) {
@@ -436,7 +436,7 @@ TEST(SceneProxy, AHundredShapesOutOfReachAreNotSearched) {
 }
 
 TEST(SceneProxy, ATinyModelDoesNotSlowTheSlideOnBone) {
-  TouchScene scene = scenes::phantom_scene("sphere", grid(96, 1.5));
+  TouchScene scene = scenes::phantom_scene("sphere", phantom_options(96, 1.5));
   scene.items[0].material = k_smooth;
   TouchItem tip = mesh_item("needle tip", box(dvec3(-0.02), dvec3(0.02)), k_smooth);
   tip.placement.position_world = {0, 0, 70};
@@ -496,7 +496,7 @@ TEST(SceneProxy, InvalidScenesAreRefused) {
   EXPECT_TRUE(make_method("scene").value()->prepare(scene).has_value());
   scene.items.pop_back();
   EXPECT_FALSE(make_method("scene").value()->prepare(scene).has_value());
-  TouchScene late = scenes::phantom_scene("sphere", grid(16, 0, 0, {{"radius", 1}}));
+  TouchScene late = scenes::phantom_scene("sphere", phantom_options(16, 0, 0, {{"radius", 1}}));
   late.items.insert(late.items.begin(), scene.items[0]);
   EXPECT_TRUE(make_method("scene").value()->prepare(late).has_value());
   for (const char* name : {"mesh", "subvoxel", "implicit", "explicit", "explicit-cubes", "path", "raystep"})

@@ -37,7 +37,7 @@ SharedTool shell_of(const Rod& rod, double spacing) {
 
 TouchScene scene_with(const char* phantom, const std::map<std::string, double>& parameters, SharedTool tool,
                       const std::function<void(data_tools::PhantomOptions&)>& change = nullptr) {
-  data_tools::PhantomOptions o = grid(96);
+  data_tools::PhantomOptions o = phantom_options(96);
   o.parameters = parameters;
   if (change) change(o);
   TouchScene scene = scenes::phantom_scene(phantom, o);

@@ -16,7 +16,7 @@ struct SubvoxelPlay : Play {
 
 TEST(SubvoxelProxy, IsWithinAFiftiethOfAVoxelOfASphereAndFollowsTheHip) {
   for (const double shear : {0.0, 20.0}) {
-    SubvoxelPlay play(scenes::phantom_scene("sphere", grid(256, 1.5, shear)));
+    SubvoxelPlay play(scenes::phantom_scene("sphere", phantom_options(256, 1.5, shear)));
     play.no_friction();
     const double voxel = 120.0 / 256;
     const PosePath path = scenes::sphere_slide(45, 1.0, 100, 3);
@@ -58,7 +58,7 @@ TEST(SubvoxelProxy, RestsWhereTheIdealProxyRests) {
       {"corner", {-10, -12, -10}, {-22, -30, -23}, 0.0}, {"cone", {1.4, -4.5, 24.5}, {1.5, -1.5, 8}, 1.0},
       {"groove", {0, 0, -8}, {-6, 6, -30}, 0.0},         {"steps", {1, 1, 3}, {9, 2, -3}, 1.0}};
   for (const auto& c : cases) {
-    SubvoxelPlay play(scenes::phantom_scene(c.name, grid(96, c.psf)));
+    SubvoxelPlay play(scenes::phantom_scene(c.name, phantom_options(96, c.psf)));
     play.no_friction();
     const auto solid = verify::smooth_solid(play.scene.base, play.scene.items[0].field.shape(), play.version);
     const volume::Frame& frame = play.scene.base->frame;
@@ -91,7 +91,7 @@ TEST(SubvoxelProxy, RestsWhereTheIdealProxyRests) {
 }
 
 TEST(SubvoxelProxy, HoldsInADrilledCavityAndNeverSticksThere) {
-  SubvoxelPlay play(scenes::phantom_scene("plane", grid(96, 1, 0, {{"angle", 0}})));
+  SubvoxelPlay play(scenes::phantom_scene("plane", phantom_options(96, 1, 0, {{"angle", 0}})));
   play.no_friction();
   volume::RemovalEditor editor(play.version, {play.scene.items[0].field});
   play.step({0, 0, 5});
@@ -121,7 +121,7 @@ TEST(SubvoxelProxy, HoldsInADrilledCavityAndNeverSticksThere) {
 }
 
 TEST(SubvoxelProxy, FrictionHoldsStillAndTrailsByTheCone) {
-  SubvoxelPlay play(scenes::phantom_scene("plane", grid(128, 1.5, 0, {{"angle", 10}})));
+  SubvoxelPlay play(scenes::phantom_scene("plane", phantom_options(128, 1.5, 0, {{"angle", 10}})));
   const dvec3 n(std::sin(10 / 57.29577951308232), 0, std::cos(10 / 57.29577951308232)), x(n.z, 0, -n.x);
   play.step(0.3 * x + 5.0 * n);
   for (int i = 0; i < 20; ++i) play.step(0.3 * x - 2.0 * n);

@@ -38,7 +38,7 @@ dvec3 force_of(const ForceParts& parts, Kind kind) {
 }
 
 data_tools::PhantomOptions flat(int size) {
-  data_tools::PhantomOptions o = grid(size);
+  data_tools::PhantomOptions o = phantom_options(size);
   o.parameters = {{"angle", 0}};
   return o;
 }
@@ -123,7 +123,7 @@ TEST_F(ForcePartsOnAPlane, FrictionIsTheSlopeOfTheSpring) {
 TEST(ForceParts, AddUpToTheForceOfEachTick) {
   std::mt19937 random(7);
   const auto between = [&](double a, double b) { return a + (b - a) * (double(random()) / 4294967296.0); };
-  data_tools::PhantomOptions o = grid(40);
+  data_tools::PhantomOptions o = phantom_options(40);
   o.parameters = {{"radius", 15}};
   TouchScene scene = scenes::phantom_scene("sphere", o);
   scene.items[0].material = {1.5, 0.002, 0.4, 0.3};

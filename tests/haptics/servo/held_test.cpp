@@ -24,7 +24,7 @@ std::shared_ptr<const MeshTree> cube() {
 }
 
 TouchScene with_cube() {
-  TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  TouchScene scene = scenes::phantom_scene("sphere", phantom_options(32));
   scene.items.push_back(mesh_item("cube", cube(), {.static_friction = 0, .dynamic_friction = 0}));
   scene.items.back().mover = 2;
   return scene;
@@ -109,7 +109,7 @@ TEST(Held, AFaultOfTheHolderLeavesTheObjectInPlace) {
 TEST(Held, ANewModelOverTheProxyIsTouchedFromItsFront) {
   for (const double over : {1e-6, 0.05, 0.4}) {  // voxels
     Held bench;
-    TouchScene without = scenes::phantom_scene("sphere", grid(32));
+    TouchScene without = scenes::phantom_scene("sphere", phantom_options(32));
     SceneProxy before;
     ASSERT_FALSE(before.prepare(without));
     const double spacing = without.base->frame.spacing().x;
@@ -165,7 +165,7 @@ TEST(Held, AProxyIsNotMovedThroughExistingWalls) {
   // The lower face of a new cube is just below the surface of bone. The path from the proxy to this face
   // crosses the surface.
   Held sunk;
-  const TouchScene without = scenes::phantom_scene("sphere", grid(32));
+  const TouchScene without = scenes::phantom_scene("sphere", phantom_options(32));
   SceneProxy alone;
   ASSERT_FALSE(alone.prepare(without));
   ServoHand hand(borrowed(without), borrowed(alone), TouchState(version));

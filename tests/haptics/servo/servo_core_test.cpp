@@ -13,7 +13,7 @@ namespace trephine::haptics {
 namespace {
 
 TEST(ServoCore, ForceIsFiniteAndLatchedOnBadPoses) {
-  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  const TouchScene scene = scenes::phantom_scene("sphere", phantom_options(32));
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
   const auto owner = servo_scene_of(scene, method);
@@ -31,7 +31,7 @@ TEST(ServoCore, ForceIsFiniteAndLatchedOnBadPoses) {
 }
 
 TEST(ServoCore, ANonFiniteOrientationOrAxisIsAFaultAndGoesNoFarther) {
-  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  const TouchScene scene = scenes::phantom_scene("sphere", phantom_options(32));
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
   const auto seen = servo_scene_of(scene, method);
@@ -50,7 +50,7 @@ TEST(ServoCore, ANonFiniteOrientationOrAxisIsAFaultAndGoesNoFarther) {
 }
 
 TEST(ServoCore, TheButtonIsReleasedDuringAFault) {
-  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  const TouchScene scene = scenes::phantom_scene("sphere", phantom_options(32));
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
   const auto owner = servo_scene_of(scene, method);

@@ -10,7 +10,7 @@
 
 namespace trephine::haptics {
 
-inline data_tools::PhantomOptions grid(int size) {
+inline data_tools::PhantomOptions phantom_options(int size) {
   data_tools::PhantomOptions o;
   o.size = glm::ivec3(size);
   o.psf_sigma_voxels = 1;

@@ -62,7 +62,7 @@ TEST(Histogram, PercentilesAreWithinABucket) {
 }
 
 TEST(ServoLoop, RunsTicksInOrderAndTouchesTheSurface) {
-  const TouchScene scene = scenes::phantom_scene("sphere", grid(64));
+  const TouchScene scene = scenes::phantom_scene("sphere", phantom_options(64));
   ImplicitProxy method;
   ServoChannel channel(servo_scene_of(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
@@ -91,7 +91,7 @@ TEST(ServoLoop, RunsTicksInOrderAndTouchesTheSurface) {
 }
 
 TEST(ServoLoop, ALostDeviceFadesTheForceAndAFullRingIsAFault) {
-  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  const TouchScene scene = scenes::phantom_scene("sphere", phantom_options(32));
   ImplicitProxy method;
   ServoChannel channel(servo_scene_of(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
@@ -128,7 +128,7 @@ TEST(ServoLoop, ALostDeviceFadesTheForceAndAFullRingIsAFault) {
 /// The test reads no record for 0.7 s. The waiting records make the scene stale at every rate: the force
 /// fades, and no tick is lost.
 TEST(ServoLoop, LateEditsFadeTheForceBeforeTheRingIsFullAtEveryRate) {
-  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  const TouchScene scene = scenes::phantom_scene("sphere", phantom_options(32));
   ImplicitProxy method;
   ServoChannel channel(servo_scene_of(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
@@ -158,7 +158,7 @@ TEST(ServoLoop, LateEditsFadeTheForceBeforeTheRingIsFullAtEveryRate) {
 }
 
 TEST(ServoLoop, RefusesMoreDevicesThanTheSceneHasHands) {
-  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  const TouchScene scene = scenes::phantom_scene("sphere", phantom_options(32));
   ImplicitProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
   ServoChannel channel(servo_scene_of(scene, method));
@@ -171,7 +171,7 @@ TEST(ServoLoop, RefusesMoreDevicesThanTheSceneHasHands) {
 }
 
 TEST(ServoLoop, AFaultIsClearedOnRequest) {
-  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  const TouchScene scene = scenes::phantom_scene("sphere", phantom_options(32));
   ImplicitProxy method;
   ServoChannel channel(servo_scene_of(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
@@ -219,7 +219,7 @@ class LiftedDevice final : public Device {
 };
 
 TEST(ServoLoop, ALiftedToolStartsAgainInTheTickOfItsJump) {
-  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  const TouchScene scene = scenes::phantom_scene("sphere", phantom_options(32));
   SubvoxelProxy method;
   ASSERT_FALSE(method.prepare(scene).has_value());
   for (const bool is_lifted : {true, false}) {
@@ -261,7 +261,7 @@ class HoldingDevice final : public Device {
 };
 
 TEST(ServoLoop, ALateWakeFadesTheForceAndLatches) {
-  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  const TouchScene scene = scenes::phantom_scene("sphere", phantom_options(32));
   ImplicitProxy method;
   ServoChannel channel(servo_scene_of(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
@@ -291,7 +291,7 @@ TEST(ServoLoop, RefusesMoreForceThanADeviceRenders) {
     bool read(double, Pose&) noexcept override { return true; }
     void write(const Wrench&) noexcept override {}
   };
-  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  const TouchScene scene = scenes::phantom_scene("sphere", phantom_options(32));
   SubvoxelProxy method;
   ServoChannel channel(servo_scene_of(scene, method));
   ASSERT_FALSE(method.prepare(scene).has_value());
@@ -308,7 +308,7 @@ TEST(ServoLoop, RefusesMoreForceThanADeviceRenders) {
 }
 
 TEST(ServoLoop, RefusesImpossibleRates) {
-  const TouchScene scene = scenes::phantom_scene("sphere", grid(16));
+  const TouchScene scene = scenes::phantom_scene("sphere", phantom_options(16));
   ImplicitProxy method;
   ServoChannel channel(servo_scene_of(scene, method));
   VirtualDevice device(PosePath::from_samples({{0, {{0, 0, 50}}}}, "test").value(), {});

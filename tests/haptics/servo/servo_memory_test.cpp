@@ -61,7 +61,7 @@ std::shared_ptr<ServoScene> grown(const ServoScene& before, std::shared_ptr<cons
 class ServoMemories : public testing::TestWithParam<const char*> {};
 
 TEST_P(ServoMemories, ContinueFromAnyTickWithIdenticalBits) {
-  TouchScene scene = scenes::phantom_scene("sphere", grid(48));
+  TouchScene scene = scenes::phantom_scene("sphere", phantom_options(48));
   scene.items[0].material.static_friction = 0.5;
   scene.items[0].material.dynamic_friction = 0.3;
   scene.items[0].material.pop_force = 3;
@@ -123,7 +123,7 @@ TEST_P(ServoMemories, ContinueFromAnyTickWithIdenticalBits) {
 }
 
 TEST_P(ServoMemories, BrokenBytesAreRefusedOrHarmless) {
-  const TouchScene scene = scenes::phantom_scene("sphere", grid(32));
+  const TouchScene scene = scenes::phantom_scene("sphere", phantom_options(32));
   const auto method = make_method(GetParam()).value();
   ASSERT_FALSE(method->prepare(scene));
   const auto seen = servo_scene_of(scene, *method);
@@ -156,7 +156,7 @@ TEST_P(ServoMemories, BrokenBytesAreRefusedOrHarmless) {
 // More points of the tool are near matter than a step can test. The points left out are not tested, so that
 // the number of points in matter is unknown.
 TEST(ServoMemory, OfAToolWithPointsLeftOutIsLoaded) {
-  data_tools::PhantomOptions options = grid(48);
+  data_tools::PhantomOptions options = phantom_options(48);
   options.parameters = {{"angle", 0}};
   TouchScene scene = scenes::phantom_scene("plane", options);
   const auto tool = sample_surface(std::make_shared<const ToolShape>(ToolProfile{{{0, 9}, {20, 9}}, 0.2}));
