@@ -5,6 +5,7 @@
 #include <cstring>
 #include <dlfcn.h>
 #include <string>
+#include <utility>
 #include <vector>
 #include <vtk_glew.h>
 
@@ -220,6 +221,10 @@ void OpenXr::end_session() {
   if (copy_ != 0) glDeleteFramebuffers(1, &copy_);
   session_ = XR_NULL_HANDLE, room_ = XR_NULL_HANDLE;
   pictures_ = {}, copy_ = 0, is_running_ = false;
+  // A runtime may allow one instance per program: a lost display frees it, so that it can be opened again
+  // while others still hold this object.
+  if (problem_ && instance_ != XR_NULL_HANDLE)
+    xr_.destroy_instance(std::exchange(instance_, XrInstance{XR_NULL_HANDLE}));
 }
 
 void OpenXr::make_swapchains() {

@@ -32,7 +32,7 @@ class Hmd {
   /// Ends the frame. Required after a begin_frame() that returned eyes.
   virtual void end_frame() = 0;
   /// Ends the session and frees what belongs to the GL context, which must be current. A later begin_frame()
-  /// starts again, in any context.
+  /// starts again, in any context. After a problem(), also frees the connection to the runtime.
   virtual void end_session() = 0;
   /// Returns why the display ended: unplugged, or the runtime ended; nullopt while it works.
   virtual Status problem() const = 0;

@@ -1,6 +1,7 @@
 // Procedure of MainWindow: panel of the steps, and instruments and commands that the current step allows.
 #include <QAction>
 #include <QMenu>
+#include <algorithm>
 #include <utility>
 
 #include "apps/window/qt_localizer.h"
@@ -76,18 +77,21 @@ void MainWindow::allow_everything() {
 /// Requests the first next step that is allowed. If no next step is allowed, shows the reason.
 void MainWindow::go_to_next_step() {
   if (!operation_ || operation_->steps() == nullptr) return;
-  // Only steps after the current one: "Back" is for the mouse.
-  const StepGuide& steps = *operation_->steps();
-  std::vector<StepGuide::Next> all = steps.next();
-  const bool has_previous = std::erase_if(all, [&](const StepGuide::Next& next) {
-                              return steps.procedure().find(next.step) <= static_cast<int>(steps.index());
-                            }) > 0;
+  const StepGuide& guide = *operation_->steps();
+  // A step before the current one is requested by its button only.
+  const auto is_later = [&](const std::string& step) {
+    return guide.procedure().find(step) > static_cast<int>(guide.index());
+  };
+  std::vector<StepGuide::Next> all = guide.next();
+  std::erase_if(all, [&](const StepGuide::Next& next) { return !is_later(next.step); });
   for (const StepGuide::Next& next : all)
     if (next.is_allowed) return operation_->go_to_step(next.step);
   if (all.empty()) {
-    const StepGuide& guide = *operation_->steps();
-    if (guide.step().transitions.empty() || has_previous) return show_refusal(tr("This is the last step."));
-    const int next = guide.procedure().find(guide.step().transitions.front().to);
+    const auto& transitions = guide.step().transitions;
+    const auto later = std::find_if(transitions.begin(), transitions.end(),
+                                    [&](const auto& transition) { return is_later(transition.to); });
+    if (later == transitions.end()) return show_refusal(tr("This is the last step."));
+    const int next = guide.procedure().find(later->to);
     const std::string& title = StepGuide::title_of(guide.procedure().steps[static_cast<std::size_t>(next)]);
     return show_refusal(
         tr("The next step, \"%1\", begins by itself when its conditions are met.").arg(localized(title)));

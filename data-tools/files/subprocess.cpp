@@ -107,7 +107,7 @@ SubprocessResult run_in_subprocess(int count, const std::function<void(int)>& wo
         const int item = progress[p].item;
         kill_children();
         return {End::failed, item,
-                WIFSIGNALED(status) ? "the reader crashed" : "the reader reported an error"};
+                WIFSIGNALED(status) ? "the reader ended unexpectedly" : "the reader reported an error"};
       }
       if (progress[p].item != last_items[p]) last_items[p] = progress[p].item, start_times[p] = Clock::now();
       if (std::chrono::duration<double>(Clock::now() - start_times[p]).count() > seconds_per_item) {

@@ -40,6 +40,12 @@ class ToolWindow : public OperationWindow {
   void open(const workbench::SourceChoice& source, const sim::Instrument& instrument) {
     OperationWindow::open(source, sim::HandSpec(instrument));
   }
+  /// Opens a built-in case with its plan.
+  void open_with_plan(const char* name, const sim::Instrument& instrument) {
+    workbench::SourceChoice source(name);
+    source.uses_plan = true;
+    open(source, instrument);
+  }
   OperationController& hand() { return *window_->operation(); }
   QPoint pixel_of(const glm::dvec3& world) {
     const glm::dvec2 at = hand().viewport().project(world);
@@ -60,6 +66,13 @@ class ToolWindow : public OperationWindow {
     std::int64_t sum = 0;
     for (const sim::ForbiddenWatch& watch : hand().state().watches) sum += watch.entries;
     return sum;
+  }
+  /// Number of entries of the tool into a forbidden structure; -1 if there is no such structure.
+  std::int64_t entries(const std::string& structure) {
+    const auto& forbidden = operation_->start.forbidden;
+    for (std::size_t s = 0; s < forbidden.size(); ++s)
+      if (forbidden[s]->name() == structure) return hand().state().watches[s].entries;
+    return -1;
   }
   glm::dvec3 shaft() { return hand().state().newest.pose.orientation * glm::dvec3(0, 0, 1); }
   bool reaches(const std::function<bool()>& is_there) { return QTest::qWaitFor(is_there, k_patience); }

@@ -239,9 +239,7 @@ TEST_F(ToolWindow, ABurrRemovesBoneWhereTheLineOfSightGrazesIt) {
 /// A press on a cut face is refused: the tool cannot pass the hidden bone in front of the face, and the
 /// matter behind the face is not visible. Otherwise a press can tear a nerve root far behind the face.
 TEST_F(ToolWindow, APressOnACutFaceIsRefused) {
-  workbench::SourceChoice source("spine");
-  source.uses_plan = true;
-  open(source, drilling::burr({.diameter = 4}));
+  open_with_plan("spine", drilling::burr({.diameter = 4}));
   QTest::keyClick(window_.get(), Qt::Key_L, Qt::ShiftModifier);
   QTest::keyClick(window_.get(), Qt::Key_C);
   ASSERT_TRUE(reaches([&] { return viewport().clip_plane() && viewport().is_complete(); }));
@@ -335,9 +333,7 @@ TEST_F(ToolWindow, APressAtAnEdgeOfBoneDoesNotSlipToItsOtherSide) {
 
 /// A deep press does not move a craniotome whose foot has no room. The tool would pass through structures.
 TEST_F(ToolWindow, ACraniotomeIsNotPressedWhereItsFootHasNoPlace) {
-  workbench::SourceChoice source("spine");
-  source.uses_plan = true;
-  open(source, drilling::craniotome({}));
+  open_with_plan("spine", drilling::craniotome({}));
   QTest::keyClick(window_.get(), Qt::Key_P, Qt::ShiftModifier);
   let_run(200);
   hand().set_depth(12);
@@ -358,7 +354,7 @@ TEST_F(ToolWindow, ACraniotomeIsNotPressedWhereItsFootHasNoPlace) {
 
 /// The craniotome enters the hole that a perforator leaves, without widening, and cuts along the bone.
 TEST_F(ToolWindow, ACraniotomeEntersAHoleOfThePerforator) {
-  open("head", drilling::craniotome({}));
+  open_with_plan("head", drilling::craniotome({}));
   const int sides = std::getenv("TREPHINE_WHOLE") == nullptr ? 1 : 4;
   const std::tuple<Qt::Key, QPoint> places[] = {
       {Qt::Key_L, {0, -150}}, {Qt::Key_R, {40, -170}}, {Qt::Key_S, {60, 40}}, {Qt::Key_A, {30, -200}}};
@@ -407,6 +403,7 @@ TEST_F(ToolWindow, ACraniotomeEntersAHoleOfThePerforator) {
     }));
     QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, start + QPoint(120, 0));
     save_screenshot(*window_, ("craniotome-kerf-" + std::to_string(side)).c_str());
+    EXPECT_EQ(entries("brain"), 0) << "the foot pushes the dura";
   }
 }
 

@@ -211,6 +211,24 @@ TEST_F(Headset, ALostDisplayIsReportedOnce) {
   EXPECT_TRUE(picture_->complete());
 }
 
+/// A program that still holds a lost display can open it again.
+TEST_F(Headset, ALostDisplayCanBeOpenedAgain) {
+  log_->ends_after = 5;
+  auto opened = open_hmd();
+  ASSERT_TRUE(opened) << opened.error().message();
+  const std::shared_ptr<Hmd> held = std::move(opened).value();
+  picture_->view().set_display({.eyes = DisplayMode::Eyes::headset}, nullptr, held);
+  draw(20);
+  ASSERT_TRUE(held->problem());
+  picture_->view().set_display({}, nullptr, nullptr);
+  EXPECT_EQ(log_->instances, 0);
+  log_->ends_after = -1;
+  const int frames = log_->frames;
+  begin();
+  draw(5);
+  EXPECT_EQ(log_->frames, frames + 5);
+}
+
 TEST_F(Headset, ErrorsNameTheRemedy) {
   log_->has_display = false;
   auto hmd = open_hmd();

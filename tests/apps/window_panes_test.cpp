@@ -431,33 +431,6 @@ TEST_F(WindowPanes, AnXrayShowsTheInstrument) {
   EXPECT_EQ(shoot(), bare);
 }
 
-/// A probe in its track touches nothing, but the slices follow its tip.
-TEST(PaneController, FollowsAnInsertedTool) {
-  const haptics::TouchScene scene = scenes::phantom_scene("sphere", {});
-  haptics::ServoRecord record;
-  record.pose.position_world = {1, 2, 3};
-  PaneController panes(3);
-  panes.begin();
-  const auto focus_of = [&](bool is_inserted) {
-    const PaneInput input{.scene = scene,
-                          .version = std::make_shared<volume::Version>(scene.base),
-                          .plan = nullptr,
-                          .settings = {},
-                          .forbidden = {},
-                          .newest = record,
-                          .is_inserted = is_inserted,
-                          .camera = {},
-                          .clip = {}};
-    panes.frame(input);
-    return panes.panes().focus();
-  };
-  EXPECT_NE(focus_of(false), record.pose.position_world);
-  EXPECT_EQ(focus_of(true), record.pose.position_world);
-  record.pose.position_world = {4, 5, 6};
-  EXPECT_EQ(focus_of(true), record.pose.position_world);
-  EXPECT_EQ(focus_of(false), record.pose.position_world) << "it stays where the tool was";
-}
-
 TEST_F(WindowPanes, InvalidLayoutsAreRefused) {
   for (const char* text :
        {"", "1", "2 slices axial axial axial 500 500 500", "1 slices axial axial 500 500 500",

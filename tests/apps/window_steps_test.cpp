@@ -212,6 +212,12 @@ TEST_F(WindowSteps, ButtonsGoThroughTheStepsAndUndoGoesBack) {
   EXPECT_TRUE(child<QPushButton>(window, "next_look")->isEnabled());
   save_screenshot(window, "steps-refused");
 
+  // The next step is not possible yet: its reason is shown, and the previous step is not taken instead.
+  child<QAction>(window, "next_step")->trigger();
+  EXPECT_TRUE(child<QLabel>(window, "notice")->text().contains("The removed volume must be at least 1 mm³"));
+  let_run(300);
+  EXPECT_EQ(window.operation()->state().step, 1);
+
   // A refusal is one message.
   window.operation()->go_to_step("judge");
   const auto refusals = [&] {

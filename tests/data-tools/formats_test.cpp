@@ -175,7 +175,7 @@ TEST_F(Formats, FaultsOfAnNrrdHeaderAreNamed) {
                     place = "space: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n";
   put("a.nrrd", nrrd(place) + voxels + "tail");
   EXPECT_EQ(open("a.nrrd").voxels[23], 23);
-  EXPECT_NE(notices_.find("4 bytes after the voxels ignored"), std::string::npos) << notices_;
+  EXPECT_NE(notices_.find("4 bytes after the voxels were ignored"), std::string::npos) << notices_;
   const auto fault = [&](const std::string& from, const std::string& to, const std::string& words) {
     std::string text = nrrd(place);
     text.replace(text.find(from), from.size(), to);

@@ -1,0 +1,74 @@
+// PaneController: X-rays of a replay, and slices that follow the tool.
+#include "apps/view/pane_controller.h"
+
+#include <QTest>
+#include <gtest/gtest.h>
+
+#include "apps/bench/scenes/scenes.h"
+#include "modules/fluoroscopy/fluoroscopy.h"
+#include "tests/apps/window_fixture.h"
+
+namespace trephine::view {
+namespace {
+
+/// A replay that goes back has no X-ray of a later moment, and takes it again when the moment comes.
+TEST(PaneController, AReplayThatGoesBackHasNoLaterXray) {
+  const haptics::TouchScene scene = scenes::phantom_scene("sphere", {});
+  const haptics::ServoRecord record;
+  PaneController panes(1);
+  panes.begin();
+  panes.panes().set_kind(0, imaging::PaneKind::xray);
+  panes.panes().set_size(0, 64, 64, true);
+  // Shows the state with a number of shots. Returns true if there is an image within `ms`.
+  const auto has_image = [&](std::int64_t shots, int ms) {
+    fluoroscopy::FluoroscopyState state;
+    state.shots = shots, state.seconds = 0.1 * static_cast<double>(shots);
+    const std::vector<std::shared_ptr<const sim::Value>> settings{
+        std::make_shared<const sim::Value>(std::move(state))};
+    const PaneInput input{.scene = scene,
+                          .version = std::make_shared<volume::Version>(scene.base),
+                          .plan = nullptr,
+                          .settings = settings,
+                          .forbidden = {},
+                          .newest = record,
+                          .camera = {},
+                          .clip = {}};
+    return QTest::qWaitFor([&] { return panes.frame(input), panes.panes().panel(0) != nullptr; }, ms);
+  };
+  EXPECT_FALSE(has_image(0, 300)) << "no X-ray was taken";
+  EXPECT_TRUE(has_image(1, k_patience));
+  EXPECT_FALSE(panes.panes().xray_note().empty());
+  EXPECT_FALSE(has_image(0, 300));
+  EXPECT_TRUE(panes.panes().xray_note().empty());
+  EXPECT_TRUE(has_image(1, k_patience));
+}
+
+/// A probe in its track touches nothing, but the slices follow its tip.
+TEST(PaneController, FollowsAnInsertedTool) {
+  const haptics::TouchScene scene = scenes::phantom_scene("sphere", {});
+  haptics::ServoRecord record;
+  record.pose.position_world = {1, 2, 3};
+  PaneController panes(3);
+  panes.begin();
+  const auto focus_of = [&](bool is_inserted) {
+    const PaneInput input{.scene = scene,
+                          .version = std::make_shared<volume::Version>(scene.base),
+                          .plan = nullptr,
+                          .settings = {},
+                          .forbidden = {},
+                          .newest = record,
+                          .is_inserted = is_inserted,
+                          .camera = {},
+                          .clip = {}};
+    panes.frame(input);
+    return panes.panes().focus();
+  };
+  EXPECT_NE(focus_of(false), record.pose.position_world);
+  EXPECT_EQ(focus_of(true), record.pose.position_world);
+  record.pose.position_world = {4, 5, 6};
+  EXPECT_EQ(focus_of(true), record.pose.position_world);
+  EXPECT_EQ(focus_of(false), record.pose.position_world) << "it stays where the tool was";
+}
+
+}  // namespace
+}  // namespace trephine::view
