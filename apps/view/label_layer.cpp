@@ -61,7 +61,7 @@ struct LabelLayer::Parts {
   /// Returns the axis of each tool in the picture, and two lines next to the axis that bound the tool's
   /// width.
   std::vector<imaging::Segment> tool_segments() const {
-    constexpr double k_half_width = 14;  // pixels
+    constexpr double k_half_width = 8;  // pixels
     std::vector<imaging::Segment> lines;
     for (const auto& [from_world, to_world] : tool) {
       const dvec3 from = display_of(renderer, from_world), to = display_of(renderer, to_world);

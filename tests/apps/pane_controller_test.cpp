@@ -1,7 +1,6 @@
 // PaneController: X-rays of a replay, and slices that follow the tool.
 #include "apps/view/pane_controller.h"
 
-#include <QTest>
 #include <gtest/gtest.h>
 
 #include "apps/bench/scenes/scenes.h"
