@@ -136,9 +136,9 @@ void OperationController::send_history_steps() {
 /// Resets a latched fault of a mouse after half a second. A mouse has no motors, so the user need not confirm
 /// the reset.
 void OperationController::restore_force() {
-  if (options_.device) return;
+  if (has_haptic_device()) return;
   constexpr double k_wait_seconds = 0.5;
-  if ((state_.newest.faults & haptics::k_latched_faults) == 0)
+  if (latched_faults() == 0)
     fault_since_.reset();
   else if (!fault_since_)
     fault_since_ = Clock::now();

@@ -186,12 +186,17 @@ class OperationController {
 
  private:
   void place_devices();
+  /// True if a device has motors, whose force the user must turn on again after a fault.
+  bool has_haptic_device() const noexcept { return options_.device || options_.left_device; }
+  /// Returns the latched faults of all hands.
+  std::uint32_t latched_faults() const noexcept;
   void collect_notices();
   std::string depth_text() const;
   std::string push_text() const;
   struct EnteredStructure {
     std::string name;
-    double depth = 0;         ///< mm
+    double depth = 0;  ///< mm
+    std::size_t hand = 0;
     bool is_pushed = false;   ///< it is the dura, intact, and the tool does not cut
     bool is_touched = false;  ///< it is the dura, intact, and the tool cuts
   };

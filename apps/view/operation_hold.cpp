@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
+#include <span>
 
 #include "apps/view/operation_controller.h"
 #include "apps/view/tool_appearance.h"
@@ -374,8 +375,9 @@ void OperationController::watch_progress() {
   constexpr double k_seconds = 2, k_least = 0.5, k_clear = 2;  // s; mm³ and mm³ in this time
   const haptics::ServoRecord& newest = state_.newest;
   if (!newest.pose.is_pressed()) is_rub_reported_ = false;
-  const bool is_in_structure = std::any_of(state_.watches.begin(), state_.watches.end(),
-                                           [](const auto& watch) { return watch.is_inside; });
+  const auto first_hand = std::span(state_.watches).first(live_.engine().forbidden().size());
+  const bool is_in_structure =
+      std::any_of(first_hand.begin(), first_hand.end(), [](const auto& watch) { return watch.is_inside; });
   const bool is_working = newest.pose.is_pressed() && newest.has_contact && !is_in_structure &&
                           state_.tool.as<drilling::Burr>() != nullptr;
   const bool has_cut = state_.removed_mm3 >= progress_mm3_ + (is_rub_reported_ ? k_clear : k_least);

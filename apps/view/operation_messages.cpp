@@ -27,12 +27,19 @@ bool is_refusal_in(const std::vector<sim::Event>& events, const Error& refusal) 
 
 }  // namespace
 
+std::uint32_t OperationController::latched_faults() const noexcept {
+  std::uint32_t faults = 0;
+  for (const haptics::ServoRecord& hand : state_.hands) faults |= hand.faults & haptics::k_latched_faults;
+  return faults;
+}
+
 std::string OperationController::fault_text() const {
-  const std::uint32_t faults = state_.newest.faults & haptics::k_latched_faults;
+  const std::uint32_t faults = latched_faults();
   if (faults == 0) {
     const std::optional<EnteredStructure> entered = entered_structure();
     if (!entered || entered->is_pushed) return {};
-    const char* remedy = options_.device       ? ". Lift it."
+    const bool is_of_mouse = entered->hand == 0 && !options_.device;
+    const char* remedy = !is_of_mouse          ? ". Lift it."
                          : line_.is_holding()  ? ". Click away from the entry to withdraw it."
                          : guide_.is_holding() ? ". Move the cursor away to withdraw it."
                          : is_pressed_         ? ". Release the button to lift it."
@@ -46,7 +53,7 @@ std::string OperationController::fault_text() const {
            remedy;
   }
   return "The force is off: " + workbench::fault_reasons(faults) +
-         (options_.device ? ". Press F to turn it on again." : ". It returns automatically.");
+         (has_haptic_device() ? ". Press F to turn it on again." : ". It returns automatically.");
 }
 
 /// Returns a text with the distance of a pushed probe or catheter to its planned target or, without a plan,
@@ -90,7 +97,7 @@ void OperationController::collect_notices() {
         steps_ ? workbench::describe_event(event, steps_->procedure()) : workbench::describe_event(event);
     if (const auto* fault = event.value.as<sim::FaultEvent>()) {
       report_.force_faults += !fault->is_cleared;
-      if (!options_.device) text.level = EventLevel::record;  // a mouse has no force
+      if (!has_haptic_device()) text.level = EventLevel::record;  // a mouse has no force
     }
     notices_.add({now, session_time(event.tick), text.level, std::move(text.text)});
   }
@@ -117,9 +124,10 @@ std::optional<OperationController::EnteredStructure> OperationController::entere
       last = &watch;
   if (last == nullptr) return std::nullopt;
   const auto& structures = live_.engine().forbidden();
-  const auto at = static_cast<std::size_t>(last - state_.watches.data()) % structures.size();
-  const bool is_intact = structures[at]->is_membrane() && !last->is_torn;
-  return EnteredStructure{workbench::words_of(structures[at]->name()), last->depth,
+  const auto index = static_cast<std::size_t>(last - state_.watches.data());
+  const sim::Forbidden& structure = *structures[index % structures.size()];
+  const bool is_intact = structure.is_membrane() && !last->is_torn;
+  return EnteredStructure{workbench::words_of(structure.name()), last->depth, index / structures.size(),
                           is_intact && !last->is_working, is_intact && last->is_working};
 }
 

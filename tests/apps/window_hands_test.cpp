@@ -14,6 +14,51 @@ std::shared_ptr<haptics::Device> pressing_device(const glm::dvec3& from, const g
           .value());
 }
 
+/// A device that stops responding.
+class DeviceThatIsLost final : public haptics::Device {
+ public:
+  Status open() override { return std::nullopt; }
+  void close() noexcept override {}
+  haptics::DeviceCapabilities capabilities() const override { return {.name = "lost"}; }
+  bool read(double, haptics::Pose& pose) noexcept override {
+    pose.position_world = {0, 0, 90};
+    return !is_lost;
+  }
+  void write(const haptics::Wrench&) noexcept override {}
+
+  std::atomic<bool> is_lost{false};
+};
+
+/// The force of a lost device in the left hand stays off until the user turns it on, also if the mouse, whose
+/// faults end by themselves, is the right hand.
+TEST_F(Window, AFaultOfTheLeftHandIsShownAndStays) {
+  auto method = std::make_shared<haptics::SubvoxelProxy>();
+  ASSERT_FALSE(method->prepare(*scene_));
+  const haptics::ServoHand hand(scene_, method, haptics::TouchState(nullptr));
+  options_.start =
+      WindowStart{sim::Engine({{hand, drilling::burr({})}, {hand, sim::Instrument()}}, 1e-3, catalogue())};
+  options_.recorder = nullptr;
+  const auto device = std::make_shared<DeviceThatIsLost>();
+  options_.left_device = device;
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
+  OperationController& operation = *window.operation();
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.state().hands[1].tick > 10; }, k_patience));
+  operation.reset_faults();  // of a busy machine
+  ASSERT_TRUE(QTest::qWaitFor([&] { return operation.fault_text().empty(); }, k_patience));
+  device->is_lost = true;
+  ASSERT_TRUE(QTest::qWaitFor([&] { return !operation.fault_text().empty(); }, k_patience));
+  EXPECT_NE(operation.fault_text().find("does not respond"), std::string::npos) << operation.fault_text();
+  EXPECT_NE(operation.fault_text().find("Press F"), std::string::npos) << operation.fault_text();
+  device->is_lost = false;
+  let_run(1500);
+  EXPECT_FALSE(operation.fault_text().empty()) << "the force returned by itself";
+  QTest::keyClick(&window, Qt::Key_F);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return operation.fault_text().empty(); }, k_patience));
+  window.close();
+}
+
 /// The right hand drills at the top of the ball. The left hand touches the bottom, takes a burr in the panel
 /// and drills, too. The session has both hands.
 TEST_F(Window, EachOfTwoHandsDrillsWithItsOwnTool) {
