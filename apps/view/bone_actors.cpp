@@ -7,7 +7,6 @@
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkRenderer.h>
-#include <vtkShaderProperty.h>
 
 #include "apps/view/bone_mesh.h"
 
@@ -36,21 +35,6 @@ BoneActors::Box united(const BoneActors::Box& a, const BoneActors::Box& b) {
 
 bool BoneActors::Box::is_empty() const { return !glm::all(glm::lessThan(low, high)); }
 
-namespace {
-
-/// Selects the lighting of back faces: that of their own side if they are visible, as behind a clip plane.
-/// Otherwise the surfaces are closed, and a back face is part of a fold in a coarse surface: it is lit by its
-/// normals, like the front faces around it. With the light of its own side it would be a black speck.
-void set_back_faces(vtkActor* actor, bool are_visible) {
-  vtkShaderProperty* shader = actor->GetShaderProperty();
-  shader->ClearAllFragmentShaderReplacements();
-  if (!are_visible)
-    shader->AddFragmentShaderReplacement(
-        "if (gl_FrontFacing == false) { normalVCVSOutput = -normalVCVSOutput; }", false, "", true);
-}
-
-}  // namespace
-
 vtkSmartPointer<vtkActor> BoneActors::add_actor(std::size_t shape) const {
   auto actor = vtkSmartPointer<vtkActor>::New();
   vtkNew<vtkPolyDataMapper> mapper;
@@ -60,7 +44,6 @@ vtkSmartPointer<vtkActor> BoneActors::add_actor(std::size_t shape) const {
   actor->GetProperty()->SetSpecular(shape == 0 ? 0.16 : 0.25);
   actor->GetProperty()->SetSpecularPower(22);
   actor->GetProperty()->SetAmbient(0.10);
-  set_back_faces(actor, is_clipped_);
   actor->PickableOff();
   renderer_->AddActor(actor);
   return actor;
@@ -159,7 +142,6 @@ void BoneActors::set_clip(const dvec3& origin, const dvec3& normal) {
     if (actor == nullptr) return;
     mapper_of(actor)->RemoveAllClippingPlanes();
     if (is_clipped) mapper_of(actor)->AddClippingPlane(clip_);
-    set_back_faces(actor, is_clipped);
   };
   for (const auto& [key, chunk] : chunks_) apply(chunk.actor);
   for (const auto& [key, group] : groups_) apply(group.actor);
