@@ -29,8 +29,8 @@ TEST(Subprocess, OnlySharedBytesAreReturned) {
 /// Each kind of failure, with the number of the task.
 TEST(Subprocess, CrashesAreErrorsWithALocation) {
   const std::pair<const char*, void (*)()> failures[] = {
-      {"damaged", [] { std::raise(SIGSEGV); }},
-      {"damaged", [] { std::abort(); }},
+      {"ended unexpectedly", [] { std::raise(SIGSEGV); }},
+      {"ended unexpectedly", [] { std::abort(); }},
       {"reported an error", [] { throw 3; }},
       {"reported an error", [] { std::_Exit(7); }},
       {"does not end", [] { std::this_thread::sleep_for(std::chrono::hours(1)); }}};
