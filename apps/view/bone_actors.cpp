@@ -44,6 +44,7 @@ vtkSmartPointer<vtkActor> BoneActors::add_actor(std::size_t shape) const {
   actor->GetProperty()->SetSpecular(shape == 0 ? 0.16 : 0.25);
   actor->GetProperty()->SetSpecularPower(22);
   actor->GetProperty()->SetAmbient(0.10);
+  light_reversed_triangles(actor);
   actor->PickableOff();
   renderer_->AddActor(actor);
   return actor;

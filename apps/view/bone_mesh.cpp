@@ -7,6 +7,7 @@
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
+#include <vtkShaderProperty.h>
 #include <vtkTypeInt64Array.h>
 #include <vtkUnsignedCharArray.h>
 
@@ -59,6 +60,15 @@ vtkSmartPointer<vtkPolyData> to_poly_data(const std::vector<const DrawMesh*>& me
   data->GetPointData()->SetNormals(normals);
   data->GetPointData()->SetScalars(colors);
   return data;
+}
+
+void light_reversed_triangles(vtkActor* actor) {
+  constexpr const char* k_reversal = "if (gl_FrontFacing == false) { normalVCVSOutput = -normalVCVSOutput; }";
+  constexpr const char* k_reversal_away =
+      "if (gl_FrontFacing == false && normalVCVSOutput.z < 0.0) { normalVCVSOutput = -normalVCVSOutput; }";
+  constexpr bool k_is_before_vtk = false, k_is_for_all = true;
+  actor->GetShaderProperty()->AddFragmentShaderReplacement(k_reversal, k_is_before_vtk, k_reversal_away,
+                                                           k_is_for_all);
 }
 
 }  // namespace trephine::view

@@ -23,6 +23,8 @@
 #include <vtkSphereSource.h>
 #include <vtkUnsignedCharArray.h>
 
+#include "apps/view/bone_mesh.h"
+
 namespace trephine::view {
 
 using glm::dvec3;
@@ -151,6 +153,7 @@ vtkSmartPointer<vtkActor> make_actor(vtkPolyData* data, const Colour& colour) {
   actor->GetProperty()->SetColor(colour.r, colour.g, colour.b);
   actor->GetProperty()->SetSpecular(0.15);
   actor->GetProperty()->SetSpecularPower(25);
+  light_reversed_triangles(actor);
   actor->PickableOff();
   return actor;
 }

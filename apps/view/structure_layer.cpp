@@ -65,6 +65,7 @@ StructureLayer::Parts::Shown& StructureLayer::Parts::at(int id) {
   shown.actor->GetProperty()->SetSpecular(0.2);
   shown.actor->GetProperty()->SetSpecularPower(25);
   shown.actor->GetProperty()->SetAmbient(0.12);
+  light_reversed_triangles(shown.actor);
   shown.actor->PickableOff();
   shown.actor->VisibilityOff();
   renderer->AddActor(shown.actor);

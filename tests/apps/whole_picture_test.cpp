@@ -8,11 +8,14 @@
 #include <glm/trigonometric.hpp>
 #include <gtest/gtest.h>
 #include <thread>
+#include <vtkActor.h>
+#include <vtkActorCollection.h>
 #include <vtkCamera.h>
 #include <vtkFloatArray.h>
 #include <vtkNew.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
+#include <vtkShaderProperty.h>
 #include <vtkUnsignedCharArray.h>
 
 #include "apps/bench/scenes/scenes.h"
@@ -28,6 +31,7 @@ namespace {
 constexpr int k_width = 480, k_height = 360;
 
 struct Picture {
+  int width, height;
   std::vector<float> depth;
   std::vector<unsigned char> colours;  ///< red, green, blue
   bool is_drawn(int x, int y) const { return depth[index(x, y)] < 0.9999999f; }
@@ -35,17 +39,18 @@ struct Picture {
     const std::size_t i = 3 * index(x, y);
     return 0.30 * colours[i] + 0.59 * colours[i + 1] + 0.11 * colours[i + 2];
   }
-  static std::size_t index(int x, int y) { return static_cast<std::size_t>(y * k_width + x); }
+  std::size_t index(int x, int y) const { return static_cast<std::size_t>(y * width + x); }
 };
 
 Picture read(vtkRenderWindow* window) {
-  Picture picture;
+  const int width = window->GetSize()[0], height = window->GetSize()[1];
+  Picture picture{width, height, {}, {}};
   vtkNew<vtkFloatArray> depth;
   vtkNew<vtkUnsignedCharArray> colours;
-  window->GetZbufferData(0, 0, k_width - 1, k_height - 1, depth);
-  window->GetPixelData(0, 0, k_width - 1, k_height - 1, 0, colours);
-  picture.depth.assign(depth->GetPointer(0), depth->GetPointer(0) + k_width * k_height);
-  picture.colours.assign(colours->GetPointer(0), colours->GetPointer(0) + 3 * k_width * k_height);
+  window->GetZbufferData(0, 0, width - 1, height - 1, depth);
+  window->GetPixelData(0, 0, width - 1, height - 1, 0, colours);
+  picture.depth.assign(depth->GetPointer(0), depth->GetPointer(0) + width * height);
+  picture.colours.assign(colours->GetPointer(0), colours->GetPointer(0) + 3 * width * height);
   return picture;
 }
 
@@ -110,7 +115,7 @@ class Silhouette {
       : rays_(k_width * k_height), bone_(k_width * k_height) {
     for (int y = 0; y < k_height; y += k_step)
       for (int x = 0; x < k_width; x += k_step) {
-        const std::size_t i = Picture::index(x, y);
+        const std::size_t i = index(x, y);
         rays_[i] = picture.ray_at((x + 0.5) / k_width, (y + 0.5) / k_height);
         bone_[i] = bone.distance(rays_[i]);
       }
@@ -122,8 +127,8 @@ class Silhouette {
     for (int j = -margin; j <= margin; ++j)
       for (int i = -margin; i <= margin; ++i) {
         const int u = x + i * k_step, v = y + j * k_step;
-        if (u < 0 || v < 0 || u >= k_width || v >= k_height || bone_[Picture::index(u, v)] < 0) return -1;
-        most = std::max(most, bone_[Picture::index(u, v)]);
+        if (u < 0 || v < 0 || u >= k_width || v >= k_height || bone_[index(u, v)] < 0) return -1;
+        most = std::max(most, bone_[index(u, v)]);
       }
     return most;
   }
@@ -137,7 +142,7 @@ class Silhouette {
       for (int x = 0; x < k_width; x += k_step) {
         const double bone = farthest(x, y, margin);
         if (bone < 0) continue;
-        const std::size_t i = Picture::index(x, y);
+        const std::size_t i = index(x, y);
         const double z = static_cast<double>(picture.depth[i]);
         const double ahead = range[0] * range[1] / (range[1] - z * (range[1] - range[0]));
         const double seen =
@@ -150,6 +155,8 @@ class Silhouette {
   }
 
  private:
+  static std::size_t index(int x, int y) { return static_cast<std::size_t>(y * k_width + x); }
+
   static constexpr int k_step = 2;
   std::vector<Ray> rays_;
   std::vector<double> bone_;
@@ -284,6 +291,46 @@ TEST(WholePicture, CoarseSurfacesHaveNoFoldedTriangles) {
   EXPECT_GT(triangles, 10000);
   EXPECT_EQ(folded, 0);
   EXPECT_GT(turned, 100);
+}
+
+/// Counts pixels of bone that are much darker than all eight pixels around them.
+int dark_specks(const Picture& picture) {
+  constexpr double k_darker = 35;  // of 255
+  int count = 0;
+  for (int y = 1; y + 1 < picture.height; ++y)
+    for (int x = 1; x + 1 < picture.width; ++x) {
+      double around = 255;
+      for (int n = 0; n < 9; ++n) {
+        const int u = x + n % 3 - 1, v = y + n / 3 - 1;
+        if (n != 4) around = std::min(around, picture.is_drawn(u, v) ? picture.light(u, v) : 0);
+      }
+      count += picture.light(x, y) < around - k_darker;
+    }
+  return count;
+}
+
+/// Narrow triangles that the rounding to pixels reverses are lit like those around them.
+TEST(WholePicture, CoarseSurfacesHaveNoDarkSpecks) {
+  const haptics::TouchScene scene = scenes::phantom_scene("head", {});
+  Subject subject(scene);
+  subject.window()->SetSize(1200, 900);
+  const auto specks = [&] {
+    int count = 0;
+    for (const char side : {'A', 'P'})
+      for (const double nearer : {1.0, 2.0}) {
+        subject.aim_camera(side, nearer);
+        subject.picture().draw();
+        EXPECT_FALSE(subject.picture().is_complete());
+        count += dark_specks(read(subject.window()));
+      }
+    return count;
+  };
+  EXPECT_EQ(specks(), 0);
+  // The planted fault: the lighting of VTK.
+  vtkActorCollection* actors = subject.picture().view().renderer()->GetActors();
+  actors->InitTraversal();
+  while (vtkActor* actor = actors->GetNextActor()) actor->GetShaderProperty()->ClearAllShaderReplacements();
+  EXPECT_GT(specks(), 5);
 }
 
 /// The worker makes the reduced surfaces before the chunks, and discards them when the last chunk is
