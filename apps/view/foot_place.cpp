@@ -198,7 +198,7 @@ FootSearch find_edge(const BoneTest& is_bone, const FootTool& tool, const dvec3&
   }
   return {std::nullopt, is_too_thick
                             ? "the bone is thicker than the jaws open. Thin it with a burr first."
-                            : "the foot has no room at this edge. Try another position, or tilt the tool."};
+                            : "the foot has no room at this edge. Return to a burr hole, or tilt the tool."};
 }
 
 std::optional<double> foot_depth(const BoneTest& is_bone, const FootTool& tool, const dvec3& at_world,

@@ -45,6 +45,7 @@ void PaneController::begin() {
   shadow_instrument_ = {}, shadow_.reset();
   shots_.reset();
   is_placed_ = false, exposed_ = 0, unconfirmed_shots_ = 0;
+  shown_t_ = 0;
 }
 
 /// Applies the settings that changed since the last frame.
@@ -122,7 +123,11 @@ bool PaneController::frame(const PaneInput& input) {
   if (input.is_tool_at_object) tool_ = {tip, tip + k_shaft * shaft};
   panes_.show_tool(tip, shaft);
   show_tool_in_xrays(input);
-  if (follows_tool && (r.has_contact || input.is_inserted))
+  // After a jump in a replay, the slices show the tool, whatever they showed before the jump.
+  constexpr double k_jump_s = 2;
+  const double since_last = r.t - std::exchange(shown_t_, r.t);
+  const bool has_jumped = !apply && input.is_tool_at_object && (since_last < 0 || since_last > k_jump_s);
+  if (follows_tool && (r.has_contact || input.is_inserted || has_jumped))
     panes_.set_focus(r.has_contact ? middle - input.touch_radius * r.normal_world : middle);
   if (panes_.is_live() && !panes_.shows(imaging::PaneKind::xray)) set_live(false);
   if (panes_.is_live()) {

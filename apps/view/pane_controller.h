@@ -50,7 +50,8 @@ class PaneController {
   /// True if the operation has executed a shot whose image is not taken yet. False in a replay.
   bool is_shot_due(std::span<const std::shared_ptr<const sim::Value>> settings) const;
 
-  /// True: the focus follows the contact point while the tool touches, or the tip of an inserted tool.
+  /// True: the focus follows the contact point while the tool touches, or the tip of an inserted tool. After
+  /// a jump in a replay, the focus is the tip.
   bool follows_tool = true;
   /// Tip of the tool and a point up its shaft; null if unknown.
   const std::array<glm::dvec3, 2>* tool() const noexcept { return tool_ ? &*tool_ : nullptr; }
@@ -87,6 +88,7 @@ class PaneController {
   bool is_placed_ = false;     ///< the pose of the C-arm was sent to the operation, or set by it
   int unconfirmed_shots_ = 0;  ///< live exposures that were reported but not confirmed yet
   double exposed_ = 0;         ///< duration of live X-rays not yet reported, s
+  double shown_t_ = 0;         ///< s, time of the last frame's record
   std::optional<Clip> clip_;
 };
 

@@ -152,7 +152,7 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "no edge of bone is near. Move the tool to an edge."),
       QT_TRANSLATE_NOOP("messages", "the bone is thicker than the jaws open. Thin it with a burr first."),
       QT_TRANSLATE_NOOP("messages",
-                        "the foot has no room at this edge. Try another position, or tilt the tool."),
+                        "the foot has no room at this edge. Return to a burr hole, or tilt the tool."),
       QT_TRANSLATE_NOOP(
           "messages",
           "the foot has no room under the bone. Widen the inner side of the hole with a burr, to about %1"),

@@ -42,6 +42,34 @@ TEST(PaneController, AReplayThatGoesBackHasNoLaterXray) {
   EXPECT_TRUE(has_image(1, k_patience));
 }
 
+/// After a jump in a replay, the slices do not depend on what was shown before.
+TEST(PaneController, SlicesShowTheToolAfterAJumpInAReplay) {
+  const haptics::TouchScene scene = scenes::phantom_scene("sphere", {});
+  haptics::ServoRecord record;
+  PaneController panes(3);
+  panes.begin();
+  const auto focus_at = [&](double t, const glm::dvec3& tool) {
+    record.t = t, record.pose.position_world = tool;
+    const PaneInput input{.scene = scene,
+                          .version = std::make_shared<volume::Version>(scene.base),
+                          .plan = nullptr,
+                          .settings = {},
+                          .forbidden = {},
+                          .newest = record,
+                          .camera = {},
+                          .clip = {}};
+    panes.frame(input);
+    return panes.panes().focus();
+  };
+  const glm::dvec3 tool(1, 2, 3);
+  EXPECT_NE(focus_at(0.1, tool), tool) << "it touches nothing";
+  EXPECT_EQ(focus_at(10, tool), tool);
+  EXPECT_EQ(focus_at(10.1, {4, 5, 6}), tool) << "no jump";
+  EXPECT_EQ(focus_at(3, {7, 8, 9}), glm::dvec3(7, 8, 9));
+  panes.apply = [](const sim::Value&) {};
+  EXPECT_EQ(focus_at(20, tool), glm::dvec3(7, 8, 9)) << "an operation has no jumps";
+}
+
 /// A probe in its track touches nothing, but the slices follow its tip.
 TEST(PaneController, FollowsAnInsertedTool) {
   const haptics::TouchScene scene = scenes::phantom_scene("sphere", {});

@@ -573,8 +573,8 @@
         <translation>der Knochen ist dicker, als sich das Maul öffnet. Zuerst mit einer Fräse ausdünnen.</translation>
     </message>
     <message>
-        <source>the foot has no room at this edge. Try another position, or tilt the tool.</source>
-        <translation>der Fuß hat an diesem Rand keinen Platz. Eine andere Stelle versuchen oder das Werkzeug kippen.</translation>
+        <source>the foot has no room at this edge. Return to a burr hole, or tilt the tool.</source>
+        <translation>der Fuß hat an diesem Rand keinen Platz. Zu einem Bohrloch zurückkehren oder das Werkzeug kippen.</translation>
     </message>
     <message>
         <source>the foot has no room under the bone. Widen the inner side of the hole with a burr, to about %1</source>
