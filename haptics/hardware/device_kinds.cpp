@@ -21,8 +21,6 @@ namespace trephine::haptics {
 
 namespace {
 
-constexpr std::uint16_t k_ftdi = 0x0403, k_falcon = 0xcb48;
-constexpr std::uint16_t k_force_dimension = 0x1451, k_3d_systems = 0x2988, k_any_product = 0;
 constexpr std::size_t k_largest_firmware = 1 << 20;  // bytes; the known image has about 20 kB
 constexpr const char* k_rules_remedy =
     "install packaging/60-trephine.rules in /etc/udev/rules.d, then plug it in again";
@@ -72,7 +70,7 @@ Result<std::shared_ptr<Device>> make_falcon(const std::string& selector, const D
   const auto index = index_of(selector, "falcon");
   if (!index) return index.error();
   FalconChoice choice;
-  choice.open_link = [i = index.value()] { return open_usb(k_ftdi, k_falcon, i, "falcon"); };
+  choice.open_link = [i = index.value()] { return open_usb(usb_ids_of("falcon"), i); };
   choice.read_firmware = [host] { return read_firmware(host); };
   if (host.notice) choice.notice = host.notice;
   return std::shared_ptr<Device>(std::make_shared<FalconDevice>(std::move(choice)));
@@ -85,10 +83,9 @@ DeviceCheck check_node(const std::string& product, const std::string& name, cons
           is_accessible ? "" : k_rules_remedy, !is_accessible, node};
 }
 
-/// Checks the devices of a vendor on the USB.
-std::vector<DeviceCheck> check_usb(std::uint16_t vendor, std::uint16_t product, const std::string& label,
-                                   const std::string& kind) {
-  const auto found = find_usb(vendor, product);
+/// Checks the connected devices of a driver. `label`: name of such a device.
+std::vector<DeviceCheck> check_usb(const std::string& kind, const std::string& label) {
+  const auto found = find_usb(usb_ids_of(kind));
   if (!found) return {{found.error().what, found.error().remedy, true}};
   std::vector<DeviceCheck> checks;
   for (std::size_t i = 0; i < found.value().size(); ++i) {
@@ -107,7 +104,7 @@ void add_library_check(std::vector<DeviceCheck>& checks, const Status& error, co
 }
 
 std::vector<DeviceCheck> check_falcon(const DeviceHost& host) {
-  std::vector<DeviceCheck> checks = check_usb(k_ftdi, k_falcon, "Novint Falcon", "falcon");
+  std::vector<DeviceCheck> checks = check_usb("falcon", "Novint Falcon");
   if (!checks.empty() && checks.front().node.empty()) return checks;
   std::error_code error;
   if (!checks.empty() && !std::filesystem::exists(firmware_file(host), error))
@@ -181,13 +178,13 @@ std::vector<std::string> find_touch_ports() {
     if (!name.starts_with("ttyACM")) continue;
     std::string vendor;
     std::ifstream(it->path() / "device" / ".." / "idVendor") >> vendor;
-    if (vendor == "2988") ports.push_back("/dev/" + name);
+    if (vendor == hex_of(usb_ids_of("touch").vendor)) ports.push_back("/dev/" + name);
   }
   return ports;
 }
 
 std::vector<DeviceCheck> check_touch(const DeviceHost&) {
-  const auto found = find_usb(k_3d_systems, k_any_product);
+  const auto found = find_usb(usb_ids_of("touch"));
   if (!found || found.value().empty()) return {};
   std::vector<DeviceCheck> checks;
   for (const std::string& port : find_touch_ports())
@@ -207,8 +204,7 @@ Result<std::shared_ptr<Device>> make_force_dimension(const std::string& selector
 }
 
 std::vector<DeviceCheck> check_force_dimension(const DeviceHost&) {
-  std::vector<DeviceCheck> checks =
-      check_usb(k_force_dimension, k_any_product, "Force Dimension device", "omega");
+  std::vector<DeviceCheck> checks = check_usb("omega", "Force Dimension device");
   if (!checks.empty() && !checks.front().node.empty())
     add_library_check(checks, check_dhd_library(), "Force Dimension");
   return checks;

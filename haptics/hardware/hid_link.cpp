@@ -4,11 +4,12 @@
 #include <hidapi/hidapi.h>
 #include <unistd.h>
 
+#include "haptics/hardware/usb_ids.h"
+
 namespace trephine::haptics {
 
 namespace {
 
-constexpr std::uint16_t k_logitech = 0x046d, k_3dconnexion = 0x256f;
 constexpr std::uint16_t k_generic_desktop = 1, k_multi_axis = 8;
 
 std::string narrow(const wchar_t* text) {
@@ -44,8 +45,9 @@ Result<std::vector<HidDevice>> find_spacemice() {
                  .remedy = "check that /dev/hidraw0 exists",
                  .kind = ErrorKind::missing_here};
   std::vector<HidDevice> found;
-  for (const std::uint16_t vendor : {k_logitech, k_3dconnexion}) {
-    hid_device_info* const list = hid_enumerate(vendor, 0);
+  for (const UsbIds& ids : usb_ids()) {
+    if (ids.device != "spacemouse") continue;
+    hid_device_info* const list = hid_enumerate(ids.vendor, 0);
     for (const hid_device_info* info = list; info != nullptr; info = info->next) {
       if (info->usage_page != k_generic_desktop || info->usage != k_multi_axis) continue;
       HidDevice device{.node = info->path,

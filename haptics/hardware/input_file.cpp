@@ -12,12 +12,20 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include "haptics/hardware/usb_ids.h"
+
 namespace trephine::haptics {
 
 namespace {
 
-/// Vendor and product of pedals that report themselves as keyboards: PCsensor FootSwitch and its successors.
-constexpr const char* k_pedals[][2] = {{"0c45", "7403"}, {"0c45", "7404"}, {"3553", "b001"}};
+/// Returns true for pedals that report themselves as keyboards. `vendor`, `product`: as sysfs writes them.
+bool is_pedal(const std::string& vendor, const std::string& product) {
+  for (const UsbIds& ids : usb_ids())
+    if (ids.device == "pedal" && ids.node == NodeKind::input && hex_of(ids.vendor) == vendor)
+      for (const std::uint16_t known : ids.products)
+        if (hex_of(known) == product) return true;
+  return false;
+}
 
 std::string line_of(const std::filesystem::path& file) {
   std::string line;
@@ -51,12 +59,9 @@ std::vector<PedalNode> find_pedals() {
     const std::string event = it->path().filename();
     if (!event.starts_with("event")) continue;
     const std::filesystem::path device = it->path() / "device";
-    const std::string vendor = line_of(device / "id/vendor"), product = line_of(device / "id/product");
-    for (const auto& pedal : k_pedals) {
-      if (vendor != pedal[0] || product != pedal[1]) continue;
-      const std::string node = "/dev/input/" + event;
-      found.push_back({node, line_of(device / "name"), ::access(node.c_str(), R_OK) == 0});
-    }
+    if (!is_pedal(line_of(device / "id/vendor"), line_of(device / "id/product"))) continue;
+    const std::string node = "/dev/input/" + event;
+    found.push_back({node, line_of(device / "name"), ::access(node.c_str(), R_OK) == 0});
   }
   std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.node < b.node; });
   return found;

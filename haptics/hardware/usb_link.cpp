@@ -1,5 +1,6 @@
 #include "haptics/hardware/usb_link.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <libusb.h>
 #include <unistd.h>
@@ -23,18 +24,23 @@ struct Context {
   }
 };
 
-/// Calls each(device) for the devices of a vendor and product, until it returns false. Returns 0, or the code
-/// of an error.
+bool matches(const UsbIds& ids, const libusb_device_descriptor& device) {
+  return device.idVendor == ids.vendor &&
+         (ids.products.empty() ||
+          std::find(ids.products.begin(), ids.products.end(), device.idProduct) != ids.products.end());
+}
+
+/// Calls each(device) for the devices of an entry, until it returns false. Returns 0, or the code of an
+/// error.
 template <class Each>
-int for_devices(libusb_context* context, std::uint16_t vendor, std::uint16_t product, const Each& each) {
+int for_devices(libusb_context* context, const UsbIds& ids, const Each& each) {
   libusb_device** list = nullptr;
   const ssize_t count = libusb_get_device_list(context, &list);
   if (count < 0) return static_cast<int>(count);
   for (ssize_t i = 0; i < count; ++i) {
     libusb_device_descriptor descriptor{};
     if (libusb_get_device_descriptor(list[i], &descriptor) != 0) continue;
-    if (descriptor.idVendor == vendor && (product == 0 || descriptor.idProduct == product) && !each(list[i]))
-      break;
+    if (matches(ids, descriptor) && !each(list[i])) break;
   }
   libusb_free_device_list(list, 1);
   return 0;
@@ -104,11 +110,11 @@ std::string UsbDevice::node() const {
   return text;
 }
 
-Result<std::vector<UsbDevice>> find_usb(std::uint16_t vendor, std::uint16_t product) {
+Result<std::vector<UsbDevice>> find_usb(const UsbIds& ids) {
   const Context context;
   if (context.error != 0) return no_libusb(context.error);
   std::vector<UsbDevice> found;
-  const int code = for_devices(context.usb, vendor, product, [&](libusb_device* device) {
+  const int code = for_devices(context.usb, ids, [&](libusb_device* device) {
     found.push_back(describe(device));
     return true;
   });
@@ -116,15 +122,15 @@ Result<std::vector<UsbDevice>> find_usb(std::uint16_t vendor, std::uint16_t prod
   return found;
 }
 
-Result<std::unique_ptr<UsbLink>> open_usb(std::uint16_t vendor, std::uint16_t product, std::size_t index,
-                                          const std::string& name) {
+Result<std::unique_ptr<UsbLink>> open_usb(const UsbIds& ids, std::size_t index) {
+  const std::string name(ids.device);
   auto context = std::make_unique<Context>();
   if (context->error != 0) return no_libusb(context->error);
   libusb_device_handle* handle = nullptr;
   int code = LIBUSB_ERROR_NO_DEVICE;
   std::size_t at = 0;
   std::string node;
-  for_devices(context->usb, vendor, product, [&](libusb_device* device) {
+  for_devices(context->usb, ids, [&](libusb_device* device) {
     if (at++ != index) return true;
     node = describe(device).node();
     code = libusb_open(device, &handle);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "haptics/hardware/links.h"
+#include "haptics/hardware/usb_ids.h"
 
 namespace trephine::haptics {
 
@@ -15,12 +16,10 @@ struct UsbDevice {
   std::string node() const;    ///< file of the device, /dev/bus/usb/...
 };
 
-/// Returns the devices of a vendor and product, in the order in which libusb lists them. `product` 0: all
-/// products of the vendor.
-Result<std::vector<UsbDevice>> find_usb(std::uint16_t vendor, std::uint16_t product);
-/// Opens a device by its index among the devices of a vendor and product. `name`: name of the device, for
-/// errors. If a driver of the kernel uses the device, the driver is detached until the link is closed.
-Result<std::unique_ptr<UsbLink>> open_usb(std::uint16_t vendor, std::uint16_t product, std::size_t index,
-                                          const std::string& name);
+/// Returns the connected devices of an entry, in the order in which libusb lists them.
+Result<std::vector<UsbDevice>> find_usb(const UsbIds& ids);
+/// Opens a device by its index in the result of find_usb(). If a driver of the kernel uses the device, the
+/// driver is detached until the link is closed.
+Result<std::unique_ptr<UsbLink>> open_usb(const UsbIds& ids, std::size_t index);
 
 }  // namespace trephine::haptics

@@ -1,13 +1,18 @@
 // Fuzzes what devices send: the first byte selects the parser, the rest arrives in pieces.
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <span>
+#include <thread>
+#include <unistd.h>
 
 #include "haptics/device/falcon_frame.h"
 #include "haptics/device/falcon_kinematics.h"
 #include "haptics/device/spacemouse.h"
+#include "haptics/hardware/input_file.h"
 #include "haptics/hardware/inverse3_message.h"
+#include "haptics/hardware/pedal_device.h"
 #include "haptics/hardware/web_socket.h"
 
 using namespace trephine::haptics;
@@ -78,12 +83,35 @@ void fuzz_inverse3(std::span<const std::uint8_t> bytes) {
   require(!inverse3_force(state->device, {1, 2, 3}).empty());
 }
 
+/// The other end of a pipe sends the bytes, then closes it.
+void fuzz_pedal(std::span<const std::uint8_t> bytes) {
+  if (bytes.empty()) return;
+  int ends[2];
+  require(::pipe(ends) == 0);
+  PedalDevice pedal([&]() -> trephine::Result<InputFile> {
+    return InputFile{.descriptor = ends[0],
+                     .axes = {{0, -5, 5, 0}, {1, 0, 255, 255}, {2, 7, 7, 7}},
+                     .is_raw = (bytes[0] & 1) != 0,
+                     .has_report_number = (bytes[0] & 2) != 0};
+  });
+  constexpr std::size_t k_most = 4096;  // bytes; a pipe holds more
+  const auto sent = bytes.subspan(1).first(std::min(bytes.size() - 1, k_most));
+  require(::write(ends[1], sent.data(), sent.size()) == static_cast<ssize_t>(sent.size()));
+  ::close(ends[1]);
+  require(!pedal.open());
+  Pose pose;
+  for (int i = 0; i < 1000 && pedal.read(0.001 * i, pose); ++i) {
+    for (const float axis : pose.axes) require(axis >= 0 && axis <= 1);
+    std::this_thread::yield();
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 2) return 0;
   const std::span<const std::uint8_t> rest(data + 1, size - 1);
-  switch (data[0] % 4) {
+  switch (data[0] % 6) {
     case 0:
       fuzz_falcon(rest);
       break;
@@ -93,8 +121,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     case 2:
       fuzz_web_socket(rest);
       break;
-    default:
+    case 3:
       fuzz_inverse3(rest);
+      break;
+    case 4:
+      fuzz_pedal(rest);
+      break;
+    default:
+      (void)has_report_number(rest);
   }
   return 0;
 }

@@ -1,8 +1,10 @@
-// SpaceMouseDevice and PedalDevice against scripted links.
+// SpaceMouseDevice and PedalDevice against scripted links; the table of USB ids.
 #include <chrono>
 #include <deque>
+#include <fstream>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <iterator>
 #include <linux/input.h>
 #include <mutex>
 #include <thread>
@@ -11,6 +13,7 @@
 #include "haptics/hardware/input_file.h"
 #include "haptics/hardware/pedal_device.h"
 #include "haptics/hardware/spacemouse_device.h"
+#include "haptics/hardware/usb_ids.h"
 #include "tests/haptics/hardware/waiting.h"
 
 using namespace trephine;
@@ -70,6 +73,26 @@ struct Pipe {
     ends[1] = -1;
   }
 };
+
+std::string text_of_file(const std::string& path) {
+  std::ifstream in(std::string(TREPHINE_SOURCE_DIR) + "/" + path);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// The installed rules and the documentation contain the ids that the drivers look for, and no others.
+TEST(UsbIds, RulesAndDocumentationFollowTheTable) {
+  EXPECT_EQ(text_of_file("packaging/60-trephine.rules"), udev_rules());
+  const std::string docs = text_of_file("docs/devices.md");
+  const auto documented = [&](std::uint16_t vendor, const std::string& product) {
+    return docs.find("`" + hex_of(vendor) + ":" + product + "`") != std::string::npos;
+  };
+  for (const UsbIds& ids : usb_ids()) {
+    EXPECT_EQ(documented(ids.vendor, "*"), ids.products.empty()) << ids.name;
+    for (const std::uint16_t product : ids.products)
+      EXPECT_TRUE(documented(ids.vendor, hex_of(product))) << ids.name;
+    EXPECT_NE(docs.find("`" + std::string(ids.device)), std::string::npos) << ids.device;
+  }
+}
 
 }  // namespace
 
