@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-#include "haptics/device/pose_path.h"
+#include "haptics/device/device.h"
 #include "sim/api/command.h"
 #include "sim/api/event.h"
 #include "volume/base/error.h"
@@ -23,7 +23,7 @@
 
 namespace trephine {
 
-using haptics::Pose;
+using haptics::DeviceCapabilities, haptics::Pose;
 using sim::Command, sim::Event, sim::Measure;
 using volume::ImagePlane, volume::Volume;
 
@@ -48,6 +48,8 @@ struct Recording {
 
 struct OperationOptions {
   std::vector<Hand> hands = {Hand()};
+  /// Devices that render the forces. Force, torque and stiffness are reduced to their limits.
+  std::vector<DeviceCapabilities> devices = {};
   /// Solid that is touched and cut; at most one of these three. By default the touchable structures of a
   /// case, or bone.
   std::optional<double> iso = std::nullopt;  ///< this value and above
@@ -78,6 +80,42 @@ struct Touch {
   /// Bits of haptics::FaultBit: faults that are latched until reset(), and limits that were applied to the
   /// force in this tick. A latched fault brings the force to 0, by default within 50 ms.
   std::uint32_t faults = 0;
+};
+
+struct DeviceOptions {
+  std::string pedal = {};  ///< "pedal", "pedal:1": its buttons are added to the poses; empty: no pedal
+  double scale = 1;        ///< motion of the tool per motion of the device, 0.1 to 10
+  /// Position of the tool when the device is opened, and axes of the device: x to the right, y up, z toward
+  /// the user.
+  haptics::DeviceView view = {};
+  /// Receives instructions for the user, such as how to home the device, while open() waits.
+  std::function<void(const std::string& text)> notice = [](const std::string&) {};
+};
+
+/// A haptic device, a 3-D mouse or a recorded path that moves a hand of an operation, for programs with a
+/// servo loop of their own: read() a pose, Operation::step(), write() the result, about once per millisecond.
+class HandDevice {
+ public:
+  /// Opens a device by its name: "falcon", "touch", "spacemouse:1", "playback:PATH.csv", "virtual:PATH.csv"
+  /// (docs/devices.md). Takes up to some seconds, longer while the user homes the device.
+  static Result<HandDevice> open(const std::string& name, const DeviceOptions& options = {});
+  HandDevice(HandDevice&&) noexcept = default;
+  HandDevice& operator=(HandDevice&&) noexcept;
+  ~HandDevice();  ///< switches the force off
+  /// For OperationOptions::devices.
+  const DeviceCapabilities& capabilities() const noexcept { return capabilities_; }
+  /// Returns the pose at time t (s) of the program's loop; nullopt if the device does not respond. In that
+  /// case, write an empty Touch, so that the hand has no force. Does not wait.
+  std::optional<Pose> read(double t) noexcept;
+  /// Renders the force and torque of a step, within the limits of the device. Hardware switches its force off
+  /// 50 ms after the last call. Does not wait.
+  void write(const Touch& touch) noexcept;
+
+ private:
+  HandDevice(std::shared_ptr<haptics::Device> device, DeviceCapabilities capabilities) noexcept
+      : device_(std::move(device)), capabilities_(std::move(capabilities)) {}
+  std::shared_ptr<haptics::Device> device_;  ///< null after a move
+  DeviceCapabilities capabilities_;
 };
 
 /// Triangles in the world frame, mm, counter-clockwise as viewed from outside.

@@ -25,6 +25,7 @@ workbench::OperationChoice choice_of(const OperationOptions& options) {
   choice.shape.label = options.label;
   choice.hands.clear();
   for (const Hand& hand : options.hands) choice.hands.push_back(spec_of(hand));
+  choice.devices = options.devices;
   choice.rate_hz = options.rate_hz;
   choice.smallest_burr = options.smallest_burr;
   return choice;

@@ -5,7 +5,7 @@
 #include <glm/geometric.hpp>
 #include <optional>
 
-#include "apps/c_api/c_parts.h"
+#include "apps/c_api/device_handle.h"
 
 using namespace trephine;
 using c_api::bad;
@@ -87,6 +87,12 @@ Result<Operation> open_scan(const trephine_scan* scan) {
   options.window = text_or_empty(scan->window);
   options.label = text_or_empty(scan->label);
   options.uses_plan = scan->uses_plan != 0;
+  if (scan->device_count > 0 && scan->devices == nullptr)
+    return bad("an argument is missing", "NULL", "device_count devices");
+  for (std::size_t d = 0; d < scan->device_count; ++d) {
+    if (scan->devices[d] == nullptr) return bad("an argument is missing", "NULL", "an open device");
+    options.devices.push_back(scan->devices[d]->device.capabilities());
+  }
   if (scan->rate_hz != 0) options.rate_hz = scan->rate_hz;
   options.recording = recording_of(scan->record, scan->is_embedding);
   return Operation::open(scan->path, options);

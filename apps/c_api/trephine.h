@@ -1,6 +1,7 @@
 /* C interface of trephine, for any program that loads a library: game engines, haptics SDKs, other languages.
  *
  *   Operations   a scan with hands and instruments: cuts, commands, undo, events, images, sessions
+ *   Devices      haptic devices, 3-D mice and pedals that move the hands of an operation
  *   Touch        contact with voxels and models alone, for hosts with a servo loop of their own
  *
  * Lengths mm, forces N, time s; world frame (DICOM LPS). Handles are opaque. Functions that can fail report
@@ -18,7 +19,7 @@
 extern "C" {
 #endif
 
-#define TREPHINE_ABI_VERSION 2
+#define TREPHINE_ABI_VERSION 3
 
 enum trephine_code {
   TREPHINE_OK = 0,
@@ -102,6 +103,8 @@ typedef struct trephine_tool {
   const char* method;     /* contact method; NULL: "subvoxel" */
 } trephine_tool;
 
+typedef struct trephine_device trephine_device;
+
 /* Specification of an operation on a file. Unused members are 0. */
 typedef struct trephine_scan {
   const char* path;           /* DICOM folder, file, case; or a phantom: "head", "spine" */
@@ -113,6 +116,9 @@ typedef struct trephine_scan {
   double rate_hz;     /* ticks per second; 0: 1000 */
   const char* record; /* a new file; NULL: no recording */
   int is_embedding;   /* nonzero: also writes the scan to that file */
+  /* Devices that render the forces: force, torque and stiffness are reduced to their limits. */
+  const trephine_device* const* devices;
+  size_t device_count;
 } trephine_scan;
 
 typedef struct trephine_pose {
@@ -241,6 +247,47 @@ int trephine_operation_slice(const trephine_operation* operation, const double m
 int trephine_operation_xray(trephine_operation* operation, const double isocentre[3], double primary,
                             double secondary, double pixel, int columns, int rows, uint8_t* greys,
                             trephine_error* error);
+
+/* ======== Devices ========
+ *
+ * A device moves a hand of an operation: read a pose, step the operation, write the touch, about once per
+ * millisecond. Reading and writing neither allocate nor wait. A device belongs to one thread at a time. */
+
+typedef struct trephine_device_options {
+  const char* pedal; /* "pedal", "pedal:1": its buttons are added to the poses; NULL: no pedal */
+  double scale;      /* motion of the tool per motion of the device, 0.1 to 10; 0: 1 */
+  double start[3];   /* mm, position of the tool when the device is opened */
+  /* Rotation from the device (x to the right, y up, z toward the user) to the world, unit quaternion w x y z;
+   * all 0: identity. */
+  double rotation[4];
+  void (*notice)(const char* text, void* user); /* receives instructions for the user; may be NULL */
+  void* user;
+} trephine_device_options;
+
+/* Capabilities of an open device. */
+typedef struct trephine_device_info {
+  char name[64];
+  int degrees_of_freedom;
+  double max_force;        /* N; 0: no force output */
+  double max_torque;       /* N mm; 0: no torque output, or unknown */
+  double max_stiffness;    /* N/mm; 0: unknown */
+  double workspace_radius; /* mm */
+} trephine_device_info;
+
+/* Opens a device by its name: "falcon", "touch", "spacemouse:1", "playback:PATH.csv" (docs/devices.md). Takes
+ * up to some seconds, longer while the user homes the device. `options` may be NULL. Returns NULL on failure.
+ */
+trephine_device* trephine_device_open(const char* name, const trephine_device_options* options,
+                                      trephine_error* error);
+/* Switches the force off, and closes the device. `device` may be NULL. */
+void trephine_device_close(trephine_device* device);
+int trephine_device_get_info(const trephine_device* device, trephine_device_info* info);
+/* Reads the pose at time t (s) of the program's loop. Returns TREPHINE_FAILED, and leaves `pose` as it is, if
+ * the device does not respond. */
+int trephine_device_read(trephine_device* device, double t, trephine_pose* pose);
+/* Renders the force of a touch, and a torque (N mm; may be NULL), within the limits of the device. `touch`
+ * NULL: no force. Hardware switches its force off 50 ms after the last call. */
+int trephine_device_write(trephine_device* device, const trephine_touch* touch, const double torque[3]);
 
 /* ======== Touch ========
  *

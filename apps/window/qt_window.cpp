@@ -398,7 +398,7 @@ void MainWindow::show_notices() {
 void MainWindow::show_state() {
   const haptics::ServoRecord& record = operation_ ? operation_->state().newest : replay_->record();
   const double force = glm::length(record.force_world);
-  force_bar_->show_force(force, haptics::ForceOptions().force_limit);
+  force_bar_->show_force(force, options_.force.force_limit);
   if (is_sound_on_) sound_.show(force, record.pose.is_pressed(), record.has_contact);
   const double removed = operation_ ? operation_->state().removed_mm3 : replay_->engine().removed_mm3();
   const std::size_t changes = operation_ ? operation_->state().strokes : replay_->engine().stroke_count();

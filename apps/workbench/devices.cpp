@@ -184,6 +184,13 @@ Result<ChosenDevices> make_devices(const DeviceChoice& requested, const Listener
   return chosen;
 }
 
+std::vector<haptics::DeviceCapabilities> capabilities_of(const ChosenDevices& chosen) {
+  std::vector<haptics::DeviceCapabilities> all;
+  for (const DevicePointer& device : {chosen.device, chosen.left})
+    if (device) all.push_back(device->capabilities());
+  return all;
+}
+
 Status try_devices(const ChosenDevices& chosen) {
   for (const DevicePointer& device : {chosen.device, chosen.left, chosen.pedal}) {
     if (!device) continue;

@@ -37,6 +37,10 @@ Result<ChosenDevices> make_devices(const DeviceChoice& choice, const Listener& l
 /// appear before the window opens.
 Status try_devices(const ChosenDevices& chosen);
 
+/// Returns the capabilities of the hands' devices; nothing for the mouse. Call after try_devices(): some
+/// devices report their limits only when they are open.
+std::vector<haptics::DeviceCapabilities> capabilities_of(const ChosenDevices& chosen);
+
 /// Loads the library of drivers. Error if it is not installed.
 Result<std::span<const haptics::DeviceKind>> hardware_kinds();
 /// Returns the services of this program for drivers.

@@ -3,6 +3,7 @@
 
 #include "apps/workbench/source.h"
 #include "data-tools/phantoms/screw_model.h"
+#include "haptics/device/device.h"
 #include "sim/api/overlay.h"
 #include "sim/engine/scene_description.h"
 
@@ -70,6 +71,8 @@ struct OperationChoice {
   std::vector<ModelChoice> models;
   double rate_hz = 1000;
   haptics::ForceOptions force;
+  /// Devices that render the forces. Force, torque and stiffness are reduced to their limits.
+  std::vector<haptics::DeviceCapabilities> devices;
   /// Smallest diameter of the instruments that will cut, mm; empty: that of the hands' initial instruments.
   std::optional<double> smallest_burr;
   /// Name of a shipped procedure or path of a file. It replaces the procedure of the plan. Empty: the

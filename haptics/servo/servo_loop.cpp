@@ -76,7 +76,9 @@ Status ServoLoop::start() {
                    .expected = "at most " + rounded_text(limited.force_limit) + " N, " +
                                rounded_text(limited.slew_limit) + " N/s, " +
                                rounded_text(limited.torque_limit) + " N mm",
-                   .remedy = "use within_limits() (haptics/force/coupling.h)"};
+                   .remedy =
+                       "reduce the limits to those of the device with within_limits(); a continued "
+                       "session keeps its limits and needs a device that reaches them"};
   }
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     Status error = hands_[h].device->open();

@@ -323,6 +323,47 @@ TEST(OperationApi, SurfacesBodiesAndScenesInText) {
   EXPECT_EQ(broken.error().where, "model 1");
 }
 
+/// A device moves the hand of an operation. Force and stiffness stay within the limits of the device.
+TEST(OperationApi, ADeviceMovesAHand) {
+  const scenes::Scratch scratch;
+  const std::string path = scratch / "press.csv";
+  std::ofstream(path) << "t,x,y,z\n0,0,-20,74\n0.2,0,-20,74\n0.5,0,-20,67\n1,0,-20,67\n";
+  auto device = HandDevice::open("playback:" + path);
+  ASSERT_TRUE(device.is_ok()) << device.error().message();
+  EXPECT_EQ(device.value().capabilities().name, "playback");
+  const auto most_force = [&](const std::vector<DeviceCapabilities>& devices) {
+    OperationOptions options;
+    options.devices = devices;
+    auto operation = Operation::open("head", options);
+    EXPECT_TRUE(operation.is_ok());
+    double most = 0;
+    for (int tick = 0; tick < 900; ++tick) {
+      const auto pose = device.value().read(0.001 * tick);
+      if (!pose) return -1.0;
+      const auto touch = operation.value().step(*pose);
+      if (!touch.is_ok()) return -2.0;
+      device.value().write(touch.value());
+      most = std::max(most, glm::length(touch.value().force_world));
+    }
+    return most;
+  };
+  const double free = most_force({});
+  EXPECT_GT(free, 1.2);
+  DeviceCapabilities weak;
+  weak.max_force = 1, weak.max_stiffness = 0;
+  EXPECT_NEAR(most_force({weak}), 1, 1e-9);
+  DeviceCapabilities soft;
+  soft.max_stiffness = 0.1;
+  EXPECT_LT(most_force({soft}), 0.1 * 4);
+  EXPECT_GT(most_force({soft}), 0.1 * 2);
+
+  HandDevice moved = std::move(device).value();
+  EXPECT_TRUE(moved.read(0));
+  EXPECT_FALSE(device.value().read(0)) << "it was moved away";
+  expect_error(HandDevice::open("mouse"), "needs a window", "mouse");
+  expect_error(HandDevice::open("no-such-device"), "unknown device", "no-such-device");
+}
+
 TEST(OperationApi, RunsTheLinesOfTheReadme) {
   auto operation =
       trephine::Operation::open("head", {.hands = {{.instrument = "burr", .parameters = "diameter=4"}}})

@@ -140,6 +140,7 @@ class Host {
     view::OpenedScene opened{
         {operation.value().engine()}, source.written_name(), std::move(recorder).value(), "", {path}, {}, {}};
     if (opened.recorder) opened.session_file = record.file;
+    opened.force = operation.value().spec.force;
     opened.scan = path;
     opened.plan = std::make_shared<const volume::SurgicalPlan>(operation.value().spec.plan);
     if (source.plan) opened.models = source.plan->models;
@@ -184,6 +185,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   choice.procedure_use = workbench::ProcedureUse::begins_without_tools;
   choice.shape.omits_holder = true;
   choice.hands[0] = sim::HandSpec(drilling::burr(arguments.burr));
+  choice.devices = workbench::capabilities_of(devices.value());
   if (devices.value().left) choice.hands.emplace_back();  // takes an instrument in the window
   if (Status error = choose_models(arguments.models, choice)) return *error;
   if (arguments.models.is_any()) choice.hands[0].method = haptics::general_method(*choice.hands[0].tool).name;
@@ -213,6 +215,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
 
   view::WindowOptions options;
   options.start = view::WindowStart{operation.engine()};
+  options.force = operation.spec.force;
   options.notices = std::move(notices);
   options.catalogue = &modules::catalogue();
   options.device = devices.value().device;

@@ -165,6 +165,59 @@ static void check_files(void) {
 
 static trephine_operation* const no_operation = NULL;
 
+static void keep_notice(const char* text, void* user) { *(const char**)user = text; }
+
+/* A path moves the hand of an operation whose forces are limited to those of the device. */
+static int check_devices(const char* path) {
+  trephine_error error;
+  CHECK(trephine_device_open(NULL, NULL, &error) == NULL && error.code == TREPHINE_BAD_ARGUMENT);
+  CHECK(trephine_device_open("mouse", NULL, &error) == NULL && strstr(error.text, "window") != NULL);
+  FILE* file = fopen(path, "w");
+  if (!file) return 0;
+  fprintf(file, "t,x,y,z\n0,0,-20,74\n0.5,0,-20,67\n1,0,-20,67\n");
+  fclose(file);
+  char name[5000];
+  snprintf(name, sizeof name, "virtual:%s", path);
+  const char* notice = NULL;
+  trephine_device_options options = {0};
+  options.notice = keep_notice, options.user = &notice;
+  options.rotation[0] = 2;
+  CHECK(trephine_device_open(name, &options, &error) == NULL); /* no unit quaternion */
+  options.rotation[0] = 0;
+  trephine_device* device = trephine_device_open(name, &options, &error);
+  if (!device) return printf("%s\n", error.text), 0;
+  CHECK(notice == NULL); /* a path needs no instructions */
+  trephine_device_info info;
+  CHECK(trephine_device_get_info(device, &info) == TREPHINE_OK && strcmp(info.name, "virtual") == 0);
+  CHECK(info.max_force == 8);
+  trephine_scan scan = {0};
+  const trephine_tool tool = {0};
+  const trephine_device* devices[1] = {device};
+  scan.path = "head", scan.tools = &tool, scan.tool_count = 1;
+  scan.devices = devices, scan.device_count = 1;
+  trephine_operation* operation = trephine_operation_open_scan(&scan, &error);
+  if (!operation) return printf("%s\n", error.text), 0;
+  double most = 0;
+  trephine_pose pose = {{0, 0, 0}, {0, 0, 0, 0}, 0};
+  for (int tick = 0; tick < 800; ++tick) {
+    trephine_touch touch;
+    CHECK(trephine_device_read(device, 0.001 * tick, &pose) == TREPHINE_OK);
+    CHECK(trephine_operation_step(operation, &pose, &touch, &error) == TREPHINE_OK);
+    CHECK(trephine_device_write(device, &touch, NULL) == TREPHINE_OK);
+    for (int a = 0; a < 3; ++a)
+      if (fabs(touch.force[a]) > most) most = fabs(touch.force[a]);
+  }
+  CHECK(most > 0.3 && most <= 8);
+  CHECK(pose.position[2] > 67.2); /* the hand yields to the force */
+  CHECK(trephine_device_write(device, NULL, NULL) == TREPHINE_OK);
+  CHECK(trephine_device_read(NULL, 0, &pose) == TREPHINE_BAD_ARGUMENT);
+  trephine_operation_destroy(operation);
+  trephine_device_close(device);
+  trephine_device_close(NULL);
+  remove(path);
+  return 1;
+}
+
 int main(int argc, char** argv) {
   (void)argc;
   char session[4096], other[4096];
@@ -174,6 +227,7 @@ int main(int argc, char** argv) {
   const trephine_voxels block = make_block();
   check_refusals(&block);
   check_files();
+  CHECK(check_devices(other));
 
   trephine_error error;
   trephine_start start = {0};
