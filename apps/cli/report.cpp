@@ -160,9 +160,11 @@ void notice(const std::string& text) {
 }
 
 workbench::Listener terminal_listener() {
-  return {notice, [](const char* label) {
+  return {notice,
+          [](const char* label) {
             return [line = std::make_shared<ProgressLine>(label)](double share) { return (*line)(share); };
-          }};
+          },
+          is_interrupted};
 }
 
 ProgressLine::~ProgressLine() {

@@ -160,6 +160,22 @@ void OperationController::place_devices() {
   options_.left_device->set_view(left);
 }
 
+bool OperationController::show_workspaces(bool are_shown) {
+  if (!are_shown && shows_workspaces_) shown_.reset();
+  shows_workspaces_ = are_shown;
+  return std::any_of(devices_.begin(), devices_.end(),
+                     [](const haptics::Device* device) { return device->workspace().has_value(); });
+}
+
+/// Adds the clip volumes of depth images and the workspaces of the devices, if they are to be shown.
+sim::Overlays OperationController::with_guides(sim::Overlays overlays) const {
+  if (shows_clip_volumes_) overlays = with_clip_volumes(std::move(overlays), state_.depths);
+  if (shows_workspaces_)
+    for (const haptics::Device* device : devices_)
+      if (const auto workspace = device->workspace()) overlays.push_back(workspace_overlay(*workspace));
+  return overlays;
+}
+
 void OperationController::frame() {
   place_devices();
   if (const std::optional<bool> change = pedal_.change(seconds())) press(*change);
@@ -197,10 +213,10 @@ void OperationController::frame() {
       state_.overlays && std::any_of(state_.overlays->begin(), state_.overlays->end(),
                                      [](const sim::Overlay& overlay) { return overlay.holder >= 0; });
   if (state_.overlays && (is_held || !waits_for_bone()) &&
-      (is_held || shown_ != state_.overlays || shows_clip_volumes_)) {
+      (is_held || shown_ != state_.overlays || shows_clip_volumes_ || shows_workspaces_)) {
     shown_ = state_.overlays;
-    if (shows_clip_volumes_)
-      viewport_.show(with_clip_volumes(*shown_, state_.depths), state_.hands);
+    if (shows_clip_volumes_ || shows_workspaces_)
+      viewport_.show(with_guides(*shown_), state_.hands);
     else
       viewport_.show(*shown_, state_.hands);
   }

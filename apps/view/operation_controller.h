@@ -79,6 +79,8 @@ class OperationController {
     if (!are_shown && shows_clip_volumes_) shown_.reset();
     shows_clip_volumes_ = are_shown;
   }
+  /// Shows or hides the workspaces of the devices. Returns false if no device has a known workspace.
+  bool show_workspaces(bool are_shown);
   /// Sets the depth of a pressed stylus below the surface, mm; limited to 0.5 to 12.
   void set_depth(double mm);
   double depth() const noexcept { return depth_mm_; }
@@ -185,6 +187,7 @@ class OperationController {
   std::shared_ptr<const volume::Version> frozen_version() { return live_.snapshot().get()->undoable.version; }
 
  private:
+  sim::Overlays with_guides(sim::Overlays overlays) const;
   void place_devices();
   /// True if a device has motors, whose force the user must turn on again after a fault.
   bool has_haptic_device() const noexcept { return options_.device || options_.left_device; }
@@ -286,7 +289,7 @@ class OperationController {
   glm::dvec3 hidden_ray_{0, 1, 0};  ///< direction of the cursor's ray at that time
   bool has_click_ = false;          ///< the button was pressed since the last frame, even if released again
   bool is_tip_held_ = false, is_pressed_ = false, is_finished_ = false, is_started_ = false;
-  bool shows_clip_volumes_ = false;
+  bool shows_clip_volumes_ = false, shows_workspaces_ = false;
   bool is_face_refused_ = false;     ///< this press on a cut face was refused
   int scenery_ = -1;                 ///< item that is touched by pictures of the view's depth; -1: none
   volume::Camera requested_camera_;  ///< camera, position and mesh of the last depth request

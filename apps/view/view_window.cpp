@@ -12,6 +12,7 @@
 #include <vtkRenderWindowInteractor.h>
 #include <vtkRenderer.h>
 
+#include "apps/view/device_page.h"
 #include "apps/view/operation_controller.h"
 #include "apps/view/render_window.h"
 #include "apps/view/start_page.h"
@@ -247,6 +248,13 @@ void* window_entry(const char* name) {
 }
 
 }  // namespace
+
+Status open_with_page(const DevicePageOptions& options) {
+  if (has_display())
+    if (void* entry = window_entry(k_device_page_entry))
+      return reinterpret_cast<OpenWithPage>(entry)(options);
+  return options.open([](const std::string&) {}, [] { return false; });
+}
 
 Result<StartChoice> choose_start(const StartPageOptions& options) {
   if (!has_display() && !options.is_offscreen()) return no_display();

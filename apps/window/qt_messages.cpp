@@ -881,6 +881,14 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP(
           "messages",
           "The running tool touches the %1, %2 mm deep; it tears at %3 mm. Move the cursor away to lift it."),
+      QT_TRANSLATE_NOOP(
+          "messages",
+          "Falcon: pull the grip out, then push it in fully. The light turns blue when it is ready."),
+      QT_TRANSLATE_NOOP("messages", "Touch: hold the arm at its reset position for some seconds."),
+      QT_TRANSLATE_NOOP("messages", "Touch: put the stylus into the inkwell until the device is calibrated."),
+      QT_TRANSLATE_NOOP("messages", "loading the firmware of the Falcon, attempt %1 of %2"),
+      QT_TRANSLATE_NOOP("messages", "the opening of the device was cancelled"),
+      QT_TRANSLATE_NOOP("messages", "open it again, or use the mouse"),
   };
   return k_patterns;
 }

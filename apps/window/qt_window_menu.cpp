@@ -149,6 +149,12 @@ void MainWindow::build_menu() {
   add(view, "show_event_log", tr("&Event log\tE"), {}, [this] { log_->setVisible(log_->isHidden()); });
   if (options_.replay)
     add(view, "show_force", tr("&Why this force?\tX"), {}, [this] { toggle_force_panel(); });
+  if (options_.device || options_.left_device) {
+    QAction* workspace = add(view, "workspace", tr("Wor&kspace of the device"), {}, [this](bool is_on) {
+      if (!operation_->show_workspaces(is_on) && is_on) show_message(tr("The device reports no workspace."));
+    });
+    workspace->setCheckable(true);
+  }
   QAction* sound = add(view, "sound", tr("&Sound of contact and drill"), {}, [this](bool is_on) {
     is_sound_on_ = is_on && sound_.start();
     if (!is_on) sound_.stop();

@@ -90,6 +90,7 @@ Result<std::span<const haptics::DeviceKind>> hardware_kinds() {
 haptics::DeviceHost device_host(const Listener& listener) {
   haptics::DeviceHost host;
   host.notice = listener.notice;
+  host.should_stop = listener.should_stop;
   const char* const settings = std::getenv("XDG_CONFIG_HOME");
   const char* const home = std::getenv("HOME");
   if (settings && *settings == '/')

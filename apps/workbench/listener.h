@@ -14,6 +14,8 @@ struct Listener {
   std::function<std::function<bool(double share)>(const char* what)> progress = [](const char*) {
     return [](double) { return true; };
   };
+  /// Returns true if a wait for the user should end, such as the wait for a device to be homed.
+  std::function<bool()> should_stop = [] { return false; };
 };
 
 }  // namespace trephine::workbench

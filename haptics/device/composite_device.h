@@ -38,6 +38,7 @@ class CompositeDevice final : public Device {
   std::optional<glm::dvec3> fetch_jump() noexcept override { return pose_->fetch_jump(); }
   void write(const Wrench& wrench) noexcept override { pose_->write(wrench); }
   void set_view(const DeviceView& view) noexcept override { pose_->set_view(view); }
+  std::optional<Workspace> workspace() const noexcept override { return pose_->workspace(); }
 
  private:
   std::shared_ptr<Device> pose_, buttons_;

@@ -28,6 +28,12 @@ struct DeviceView {
   glm::dquat world_from_device{1, 0, 0, 0};  ///< device frame: x to the right, y up, z toward the user
 };
 
+/// Ball of the world that a device reaches.
+struct Workspace {
+  glm::dvec3 centre_world{0.0};
+  double radius = 0;  ///< mm
+};
+
 /// A haptic device. open() and close() may run on any thread, read() and write() on the servo thread only.
 /// Neither read() nor write() may allocate or wait.
 class Device {
@@ -47,6 +53,8 @@ class Device {
   /// Sets the view. The window's thread calls it before open() and whenever the camera has turned. Devices
   /// whose poses are in the world frame ignore it.
   virtual void set_view(const DeviceView&) noexcept {}
+  /// Returns the ball that the device reaches at present; nullopt if it is unknown or unlimited. Any thread.
+  virtual std::optional<Workspace> workspace() const noexcept { return std::nullopt; }
 };
 
 /// Plays a path and ignores forces.

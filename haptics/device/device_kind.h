@@ -22,7 +22,9 @@ struct DeviceCheck {
 /// Services of the program for drivers.
 struct DeviceHost {
   std::function<void(const std::string&)>
-      notice;                   ///< called on the opening thread with instructions for the user
+      notice;  ///< called on the opening thread with instructions for the user
+  /// Called on the opening thread while it waits for the user. Returns true if the user cancelled.
+  std::function<bool()> should_stop = [] { return false; };
   std::string settings_folder;  ///< of the user, with files such as the firmware of a device; may be empty
 };
 

@@ -24,7 +24,10 @@ Status MappedDevice::open() {
   if (Status error = check(map_)) return error;
   has_anchor_ = is_clutched_ = false;
   released_at_ = -1e9;
-  return device_->open();
+  workspace_.set({});
+  if (Status error = device_->open()) return error;
+  radius_ = capabilities().workspace_radius;
+  return std::nullopt;
 }
 
 DeviceCapabilities MappedDevice::capabilities() const {
@@ -43,6 +46,7 @@ bool MappedDevice::read(double t, Pose& pose) noexcept {
   Pose raw;
   if (!device_->read(t, raw)) return false;
   const bool is_clutched = (raw.buttons & map_.clutch_mask) != 0;
+  const bool is_first = !has_anchor_;
   const auto anchor = [&](const dvec3& world) { anchor_device_ = raw.position_world, anchor_world_ = world; };
   if (const std::optional<DeviceView> view = view_.get()) {
     if (!has_anchor_) {
@@ -59,13 +63,25 @@ bool MappedDevice::read(double t, Pose& pose) noexcept {
   if (is_clutched_ && !is_clutched) released_at_ = t;
   is_clutched_ = is_clutched;
   time_ = t;
-  position_world_ = anchor_world_ + world_from_device_ * (map_.scale * (raw.position_world - anchor_device_));
+  const auto world_of = [&](const dvec3& p) {
+    return anchor_world_ + world_from_device_ * (map_.scale * (p - anchor_device_));
+  };
+  position_world_ = world_of(raw.position_world);
+  if (const dvec3 centre = world_of(dvec3(0)); radius_ > 0 && (centre != centre_world_ || is_first)) {
+    centre_world_ = centre;
+    workspace_.set({centre, radius_});
+  }
   pose = raw;
   pose.position_world = position_world_;
   pose.orientation = world_from_device_ * raw.orientation;
   pose.buttons &= ~map_.clutch_mask;
   if (is_clutched_) pose.press(false);
   return true;
+}
+
+std::optional<Workspace> MappedDevice::workspace() const noexcept {
+  const std::optional<Workspace> latest = workspace_.get();
+  return latest && latest->radius > 0 ? latest : std::nullopt;
 }
 
 std::optional<dvec3> MappedDevice::fetch_jump() noexcept {

@@ -33,15 +33,19 @@ class MappedDevice final : public Device {
   std::optional<glm::dvec3> fetch_jump() noexcept override;
   void write(const Wrench& wrench) noexcept override;
   void set_view(const DeviceView& view) noexcept override;
+  std::optional<Workspace> workspace() const noexcept override;
 
  private:
   std::shared_ptr<Device> device_;
   WorkspaceMap map_;
   Latest<DeviceView> view_;
+  Latest<Workspace> workspace_;  ///< radius 0: unknown, or not open
   // Servo thread: a position p of the device is at anchor_world_ + R s (p - anchor_device_).
   glm::dvec3 anchor_device_{0.0}, anchor_world_{0.0};
   glm::dquat world_from_device_{1, 0, 0, 0};
   glm::dvec3 position_world_{0.0};
+  double radius_ = 0;             ///< mm, of the workspace in the world
+  glm::dvec3 centre_world_{0.0};  ///< of the workspace
   bool has_anchor_ = false, is_clutched_ = false;
   double time_ = 0, released_at_ = -1e9;
 };

@@ -73,6 +73,7 @@ Result<std::shared_ptr<Device>> make_falcon(const std::string& selector, const D
   choice.open_link = [i = index.value()] { return open_usb(usb_ids_of("falcon"), i); };
   choice.read_firmware = [host] { return read_firmware(host); };
   if (host.notice) choice.notice = host.notice;
+  choice.should_stop = host.should_stop;
   return std::shared_ptr<Device>(std::make_shared<FalconDevice>(std::move(choice)));
 }
 
@@ -165,6 +166,7 @@ Result<std::shared_ptr<Device>> make_touch(const std::string& selector, const De
   TouchChoice choice;
   choice.name = selector;
   if (host.notice) choice.notice = host.notice;
+  choice.should_stop = host.should_stop;
   return std::shared_ptr<Device>(std::make_shared<TouchDevice>(std::move(choice)));
 }
 

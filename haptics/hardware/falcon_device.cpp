@@ -123,6 +123,7 @@ Status FalconDevice::load() {
   if (!image) return image.error();
   Status error;
   for (int attempt = 1; attempt <= choice_.load_attempts; ++attempt) {
+    if (choice_.should_stop()) return cancelled("falcon");
     choice_.notice("loading the firmware of the Falcon, attempt " + std::to_string(attempt) + " of " +
                    std::to_string(choice_.load_attempts));
     error = load_once(image.value());
@@ -206,6 +207,7 @@ Status FalconDevice::home() {
     const LinkResult result =
         exchange_frame({.homes = true, .light = FalconRequest::Light::red}, state, k_frame_ms);
     const double now = seconds_now();
+    if (choice_.should_stop()) return cancelled("falcon");
     if (state) answered = now;
     if (state && state->is_homed() && adopt(*state)) return std::nullopt;
     if (result == LinkResult::disconnected || result == LinkResult::failed || now - answered > 1)

@@ -21,6 +21,7 @@ struct FalconChoice {
   std::function<Result<std::vector<std::uint8_t>>()> read_firmware;
   /// Receives instructions for the user while open() waits.
   std::function<void(const std::string&)> notice = [](const std::string&) {};
+  std::function<bool()> should_stop = [] { return false; };  ///< see DeviceHost
   double homing_seconds = 30;  ///< open() fails if the arms are not homed by then
   int load_attempts = 5;       ///< of the firmware
 };

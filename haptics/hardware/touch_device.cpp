@@ -172,6 +172,7 @@ Status TouchDevice::calibrate() {
     } else if (style == k_encoder_reset && steady_clock::now() - *asked_at > reset_time) {
       hd_->update_calibration(static_cast<unsigned>(style));
     }
+    if (choice_.should_stop()) return cancelled("touch");
     if (steady_clock::now() > end)
       return Error{.what = "the Touch was not calibrated in time",
                    .where = "touch: not homed",

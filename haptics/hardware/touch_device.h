@@ -17,6 +17,7 @@ struct TouchChoice {
   std::vector<std::string> files{"libHD.so.3.4", "libHD.so"};  ///< files of the library, tried in this order
   /// Receives instructions for the user while open() waits.
   std::function<void(const std::string&)> notice = [](const std::string&) {};
+  std::function<bool()> should_stop = [] { return false; };  ///< see DeviceHost
   double calibration_seconds = 30;  ///< open() fails if the device is not calibrated by then
   double reset_seconds = 3;         ///< time from the notice until the arm must be at its reset position
 };

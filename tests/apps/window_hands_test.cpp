@@ -1,4 +1,5 @@
 // Two hands in a window: each has a device and an instrument of its own.
+#include "haptics/device/mapped_device.h"
 #include "haptics/device/pose_path.h"
 #include "sim/session/session_reader.h"
 #include "tests/apps/window_fixture.h"
@@ -28,6 +29,26 @@ class DeviceThatIsLost final : public haptics::Device {
 
   std::atomic<bool> is_lost{false};
 };
+
+TEST_F(Window, TheWorkspaceOfADeviceIsShown) {
+  options_.device = std::make_shared<haptics::MappedDevice>(std::make_shared<DeviceThatIsLost>(),
+                                                            haptics::WorkspaceMap{.scale = 0.3});
+  MainWindow window(scene_, options_);
+  window.show();
+  ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, k_patience));
+  ASSERT_TRUE(QTest::qWaitFor([&] { return options_.device->workspace().has_value(); }, k_patience));
+  EXPECT_NEAR(options_.device->workspace()->radius, 30, 1e-9);
+  Viewport& viewport = window.operation()->viewport();
+  const std::size_t before = viewport.overlay_count();
+  auto* action = child<QAction>(window, "workspace");
+  action->trigger();
+  EXPECT_TRUE(QTest::qWaitFor([&] { return viewport.overlay_count() == before + 1; }, k_patience));
+  let_run(500);
+  save_screenshot(window, "workspace");
+  action->trigger();
+  EXPECT_TRUE(QTest::qWaitFor([&] { return viewport.overlay_count() == before; }, k_patience));
+  window.close();
+}
 
 /// The force of a lost device in the left hand stays off until the user turns it on, also if the mouse, whose
 /// faults end by themselves, is the right hand.

@@ -5,6 +5,7 @@
 #include "apps/cli/commands.h"
 #include "apps/cli/commands/session_window.h"
 #include "apps/cli/commands/steps_csv.h"
+#include "apps/cli/commands/window_devices.h"
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
 #include "apps/workbench/continued_session.h"
@@ -264,13 +265,16 @@ Result<Outcome> run_resume(const ResumeArguments& arguments) {
     if (!read) return read.error();
     path = std::move(read).value();
   }
-  const auto devices = workbench::make_devices(arguments.device, terminal_listener());
+  workbench::DeviceChoice choice = arguments.device;
+  if (path) {
+    if (!choice.device.empty() || !choice.left.empty() || !choice.pedal.empty())
+      return Error{.what = "a path replaces the devices",
+                   .where = "--path",
+                   .remedy = "omit the path, or the devices"};
+    choice.device = "mouse";  // not the device of devices.toml
+  }
+  const auto devices = open_window_devices(choice, arguments.display.language, !path.has_value());
   if (!devices) return devices.error();
-  if (path && (devices.value().device || devices.value().left || devices.value().pedal))
-    return Error{
-        .what = "a path replaces the devices", .where = "--path", .remedy = "omit the path, or the devices"};
-  if (!path)
-    if (Status error = workbench::try_devices(devices.value())) return *error;
   std::string file = arguments.session;
   if (arguments.at) {
     if (Status error = fork(arguments)) return *error;

@@ -4,6 +4,7 @@
 #include "apps/cli/commands.h"
 #include "apps/cli/commands/operation_window.h"
 #include "apps/cli/commands/session_window.h"
+#include "apps/cli/commands/window_devices.h"
 #include "apps/view/start_page.h"
 #include "data-tools/cases/procedure_file.h"
 #include "data-tools/files/output_set.h"
@@ -64,9 +65,8 @@ Status run_choice(const view::StartChoice& choice, const SimulatorArguments& arg
     return done ? std::nullopt : Status(done.error());
   }
   if (choice.kind == view::StartChoice::Kind::resume) {
-    const auto devices = workbench::make_devices(device, terminal_listener());
+    const auto devices = open_window_devices(device, arguments.display.language, true);
     if (!devices) return devices.error();
-    if (Status error = workbench::try_devices(devices.value())) return error;
     auto continued = workbench::continue_session(choice.path, {}, true, terminal_listener(),
                                                  workbench::hand_count_of(devices.value()));
     if (!continued) return continued.error();

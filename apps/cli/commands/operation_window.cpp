@@ -3,6 +3,7 @@
 #include <charconv>
 
 #include "apps/cli/commands/session_window.h"
+#include "apps/cli/commands/window_devices.h"
 #include "apps/view/render_window.h"
 #include "apps/view/view_window.h"
 #include "apps/workbench/continued_session.h"
@@ -173,12 +174,10 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   if (Status error = outputs.check()) return *error;
   if (arguments.seconds && !view::has_display())
     notice("note: no display; the picture is drawn without a window");
-  auto devices = workbench::make_devices(arguments.device, terminal_listener());
-  if (!devices) return devices.error();
   // A screenshot alone needs no window; --seconds requests one.
   const bool is_offscreen = !view::has_display() || (!arguments.screenshot.empty() && !arguments.seconds);
-  if (!is_offscreen)
-    if (Status error = workbench::try_devices(devices.value())) return *error;
+  auto devices = open_window_devices(arguments.device, arguments.display.language, !is_offscreen);
+  if (!devices) return devices.error();
   workbench::OperationChoice choice;
   choice.shape = arguments.shape;
   choice.procedure = arguments.procedure;

@@ -57,6 +57,22 @@
         <source>Mark this field&apos;s positions in the picture or in a slice</source>
         <translation>Die Positionen dieses Feldes im Bild oder in einer Schicht markieren</translation>
     </message>
+    <message>
+        <source>Opening the device</source>
+        <translation>Gerät wird geöffnet</translation>
+    </message>
+    <message>
+        <source>The device is being opened.</source>
+        <translation>Das Gerät wird geöffnet.</translation>
+    </message>
+    <message>
+        <source>Cancel</source>
+        <translation>Abbrechen</translation>
+    </message>
+    <message>
+        <source>Cancelling ...</source>
+        <translation>Wird abgebrochen ...</translation>
+    </message>
 </context>
 <context>
     <name>messages</name>
@@ -3140,6 +3156,30 @@
         <source>The running tool touches the %1, %2 mm deep; it tears at %3 mm. Move the cursor away to lift it.</source>
         <translation>Das laufende Werkzeug berührt %1, %2 mm tief; ab %3 mm reißt die Struktur. Den Zeiger wegbewegen, um es anzuheben.</translation>
     </message>
+    <message>
+        <source>Falcon: pull the grip out, then push it in fully. The light turns blue when it is ready.</source>
+        <translation>Falcon: den Griff herausziehen, dann ganz hineindrücken. Das Licht wird blau, wenn das Gerät bereit ist.</translation>
+    </message>
+    <message>
+        <source>Touch: hold the arm at its reset position for some seconds.</source>
+        <translation>Touch: den Arm einige Sekunden in seiner Grundstellung halten.</translation>
+    </message>
+    <message>
+        <source>Touch: put the stylus into the inkwell until the device is calibrated.</source>
+        <translation>Touch: den Stift in das Tintenfass stecken, bis das Gerät kalibriert ist.</translation>
+    </message>
+    <message>
+        <source>loading the firmware of the Falcon, attempt %1 of %2</source>
+        <translation>die Firmware des Falcon wird geladen, Versuch %1 von %2</translation>
+    </message>
+    <message>
+        <source>the opening of the device was cancelled</source>
+        <translation>das Öffnen des Geräts wurde abgebrochen</translation>
+    </message>
+    <message>
+        <source>open it again, or use the mouse</source>
+        <translation>es erneut öffnen oder die Maus verwenden</translation>
+    </message>
 </context>
 <context>
     <name>trephine::view::CasePanel</name>
@@ -4543,6 +4583,14 @@ Lizenz: Apache-2.0</translation>
     <message>
         <source>Left hand</source>
         <translation>Linke Hand</translation>
+    </message>
+    <message>
+        <source>Wor&amp;kspace of the device</source>
+        <translation>&amp;Arbeitsbereich des Geräts</translation>
+    </message>
+    <message>
+        <source>The device reports no workspace.</source>
+        <translation>Das Gerät meldet keinen Arbeitsbereich.</translation>
     </message>
 </context>
 <context>

@@ -77,6 +77,32 @@ TEST(MappedDevice, TheToolStaysInPlaceWhenTheViewTurns) {
   expect_near(pose.position_world, {5, 1, 0});
 }
 
+/// The workspace lies around the tool, and moves with the clutch.
+TEST(MappedDevice, ReportsTheWorkspaceInTheWorld) {
+  const auto hand = std::make_shared<HandDevice>();
+  MappedDevice device(hand, {.scale = 2});
+  device.set_view({dvec3(10, 20, 30), quarter()});
+  EXPECT_FALSE(device.workspace());
+  ASSERT_FALSE(device.open());
+  Pose pose;
+  hand->pose.position_world = {5, 0, 0};
+  ASSERT_TRUE(device.read(0, pose));
+  ASSERT_TRUE(device.workspace());
+  expect_near(device.workspace()->centre_world, {10, 20, 30});
+  EXPECT_EQ(device.workspace()->radius, 100);
+  hand->pose.position_world = {50, 0, 0};
+  ASSERT_TRUE(device.read(0.001, pose));
+  expect_near(device.workspace()->centre_world, {10, 20, 30});
+  expect_near(pose.position_world, {10, 120, 30});
+  hand->pose.buttons = 2;
+  ASSERT_TRUE(device.read(0.002, pose));
+  hand->pose.position_world = {0, 0, 0};
+  ASSERT_TRUE(device.read(0.003, pose));
+  hand->pose.buttons = 0;
+  ASSERT_TRUE(device.read(0.004, pose));
+  expect_near(device.workspace()->centre_world, {10, 120, 30});
+}
+
 TEST(MappedDevice, TheClutchMovesTheHandWithoutTheTool) {
   const auto hand = std::make_shared<HandDevice>();
   MappedDevice device(hand, {.resume_seconds = 0.1});

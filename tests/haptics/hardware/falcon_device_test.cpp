@@ -221,6 +221,11 @@ TEST(FalconDevice, FailuresNameTheirCause) {
   Falcon not_homed;
   not_homed.homes_after = -1;
   EXPECT_EQ(cause(not_homed, as_is), "falcon: not homed");
+  const auto cancel = [calls = std::make_shared<int>(0)](FalconChoice& choice) {
+    choice.homing_seconds = 60;
+    choice.should_stop = [calls] { return ++*calls > 20; };
+  };
+  EXPECT_EQ(cause(not_homed, cancel), "falcon: cancelled");
   Falcon without_file;
   EXPECT_EQ(cause(without_file,
                   [](FalconChoice& choice) {

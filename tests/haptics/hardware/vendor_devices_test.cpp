@@ -170,6 +170,13 @@ TEST(TouchDevice, IsCalibratedByOneOfItsStyles) {
   ASSERT_EQ(notices.size(), 1u);
   EXPECT_NE(notices[0].find("reset position"), std::string::npos);
   EXPECT_EQ(state.calibrated_by, 1);
+
+  state.calibration_styles = 2, state.needs_inkwell = true;
+  choice.should_stop = [] { return true; };
+  TouchDevice stopped(choice);
+  const Status error = stopped.open();
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->where, "touch: cancelled");
 }
 
 TEST(DeviceExchange, ForceExpiresWithTheAgeOfItsWrite) {
