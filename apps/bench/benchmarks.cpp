@@ -4,11 +4,15 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <memory>
+#include <thread>
 #include <utility>
 
 #include "apps/bench/peer_flying_edges.h"
 #include "apps/bench/peers.h"
 #include "apps/bench/scenes/scenes.h"
+#include "haptics/device/composite_device.h"
+#include "haptics/device/latest.h"
+#include "haptics/device/mapped_device.h"
 #include "haptics/methods/methods.h"
 #include "haptics/proxy/implicit_proxy.h"
 #include "sim/engine/engine.h"
@@ -255,6 +259,63 @@ void time_hover(StepResult& result) {
 
 }  // namespace
 
+namespace {
+
+/// A device whose pose comes from a thread of its own.
+class ReportingDevice final : public haptics::Device {
+ public:
+  Status open() override {
+    driver_ = std::jthread([this](const std::stop_token& stop) {
+      haptics::Pose pose;
+      for (int i = 0; !stop.stop_requested(); ++i) {
+        pose.position_world.x = 0.01 * (i % 1000);
+        latest_.set(pose);
+        std::this_thread::sleep_for(std::chrono::microseconds(250));
+      }
+    });
+    return std::nullopt;
+  }
+  void close() noexcept override { driver_ = {}; }
+  haptics::DeviceCapabilities capabilities() const override { return {.name = "benchmark"}; }
+  bool read(double, haptics::Pose& pose) noexcept override {
+    if (const auto latest = latest_.get()) last_ = *latest;
+    pose = last_;
+    return true;
+  }
+  void write(const haptics::Wrench& wrench) noexcept override { wrench_.set(wrench); }
+
+ private:
+  haptics::Latest<haptics::Pose> latest_;
+  haptics::Latest<haptics::Wrench> wrench_;
+  haptics::Pose last_;
+  std::jthread driver_;
+};
+
+void time_device(StepResult& result) {
+  haptics::MappedDevice device(std::make_shared<haptics::CompositeDevice>(
+                                   std::make_shared<ReportingDevice>(), std::make_shared<ReportingDevice>()),
+                               {});
+  device.set_view({});
+  if (device.open()) return;
+  constexpr int k_batches = 4000, k_calls = 64;  // a batch is long compared with a reading of the clock
+  std::vector<double> reads, writes;
+  haptics::Pose pose;
+  double t = 0;
+  for (int batch = 0; batch < k_batches; ++batch) {
+    const auto begin = Clock::now();
+    for (int i = 0; i < k_calls; ++i) device.read(t += 1e-3, pose);
+    reads.push_back(1e9 * seconds_since(begin) / k_calls);
+    const auto middle = Clock::now();
+    for (int i = 0; i < k_calls; ++i) device.write({pose.position_world});
+    writes.push_back(1e9 * seconds_since(middle) / k_calls);
+  }
+  device.close();
+  result.device_read = times_of(std::move(reads));
+  result.device_write = times_of(std::move(writes));
+}
+
+}  // namespace
+
 StepResult run_step_benchmark(int size) {
   StepResult result;
   double cells = 0;
@@ -285,6 +346,7 @@ StepResult run_step_benchmark(int size) {
   result.removal_tick = time_removal(bone, false);
   result.removal_tick_over_scratches = time_removal(bone, true);
   time_hover(result);
+  time_device(result);
   if (peers().csg_ticks != nullptr) {
     const dvec3 step = 0.05 * glm::normalize(dvec3(1, 0.3, -0.2));
     MinimumOfRuns difference, with_capsule;
