@@ -43,9 +43,9 @@ struct StepResult {
   /// A 4 mm burr with its round tip in voxels of 0.5 mm at 10 mm/s, ms: duration of an update of the offset
   /// field, and time from a cut until a field contains it, with updates one after another.
   StepTimes field_update_ms, hover_ms;
-  /// ns, one read and one write of a device with a map and a pedal, whose driver reports 4000 poses per
-  /// second on another thread.
-  StepTimes device_read, device_write;
+  /// ns, one read and one write of a device whose driver reports 4000 poses per second on another thread:
+  /// alone, and with a map of the workspace and a pedal.
+  StepTimes device_read, device_write, mapped_read, mapped_write;
 };
 StepResult run_step_benchmark(int size);
 

@@ -53,7 +53,7 @@ class DevicePage final : public QWidget {
     setMinimumWidth(460);
   }
 
-  /// Shows the latest instruction. Returns false if there is none.
+  /// Shows the latest instruction. Returns false if no instruction was given.
   bool follow() {
     const std::lock_guard guard(opening_.lock);
     if (opening_.instruction.empty()) return false;

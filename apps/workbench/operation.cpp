@@ -10,7 +10,6 @@
 #include "data-tools/cases/phantom_cases.h"
 #include "data-tools/files/atomic_file.h"
 #include "data-tools/meshes/mesh_reading.h"
-#include "haptics/force/coupling.h"
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_tree.h"
 #include "modules/catalogue.h"
@@ -429,24 +428,6 @@ Result<Operation> open_operation(const SourceChoice& src, const OperationChoice&
   return make_operation(std::move(source).value(), choice, listener);
 }
 
-namespace {
-
-/// Reduces forces and stiffnesses to the limits of the devices.
-void apply_device_limits(const OperationChoice& choice, SceneDescription& spec) {
-  for (const haptics::DeviceCapabilities& device : choice.devices) {
-    spec.force = haptics::within_limits(spec.force, device);
-    for (sim::StructureSpec& structure : spec.structures) {
-      structure.material = haptics::within_limits(structure.material, device);
-      if (structure.back_material)
-        structure.back_material = haptics::within_limits(*structure.back_material, device);
-      if (structure.ramp && device.max_stiffness > 0)
-        structure.ramp->dense_stiffness = std::min(structure.ramp->dense_stiffness, device.max_stiffness);
-    }
-  }
-}
-
-}  // namespace
-
 Result<Operation> make_operation(Source source, const OperationChoice& choice, const Listener& listener) {
   if (Status error = check(choice)) return *error;
   if (Status error = blur(source, choice.blur_voxels)) return *error;
@@ -472,7 +453,7 @@ Result<Operation> make_operation(Source source, const OperationChoice& choice, c
   if (Status error = add_volumes(source, choice, spec, data, listener)) return *error;
   if (Status error = add_models(source, choice, spec, data, listener)) return *error;
   if (Status error = add_background(choice, spec, data, listener)) return *error;
-  apply_device_limits(choice, spec);
+  sim::apply_device_limits(spec, choice.devices);
   if (Status error = add_hands(choice, *source.volume, listener, spec)) return *error;
   // Only the general method touches several volumes, or models and voxels together.
   if (data.volumes.size() > 1 || !models_of(source).empty())

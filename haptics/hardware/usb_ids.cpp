@@ -51,7 +51,7 @@ std::string udev_rules() {
   for (const UsbIds& ids : k_ids) {
     // A USB device has ATTR; ports, HID and input devices have a USB device among their parents.
     std::string attribute = "ATTRS";
-    rules += "\n# " + std::string(ids.name) + "\n";
+    rules.append("\n# ").append(ids.name).append("\n");
     switch (ids.node) {
       case NodeKind::usb:
         rules += "SUBSYSTEM==\"usb\"";
@@ -67,11 +67,14 @@ std::string udev_rules() {
         rules += "SUBSYSTEM==\"input\", KERNEL==\"event*\"";
         break;
     }
-    rules += ", " + attribute + "{idVendor}==\"" + hex_of(ids.vendor) + "\"";
+    const auto add_condition = [&](const char* id, const std::string& values) {
+      rules.append(", ").append(attribute).append("{").append(id).append("}==\"").append(values).append("\"");
+    };
+    add_condition("idVendor", hex_of(ids.vendor));
     std::string products;
     for (const std::uint16_t product : ids.products)
-      products += (products.empty() ? "" : "|") + hex_of(product);
-    if (!products.empty()) rules += ", " + attribute + "{idProduct}==\"" + products + "\"";
+      products.append(products.empty() ? "" : "|").append(hex_of(product));
+    if (!products.empty()) add_condition("idProduct", products);
     rules += ", TAG+=\"uaccess\"\n";
   }
   return rules;

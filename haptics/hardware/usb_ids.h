@@ -8,7 +8,7 @@
 
 namespace trephine::haptics {
 
-/// How a program opens a device: the subsystem of its file in /dev.
+/// Subsystem of the file in /dev by which a program opens a device.
 enum class NodeKind : std::uint8_t { usb, tty, hidraw, input };
 
 /// Devices of one vendor that are opened in the same way.

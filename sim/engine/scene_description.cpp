@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "haptics/depth/depth_model.h"
+#include "haptics/force/coupling.h"
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_proxy.h"
 #include "sim/engine/depth_sets.h"
@@ -106,6 +107,19 @@ Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogu
   if (Status error = result.parameters.set(hand.parameters)) return *error;
   if (Status error = result.parameters.check()) return *error;
   return result;
+}
+
+void apply_device_limits(SceneDescription& spec, std::span<const haptics::DeviceCapabilities> devices) {
+  for (const haptics::DeviceCapabilities& device : devices) {
+    spec.force = haptics::within_limits(spec.force, device);
+    for (StructureSpec& structure : spec.structures) {
+      structure.material = haptics::within_limits(structure.material, device);
+      if (structure.back_material)
+        structure.back_material = haptics::within_limits(*structure.back_material, device);
+      if (structure.ramp && device.max_stiffness > 0)
+        structure.ramp->dense_stiffness = std::min(structure.ramp->dense_stiffness, device.max_stiffness);
+    }
+  }
 }
 
 Status apply_tool_needs(SceneDescription& spec, const volume::Volume& anatomy, const Catalogue& catalogue,

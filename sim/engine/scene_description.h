@@ -110,6 +110,8 @@ Result<OperationStart> build_scene(const SceneDescription& spec, const SceneData
 /// Returns the hand's instrument with its parameters; without a type if the hand only touches. Error if the
 /// instrument is unknown, or its parameters are out of range.
 Result<Instrument> instrument_of(const HandSpec& hand, const Catalogue& catalogue);
+/// Reduces the limits of force and the stiffness of all structures to those of the devices that render them.
+void apply_device_limits(SceneDescription& spec, std::span<const haptics::DeviceCapabilities> devices);
 /// Sets the tools, methods and smallest burr that the hands' instruments need. `smallest_burr`: requested
 /// diameter, mm. Errors refer to "smallest burr" or "burr diameter".
 Status apply_tool_needs(SceneDescription& spec, const volume::Volume& anatomy, const Catalogue& catalogue,

@@ -327,7 +327,7 @@ TEST(OperationApi, SurfacesBodiesAndScenesInText) {
 TEST(OperationApi, ADeviceMovesAHand) {
   const scenes::Scratch scratch;
   const std::string path = scratch / "press.csv";
-  std::ofstream(path) << "t,x,y,z\n0,0,-20,74\n0.2,0,-20,74\n0.5,0,-20,67\n1,0,-20,67\n";
+  std::ofstream(path) << "t,x,y,z\n0,0,-20,74\n0.2,0,-20,74\n0.5,0,-20,64.5\n1,0,-20,64.5\n";
   auto device = HandDevice::open("playback:" + path);
   ASSERT_TRUE(device.is_ok()) << device.error().message();
   EXPECT_EQ(device.value().capabilities().name, "playback");

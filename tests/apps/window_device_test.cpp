@@ -7,7 +7,7 @@ extern "C" trephine::Status trephine_open_with_page(const trephine::view::Device
 namespace trephine::view {
 namespace {
 
-/// Returns the visible page; null if there is none.
+/// Returns the visible page; null if no page is visible.
 QWidget* visible_page() {
   for (QWidget* widget : QApplication::topLevelWidgets())
     if (widget->objectName() == "device_page" && widget->isVisible()) return widget;

@@ -7,7 +7,7 @@ namespace trephine::cli {
 
 Result<workbench::ChosenDevices> open_window_devices(const workbench::DeviceChoice& choice,
                                                      const std::string& language, bool is_tried) {
-  /// Where the devices send instructions while the page is shown; they keep their listener afterwards.
+  /// The page that receives instructions; ignores them while no page is shown.
   struct Page {
     std::function<void(const std::string&)> notice = [](const std::string&) {};
     std::function<bool()> should_stop = [] { return false; };

@@ -171,6 +171,7 @@ TEST(TouchDevice, IsCalibratedByOneOfItsStyles) {
   EXPECT_NE(notices[0].find("reset position"), std::string::npos);
   EXPECT_EQ(state.calibrated_by, 1);
 
+  device.close();
   state.calibration_styles = 2, state.needs_inkwell = true;
   choice.should_stop = [] { return true; };
   TouchDevice stopped(choice);

@@ -1,5 +1,5 @@
-// What a device was sent by a process that was killed at any moment: bounded forces that begin at zero and
-// change slowly.
+// A process that is killed at any moment has sent its device bounded forces that begin at zero and change
+// slowly.
 #include <algorithm>
 #include <array>
 #include <atomic>
