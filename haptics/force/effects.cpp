@@ -115,6 +115,13 @@ const Description k_effects[] = {
                                      {"along", &t.along, nullptr, 0.05, 2},
                                      {"layers", nullptr, nullptr, 0, 20, &t}};
      }},
+    {"missing-torque", make<MissingTorque>,
+     [](EffectKind& k) {
+       auto& m = std::get<MissingTorque>(k);
+       return std::vector<Parameter>{{"gain", &m.gain, nullptr, 0, 0.1},
+                                     {"rendered", &m.rendered, nullptr, 0, 10000},
+                                     {"frequency", &m.frequency_hz, nullptr, 1, 1000}};
+     }},
 };
 static_assert(std::size(k_effects) == std::variant_size_v<EffectKind>);
 
@@ -421,6 +428,18 @@ void step_effect(const Effect& effect, EffectMemory& memory, const LawInput& inp
     add_active(press * (shake * n - (spin->drag + shake) * glm::cross(shaft, n)));
   } else if (insertion) {
     add_passive(step_insertion(*insertion, memory, input, sum));
+  } else if (const auto* torque = std::get_if<MissingTorque>(&effect.kind)) {
+    advance(torque->frequency_hz);
+    const double missing = glm::length(input.contact_torque_world) - torque->rendered;
+    if (!(missing > 0)) return;
+    const dvec3 shaft = glm::normalize(input.orientation) * dvec3(0, 0, 1);
+    const dvec3 side = glm::cross(input.contact_torque_world, shaft);
+    // A torque about the stylus itself has no such direction: it is rendered along the stylus.
+    constexpr double k_least = 1e-3;  // share of the torque across the stylus
+    const double across = glm::length(side);
+    const dvec3 direction =
+        across > k_least * glm::length(input.contact_torque_world) ? side / across : shaft;
+    add_active(torque->gain * missing * deterministic_sin(k_turn * memory.phase) * direction);
   } else if (const auto* align = std::get_if<Align>(&effect.kind)) {
     const dvec3 points = glm::normalize(input.orientation) * dvec3(0, 0, -1);
     constexpr double k_arm = 10;  // mm, since the limit of an effect is given in newtons

@@ -81,6 +81,15 @@ struct Spin {
   friend bool operator==(const Spin&, const Spin&) = default;
 };
 
+/// Vibration that stands for a torque which the device cannot render (Kadlecek 2013, 3.7): its amplitude is
+/// proportional to that torque, its direction perpendicular to the torque's axis and to the stylus.
+struct MissingTorque {
+  double gain = 0.005;       ///< N per N mm of missing torque
+  double rendered = 0;       ///< N mm, torque that the device renders
+  double frequency_hz = 80;  ///< at most a quarter of the servo's rate
+  friend bool operator==(const MissingTorque&, const MissingTorque&) = default;
+};
+
 /// Matter that resists the tip of an Insertion: an item, or a label of the scene's base.
 struct InsertionLayer {
   int item = -1;  ///< index of a shape; -1: `label` is used instead
@@ -104,14 +113,15 @@ struct Insertion {
 };
 
 using EffectKind = std::variant<ConstantForce, Viscosity, Spring, LineTrack, PlaneStop, Vibration,
-                                GravityCompensation, Texture, Align, Spin, Insertion>;
+                                GravityCompensation, Texture, Align, Spin, Insertion, MissingTorque>;
 struct Effect {
   EffectKind kind;
   double max_force = 3;  ///< largest force, N; of Align: largest torque, N mm, divided by 10 mm
   friend bool operator==(const Effect&, const Effect&) = default;
 };
 
-/// Returns "constant, viscous, spring, line, plane, vibration, gravity, texture, align, spin, insertion".
+/// Returns "constant, viscous, spring, line, plane, vibration, gravity, texture, align, spin, insertion,
+/// missing-torque".
 std::string effect_names();
 /// Parses a text such as "spring anchor=0,0,10 stiffness=0.2 most=2". Directions need not be unit vectors.
 /// The error names the parameters of the effect, or all effects.

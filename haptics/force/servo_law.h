@@ -21,7 +21,8 @@ struct LawInput {
   const TouchScene& scene;
   const volume::Version* cuts;  ///< of the scene's base; null: uncut
   const ProxyStep& proxy;
-  glm::dvec3 contact_force_world;  ///< N, of the surfaces in this tick
+  glm::dvec3 contact_force_world;   ///< N, of the surfaces in this tick
+  glm::dvec3 contact_torque_world;  ///< N mm, of the surfaces in this tick, about the hand
   glm::dvec3 hip_world;
   glm::dquat orientation;             ///< of the hand
   glm::dvec3 velocity_world;          ///< mm/s, of the hand, smoothed

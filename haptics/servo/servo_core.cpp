@@ -204,8 +204,9 @@ ServoRecord ServoCore::step(const ServoScene& servo_scene, const ServoInput& inp
       const bool is_working =
           input.pose.is_pressed() && !is_escaping_ && ((guard_.faults() | faults) & k_latched_faults) == 0;
       const LawForces forces =
-          laws_.step(*hand.laws, {scene, hand.state.version.get(), step_, requested_.force_world, hip,
-                                  input.pose.orientation, dvec3(0), dvec3(0), dt_, is_working});
+          laws_.step(*hand.laws,
+                     {scene, hand.state.version.get(), step_, requested_.force_world, requested_.torque_world,
+                      hip, input.pose.orientation, dvec3(0), dvec3(0), dt_, is_working});
       requested_.force_world += forces.passive_world;
       requested_.torque_world += forces.torque_world;
       active_force_ = forces.active_world;

@@ -13,9 +13,10 @@ struct EffectRun {
   LawMemory memory;
   explicit EffectRun(const std::string& words) { EXPECT_FALSE(laws.add(law_of(words)).has_value()); }
   LawForces step(const dvec3& hip, const ProxyStep& proxy = {}, const dvec3& contact = dvec3(0),
-                 bool is_working = true) {
+                 bool is_working = true, const dvec3& torque = dvec3(0)) {
     return memory.step(
-        laws, {scene, nullptr, proxy, contact, hip, {1, 0, 0, 0}, dvec3(0), dvec3(0), k_dt, is_working});
+        laws,
+        {scene, nullptr, proxy, contact, torque, hip, {1, 0, 0, 0}, dvec3(0), dvec3(0), k_dt, is_working});
   }
 };
 
@@ -55,6 +56,23 @@ TEST(Effects, EachEqualsItsFormulaWithinItsBound) {
   EXPECT_NEAR(most, 0.5, 1e-3);
   EXPECT_NEAR(mean, 0, 1e-3);
   EXPECT_NEAR(crossings, 100, 1);  // 50 Hz for a second
+  // A vibration stands for the torque that the device lacks: 0.01 N per N mm beyond 50 N mm about x, with the
+  // stylus along z, is a vibration along y.
+  EffectRun lever("missing-torque gain=0.01 rendered=50 frequency=50");
+  double along = 0, across = 0;
+  for (int i = 0; i < 200; ++i) {
+    const dvec3 force = lever.step({}, {}, dvec3(0), true, {150, 0, 0}).active_world;
+    along = std::max(along, std::abs(force.y));
+    across = std::max({across, std::abs(force.x), std::abs(force.z)});
+  }
+  EXPECT_NEAR(along, 1, 1e-3);
+  EXPECT_LT(across, 1e-12);
+  for (int i = 0; i < 20; ++i)
+    expect_near(lever.step({}, {}, dvec3(0), true, {0, 50, 0}).active_world, dvec3(0), 1e-15);
+  double about_stylus = 0;
+  for (int i = 0; i < 20; ++i)
+    about_stylus = std::max(about_stylus, lever.step({}, {}, dvec3(0), true, {0, 0, 550}).active_world.z);
+  EXPECT_NEAR(about_stylus, 3, 1e-3) << "limited by its default of 3 N";
   // The force of a texture is the slope of its ripples times the normal force.
   EffectRun ripples("texture direction=1,0,0 height=0.1 wavelength=2");
   ProxyStep touch;
@@ -112,7 +130,17 @@ TEST(Effects, ALawKeepsItsMemoryByItsIdWhileOthersComeAndGo) {
   LawMemory memory;
   const auto push_at = [&](const LawSet& set, double z) {
     return memory
-        .step(set, {scene, nullptr, none, dvec3(0), {0, 0, z}, {1, 0, 0, 0}, dvec3(0), dvec3(0), k_dt, true})
+        .step(set, {scene,
+                    nullptr,
+                    none,
+                    dvec3(0),
+                    dvec3(0),
+                    {0, 0, z},
+                    {1, 0, 0, 0},
+                    dvec3(0),
+                    dvec3(0),
+                    k_dt,
+                    true})
         .passive_world.z;
   };
   const LawSet alone = set_of({track(2, 7)}), second = set_of({law_of("constant", 1), track(2, 7)}),
@@ -171,8 +199,8 @@ TEST(Effects, AlignTurnsTheStylusAlongADirection) {
   for (const double angle : {0.0, 0.2, -0.7, 1.5, 3.0}) {
     LawMemory memory;
     const glm::dquat turned(std::cos(angle / 2), std::sin(angle / 2), 0, 0);
-    const LawForces f = memory.step(
-        set, {scene, nullptr, nothing, dvec3(0), dvec3(0, 0, 9), turned, dvec3(0), dvec3(0), k_dt, true});
+    const LawForces f = memory.step(set, {scene, nullptr, nothing, dvec3(0), dvec3(0), dvec3(0, 0, 9), turned,
+                                          dvec3(0), dvec3(0), k_dt, true});
     // The -z axis of the stylus is turned from the direction by `angle` (rad) about x: the torque is about
     // -x.
     const double expected = -std::min(80 * std::abs(std::sin(angle)), 50.0) * (std::sin(angle) < 0 ? -1 : 1);

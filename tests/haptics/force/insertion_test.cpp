@@ -31,7 +31,8 @@ struct Push {
     EXPECT_FALSE(laws.add(law_of(Effect{insertion, 20}, 0).value()));
   }
   LawForces at(const dvec3& hip) {
-    return memory.step(laws, {scene, cuts, {}, dvec3(0), hip, {1, 0, 0, 0}, dvec3(0), dvec3(0), dt, true});
+    return memory.step(
+        laws, {scene, cuts, {}, dvec3(0), dvec3(0), hip, {1, 0, 0, 0}, dvec3(0), dvec3(0), dt, true});
   }
   LawForces at(double z) { return at(track.start_world + dvec3(0, 0, z - track.start_world.z)); }
 };

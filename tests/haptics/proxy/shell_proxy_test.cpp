@@ -11,7 +11,9 @@
 
 #include "apps/bench/scenes/closed_models.h"
 #include "apps/bench/scenes/guaranteed_solid.h"
+#include "haptics/force/effects.h"
 #include "haptics/methods/methods.h"
+#include "haptics/servo/servo_core.h"
 #include "haptics/tool/point_shell.h"
 #include "tests/haptics/servo/servo_fixture.h"
 #include "tests/whole.h"
@@ -312,6 +314,49 @@ TEST(ShellProxy, ContactGivesBackNoMoreEnergyThanItTook) {
   EXPECT_GT(given[0], 1) << "N mm, without the controller";
   EXPECT_LT(given[1], 0.3) << "N mm";
   RecordProperty("given_nmm", std::to_string(given[0]) + " " + std::to_string(given[1]));
+}
+
+// A rod rests on a plane and is levered: the torque that a device of three axes lacks becomes a vibration
+// across the axis of the torque, and ends when the rod is lifted.
+TEST(ShellProxy, AMissingTorqueVibrates) {
+  TouchScene scene = scene_with("plane", {{"angle", 0}}, shell_of({-15, 15, 1.5}, 0.5));
+  ShellProxy method;
+  ASSERT_FALSE(method.prepare(scene));
+  const double quarter = 0.5 * 3.14159265358979;
+  constexpr int k_lifted = 1400, k_ticks = 2000;
+  std::vector<ServoRecord> records[2];
+  for (const bool has_effect : {false, true}) {
+    ServoScene servo_scene = scene_for_one(scene, method, std::make_shared<volume::Version>(scene.base));
+    auto laws = std::make_shared<LawSet>();
+    if (has_effect) {
+      ASSERT_FALSE(
+          laws->add(law_of(parse_effect("missing-torque gain=0.05 frequency=50").value(), 1).value()));
+    }
+    servo_scene.hands[0].laws = laws;
+    ServoCore core({}, 1e-3);
+    for (int i = 0; i < k_ticks; ++i) {
+      ServoInput input;
+      const double press = std::min(1.0, 1e-3 * i);
+      input.pose.position_world = {0, 0, i < k_lifted ? 1.5 - 0.6 * press : 9};
+      input.pose.orientation = rotation_of({0, 0.1 * press, 0}) * rotation_of({0, quarter, 0});
+      records[has_effect].push_back(core.step(servo_scene, input));
+    }
+  }
+  double most = 0, mean = 0, along = 0;
+  constexpr int k_begin = 1200;  // the hand rests
+  for (std::size_t i = k_begin; i < k_lifted; ++i) {
+    const dvec3 added = records[1][i].force_world - records[0][i].force_world;
+    const dvec3 axis = glm::normalize(records[0][i].torque_world);
+    most = std::max(most, glm::length(added));
+    along = std::max(along, std::abs(glm::dot(added, axis)));
+    mean += glm::dot(added, dvec3(0, 0, 1)) / (k_lifted - k_begin);
+  }
+  const double torque = glm::length(records[0][k_begin].torque_world);
+  EXPECT_GT(torque, 2) << "N mm";
+  EXPECT_NEAR(most, 0.05 * torque, 0.02 * torque);
+  EXPECT_LT(along, 0.01 * most);
+  EXPECT_LT(std::abs(mean), 0.05 * most);
+  EXPECT_EQ(records[1][k_ticks - 1].force_world, dvec3(0));
 }
 
 // A rod is pressed on a plane and turned against it, faster than the servo can follow without generating
