@@ -47,7 +47,7 @@ void EffectJudge::set(std::vector<EffectLaw> laws) {
 
 EffectJudge::Forces EffectJudge::judge_tick(const dvec3& at, const dvec3& proxy, const dvec3& normal,
                                             bool has_contact, const dvec3& contact_force, const dvec3& shaft,
-                                            bool is_working) {
+                                            bool is_working, const dvec3& contact_torque) {
   if (has_previous_) {
     const double share = std::min(1.0, dt_ / k_velocity_time);
     velocity_ = (1 - share) * velocity_ + share / dt_ * (at - previous_);
@@ -115,6 +115,18 @@ EffectJudge::Forces EffectJudge::judge_tick(const dvec3& at, const dvec3& proxy,
         force = -law.strength * (offset - along * law.direction) -
                 law.second_parameter * std::max(0.0, along - end) * law.direction;
         is_active = false;
+        break;
+      }
+      case Kind::missing_torque: {
+        turns_[i] += std::min(law.second_parameter * dt_, 0.25);
+        const double torque = glm::length(contact_torque);
+        if (torque <= law.third_parameter) break;
+        // The vibration is perpendicular to torque and stylus; for a torque about the stylus, along the
+        // stylus.
+        const dvec3 across = glm::cross(shaft, contact_torque / torque);
+        const dvec3 direction = glm::length(across) > 1e-3 ? glm::normalize(across) : -shaft;
+        force = law.strength * (torque - law.third_parameter) * std::sin(k_turn * std::fmod(turns_[i], 1.0)) *
+                direction;
         break;
       }
       case Kind::align:  // no force

@@ -89,19 +89,20 @@ void ForceJudge::judge_tick(const ForceTick& t) {
   if (t.is_reset) {
     effects_.reset();
     last_torque_ = dvec3(0);
-    smoothed_ = last_ = dvec3(0);
-    had_contact_ = false;
+    smoothed_ = last_ = smoothed_turn_ = dvec3(0);
+    had_contact_ = had_turn_ = false;
     fade_ = 1;
     cap_ = law_.limit;
     is_lost_ = false;
   }
   if (t.is_restarted) {
-    smoothed_ = dvec3(0);
-    had_contact_ = false;
+    smoothed_ = smoothed_turn_ = dvec3(0);
+    had_contact_ = had_turn_ = false;
   }
-  if (t.is_escaping && !was_led_) had_contact_ = false;
+  if (t.is_escaping && !was_led_) had_contact_ = had_turn_ = false;
 
   dvec3 requested(0), active(0);
+  contact_torque_ = dvec3(0);
   if (!t.is_not_finite) {
     dvec3 spring(0);
     if (t.has_contact) {
@@ -124,10 +125,22 @@ void ForceJudge::judge_tick(const ForceTick& t) {
       smoothed_ = alpha_ * spring + (1 - alpha_) * smoothed_;
       requested = limited(smoothed_, cap_);
     }
+    if (t.gyration_square > 0) {
+      dvec3 twist(0);
+      if (t.has_contact) {
+        twist = t.gyration_square * t.stiffness * t.turn;
+        if (had_turn_) twist += t.gyration_square * t.damping / law_.dt * (t.turn - last_turn_);
+        last_turn_ = t.turn;
+      }
+      had_turn_ = t.has_contact;
+      smoothed_turn_ = t.is_buried ? dvec3(0) : alpha_ * twist + (1 - alpha_) * smoothed_turn_;
+      // While the force is limited after an escape, the torque is reduced by the same share.
+      contact_torque_ = std::min(1.0, cap_ / law_.limit) * smoothed_turn_;
+    }
     EffectJudge::Forces effects;
     if (!effects_.is_empty()) {
       effects = effects_.judge_tick(t.position, t.proxy, t.normal, t.has_contact, requested, -t.axes[2],
-                                    t.is_working);
+                                    t.is_working, contact_torque_);
       requested += effects.rendered;
     }
     if (law_.is_passive) requested = passive(requested, t.position, t.has_contact ? t.proxy : t.position);
@@ -206,9 +219,9 @@ void ForceJudge::judge_torque(const ForceTick& t, bool is_known) {
   turning_ += glm::dot(last_torque_, turn);
   if (is_known) worst_energy_ = std::max(worst_energy_, std::abs(turning_ - t.turning_energy));
   turning_ = t.turning_energy;
-  dvec3 torque(0);
+  dvec3 torque = contact_torque_;
   if (!t.is_not_finite && !effects_.is_empty())
-    torque = effects_.torque(-t.axes[2], effects_.has_previous_tick() ? turn : dvec3(0));
+    torque += effects_.torque(-t.axes[2], effects_.has_previous_tick() ? turn : dvec3(0));
   torque = is_lost_ ? dvec3(0) : limited(fade_ * torque, law_.torque_limit);
   if (!is_lost_) torque = last_torque_ + limited(torque - last_torque_, law_.torque_slew * law_.dt);
   if (t.is_fading && fade_ == 0) torque = dvec3(0);

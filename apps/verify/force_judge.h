@@ -41,6 +41,9 @@ struct ForceTick {
   glm::dvec3 torque{0.0};                                  ///< N mm
   glm::dvec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  ///< of the stylus; it points along -axes[2]
   double turning_energy = 0;                               ///< of torques, N mm
+  /// Rotation from the hand to a tool with six degrees of freedom: axis times 2 sin(angle / 2), rad.
+  glm::dvec3 turn{0.0};
+  double gyration_square = 0;  ///< mm2, of that tool; 0: a tool with three degrees of freedom
 };
 
 class ForceJudge {
@@ -84,6 +87,9 @@ class ForceJudge {
   glm::dvec3 last_torque_{0.0}, last_axes_[3];
   bool has_axes_ = false;
   double turning_ = 0, worst_torque_ = 0;
+  glm::dvec3 smoothed_turn_{0.0}, last_turn_{0.0};  ///< N mm; rad
+  glm::dvec3 contact_torque_{0.0};                  ///< N mm, requested by surfaces in this tick
+  bool had_turn_ = false;
   bool had_contact_ = false, was_led_ = false, had_position_ = false, is_lost_ = false;
   int unjudged_ticks_ = 0;  ///< ticks after a restart whose forces are not judged
   long ticks_ = 0, wrong_forces_ = 0;

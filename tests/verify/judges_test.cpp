@@ -15,6 +15,7 @@
 #include "apps/verify/mesh_judge.h"
 #include "apps/verify/passage_judge.h"
 #include "apps/verify/smooth_judge.h"
+#include "apps/verify/tool_judge.h"
 
 namespace trephine::verify {
 namespace {
@@ -388,6 +389,31 @@ TEST(SmoothSolid, BlocksPathsThroughMatterHoweverThin) {
   const SmoothSolid cut(std::vector<SampledField>{{wall}, {[](int, int y, int) { return y - 10.0; }}});
   EXPECT_TRUE(cut.is_free({0, 0, 0}, {10, 0.4, 0.7}));
   EXPECT_FALSE(cut.is_free({0, 14, 0}, {10, 14.4, 0.7}));
+}
+
+TEST(ToolJudge, ReportsHowDeepMatterEntersATool) {
+  ToolJudge rod;
+  const glm::dvec2 rings[] = {{-2, 1.5}, {20, 1.5}};
+  rod.add_revolution(rings, 0.25);
+  const glm::dmat3 upright(1);
+  for (const double deep : {-0.5, 0.0, 0.1, 0.4, 1.2}) {
+    const double truth = std::max(0.0, deep);
+    // A wall at the side, and a floor at the tip.
+    const auto wall = [](const dvec3& p) { return p.x >= 0; };
+    EXPECT_NEAR(rod.penetration_mm({deep - 1.5 - 1e-9, 3, 4}, upright, wall), truth, 0.011);
+    const auto floor = [](const dvec3& p) { return p.z <= 0; };
+    EXPECT_NEAR(rod.penetration_mm({5, 6, 2 + 1e-9 - deep}, upright, floor), truth, 0.011);
+    // The rod lies along x.
+    const glm::dmat3 lying(dvec3(0, 0, -1), dvec3(0, 1, 0), dvec3(1, 0, 0));
+    EXPECT_NEAR(rod.penetration_mm({7, 8, 1.5 + 1e-9 - deep}, lying, floor), truth, 0.011);
+    ToolJudge balls;
+    balls.add_ball({0, 0, 10}, 2, 0.1);
+    EXPECT_NEAR(balls.penetration_mm({1, 2, -8 + 1e-9 - deep}, upright, floor), truth, 0.02);
+  }
+  // Thin matter across the rod is found to its full depth inside the rod.
+  EXPECT_GT(rod.penetration_mm({0, 0, 0}, upright,
+                               [](const dvec3& p) { return std::abs(p.z - 9) < 0.2 && p.y < -0.5; }),
+            0.9);
 }
 
 TEST(BallJudge, ReportsHowFarABallReachesIntoMatter) {

@@ -53,12 +53,30 @@ verify::EffectLaw law_of(const std::string& words) {
   else if (const auto* e = std::get_if<haptics::Spin>(&effect.kind))
     law.kind = Kind::spin, law.strength = e->drag, law.second_parameter = e->frequency_hz,
     law.third_parameter = e->chatter;
+  else if (const auto* e = std::get_if<haptics::MissingTorque>(&effect.kind))
+    law.kind = Kind::missing_torque, law.strength = e->gain, law.second_parameter = e->frequency_hz,
+    law.third_parameter = e->rendered;
   else if (const auto* e = std::get_if<haptics::Align>(&effect.kind))
     law.kind = Kind::align, law.direction = e->direction_world, law.strength = e->stiffness,
     law.second_parameter = e->damping;
   if (law.direction != glm::dvec3(0)) law.direction = glm::normalize(law.direction);
   return law;
 }
+
+/// Results of judges of balls, or of whole tools.
+struct DepthResults {
+  long judged = 0, too_deep = 0;
+  double deepest = 0, allowed = 0;
+  /// Adds the results of a judge, and ends it.
+  template <class Judge>
+  void add(std::optional<Judge>& judge) {
+    if (!judge) return;
+    judged += judge->judged(), too_deep += judge->too_deep();
+    deepest = std::max(deepest, judge->deepest_mm());
+    allowed = std::max(allowed, judge->allowed_mm());
+    judge.reset();
+  }
+};
 
 /// Replays a session and judges every tick: the path of the proxy met no solid, the force obeys its law, the
 /// energy ledger is consistent, friction stays in its cone, and round tips and depth images keep their
@@ -92,24 +110,18 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   law.torque_limit = header.force.torque_limit, law.torque_slew = header.force.torque_slew_limit;
   std::deque<AuditedHand> judges;
   for (std::size_t h = 0; h < header.hands.size(); ++h) judges.emplace_back(law);
-  long balls = 0, too_deep = 0;
-  double deepest = 0, allowed = 0;
-  const auto add_ball_results = [&](AuditedHand& hand) {
-    if (!hand.ball) return;
-    balls += hand.ball->judged(), too_deep += hand.ball->too_deep();
-    deepest = std::max(deepest, hand.ball->deepest_mm());
-    allowed = std::max(allowed, hand.ball->allowed_mm());
-    hand.ball.reset();
-  };
+  DepthResults balls, tools;
   const auto update_hand = [&](AuditedHand& hand,
                                const std::shared_ptr<const haptics::ServoHand>& servo_hand) {
     if (hand.scene != servo_hand->scene) {
-      add_ball_results(hand);
+      balls.add(hand.ball), tools.add(hand.tool);
       hand.scene = servo_hand->scene;
       // BallAudit judges by the smooth solid. Methods on cubes guarantee only that their cubes are not
       // entered: a ball of about a voxel's size may overlap the corner of a cube.
-      if (hand.scene->tool->radius() > 0 &&
-          haptics::find_method(servo_hand->method->name())->solid == Solid::smooth)
+      if (hand.scene->tool->is_six_dof())
+        hand.tool.emplace(*hand.scene);
+      else if (hand.scene->tool->radius() > 0 &&
+               haptics::find_method(servo_hand->method->name())->solid == Solid::smooth)
         hand.ball.emplace(*hand.scene);
     }
     if (hand.laws != servo_hand->laws) {
@@ -126,6 +138,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     hand.falls.solid_changed();
     hand.friction.set_solid(servo_hand);
     if (hand.ball) hand.ball->set_version(servo_hand->state.version);
+    if (hand.tool) hand.tool->set_version(servo_hand->state.version);
   };
 
   ProgressLine progress("auditing");
@@ -153,11 +166,14 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     AuditedHand& hand = judges[r.hand];
     update_hand(hand, replay.servo_hand());
     const haptics::TouchScene& scene = *hand.scene;
-    if (scene.tool->is_six_dof())
-      return Error{.what = "the audit does not support tools with six degrees of freedom",
+    const bool is_six_dof = scene.tool->is_six_dof();
+    if (is_six_dof && (header.force.is_passive || !hand.tool->has_positions()))
+      return Error{.what = "the audit does not support this tool with six degrees of freedom",
                    .where = data_tools::file_name(arguments.session),
-                   .found = "several balls or a whole tool at tick " + std::to_string(r.tick),
-                   .expected = "points and single balls",
+                   .found = std::string(header.force.is_passive ? "the passivity controller"
+                                                                : "a tool that was sampled from a mesh") +
+                            " at tick " + std::to_string(r.tick),
+                   .expected = "balls or a body of revolution, without the passivity controller",
                    .remedy = "compare its bits with trephine replay --verify"};
     const bool is_fresh = replay.counts().resumes != resumes;
     if (is_fresh || replay.counts().dropped != dropped)
@@ -176,7 +192,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     tick.normal = r.normal_world;
     if (r.has_contact) {
       const haptics::Material& material = touched_material(scene, r);
-      tick.stiffness = stiffness_at(scene, r);
+      tick.stiffness = judged_stiffness(scene, r, &step.contacts);
       tick.damping = material.damping, tick.viscosity = material.viscosity;
     }
     tick.is_working = r.pose.is_pressed();
@@ -187,12 +203,15 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     tick.friction_energy = r.energy.friction, tick.active_energy = r.energy.active;
     tick.carried = step.object_motion_world;
     tick.torque = r.torque_world, tick.turning_energy = r.energy.turning;
+    if (is_six_dof) tick.turn = r.turn_world, tick.gyration_square = scene.tool->gyration_square();
     const glm::dmat3 axes = glm::mat3_cast(glm::normalize(r.pose.orientation));
     for (int a = 0; a < 3; ++a) tick.axes[a] = axes[a];
     std::array<glm::dvec3, haptics::k_max_waypoints> path = step.path_volume;
     int waypoints = step.waypoint_count;
     const glm::dvec3 hip = scene.base->frame.volume_from_world(r.pose.position_world);
     glm::dvec3 centre = r.proxy_world;
+    const bool is_judged_as_tool = is_six_dof && r.tick % ToolAudit::k_every == 0;
+    glm::dvec3 planted_motion(0);
     const bool is_judged_as_ball = hand.ball && r.shape < static_cast<int>(base_shapes(scene).size());
     glm::dvec3 depth_position = r.proxy_world;
     const haptics::TouchItem* on =
@@ -205,6 +224,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
                                     hand.depth_images.is_free() && r.tick % DepthImageJudge::k_every == 0;
     if (to_plant && (*to_plant != "depth-images" || is_judged_by_depth) &&
         (*to_plant != "fall" || !is_depth_object) && (*to_plant != "ball" || is_judged_as_ball) &&
+        (*to_plant != "tool" || is_judged_as_tool) && (*to_plant != "fall" || !is_six_dof) &&
         *to_plant != "friction" && r.has_contact && !r.is_escaping &&
         2 * replay.counts().ticks > tick_count && glm::length(r.proxy_world - r.pose.position_world) > 0.1) {
       if (*to_plant == "force") tick.force.x += 0.01;
@@ -212,6 +232,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       if (*to_plant == "energy") tick.contact_energy += 0.01;
       if (*to_plant == "fall") path[0] = hip, waypoints = 1;
       if (*to_plant == "depth-images") depth_position -= 1.5 * r.normal_world;
+      if (*to_plant == "tool") planted_motion = -3 * hand.tool->allowed_mm() * r.normal_world;
       if (*to_plant == "ball") centre -= 3 * hand.ball->allowed_mm() * r.normal_world;
       to_plant.reset();
     }
@@ -221,7 +242,12 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     if (r.is_escaping || r.is_reset || r.is_restarted) hand.falls.restart(), hand.depth_images.restart();
     if (r.is_reset) hand.popped_shape = -1;
     if (r.is_escaping) ++escaping_ticks;
-    if (!r.is_escaping && !is_not_finite) {
+    if (is_six_dof) {
+      // The path of the HIP does not show where the surface of the tool was: its poses are judged instead.
+      hand.falls.restart();
+      if (is_judged_as_tool && !r.is_escaping && !is_not_finite && !step.is_buried)
+        hand.tool->judge(r, hand.solids, hand.popped_shape, planted_motion);
+    } else if (!r.is_escaping && !is_not_finite) {
       const long before = hand.falls.judged();
       // A moving object may have carried the proxy before the path of this tick began, but must not have
       // carried it through an object at rest.
@@ -233,7 +259,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
       if (hand.ball && hand.falls.judged() > before && !step.is_buried)
         hand.ball->judge_centre(centre, hand.popped_shape);
     }
-    if (on && !r.is_escaping && !is_not_finite && !step.is_buried && hand.popped_shape < 0) {
+    if (on && !is_six_dof && !r.is_escaping && !is_not_finite && !step.is_buried && hand.popped_shape < 0) {
       // Between walls on all sides, friction holds any pull, so the fault may be undetectable in one tick.
       // Plant it in every tick until the judge detects it.
       const haptics::Material& material = touched_material(scene, r);
@@ -272,7 +298,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     passable += hand.depth_images.passable;
     deepest_in_object = std::max(deepest_in_object, hand.depth_images.deepest);
     allowed_in_object = std::max(allowed_in_object, hand.depth_images.allowed);
-    add_ball_results(hand);
+    balls.add(hand.ball), tools.add(hand.tool);
     friction += hand.friction.found();
     fell += hand.falls.fall_throughs(), wrong += hand.force.wrong_forces();
     judged += hand.falls.judged();
@@ -282,9 +308,11 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   }
   const bool is_same = !replay.mismatch().has_value(), is_balanced = worst_energy < 1e-6;
   const bool is_damaged = session.reader->is_damaged();
-  const bool is_certified = !is_damaged && fell == 0 && wrong == 0 && is_same && is_balanced && judged > 0 &&
-                            too_deep == 0 && depth_too_deep == 0 && passable == 0 && friction.outside == 0 &&
-                            (allowed == 0 || balls > 0);
+  const bool is_certified = !is_damaged && fell == 0 && wrong == 0 && is_same && is_balanced &&
+                            judged + tools.judged > 0 && balls.too_deep == 0 && tools.too_deep == 0 &&
+                            depth_too_deep == 0 && passable == 0 && friction.outside == 0 &&
+                            (balls.allowed == 0 || balls.judged > 0) &&
+                            (tools.allowed == 0 || tools.judged > 0);
   Outcome outcome("audit-session", is_certified ? exit_done : exit_check_failed);
   outcome.json["method"] = header.hands[0].method;
   outcome.json["ticks"] = replay.counts().ticks;
@@ -310,11 +338,17 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     outcome.json["deepest_in_depth_object_mm"] = deepest_in_object;
     outcome.json["allowed_in_depth_object_mm"] = allowed_in_object;
   }
-  if (allowed > 0) {
-    outcome.json["balls_judged"] = balls;
-    outcome.json["balls_too_deep"] = too_deep;
-    outcome.json["deepest_ball_mm"] = deepest;
-    outcome.json["allowed_ball_mm"] = allowed;
+  if (balls.allowed > 0) {
+    outcome.json["balls_judged"] = balls.judged;
+    outcome.json["balls_too_deep"] = balls.too_deep;
+    outcome.json["deepest_ball_mm"] = balls.deepest;
+    outcome.json["allowed_ball_mm"] = balls.allowed;
+  }
+  if (tools.allowed > 0) {
+    outcome.json["tools_judged"] = tools.judged;
+    outcome.json["tools_too_deep"] = tools.too_deep;
+    outcome.json["deepest_tool_mm"] = tools.deepest;
+    outcome.json["allowed_tool_mm"] = tools.allowed;
   }
   outcome.json["is_same_as_recorded"] = is_same;
   outcome.json["is_damaged"] = is_damaged;
@@ -329,7 +363,11 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     outcome.print(
         "friction in {friction_judged} ticks, sliding in {friction_slid}: {friction_outside_cone} times "
         "outside Coulomb's cone, by {worst_friction_share:.1%} of the pull at most");
-  if (allowed > 0)
+  if (tools.allowed > 0)
+    outcome.print(
+        "the whole tool in {tools_judged} poses: {tools_too_deep} times with matter deeper in it than "
+        "{allowed_tool_mm:.2f} mm, {deepest_tool_mm:.3f} mm at most; its friction is not judged");
+  if (balls.allowed > 0)
     outcome.print(
         "the ball at {balls_judged} positions: {balls_too_deep} times deeper in matter than "
         "{allowed_ball_mm:.2f} "
@@ -348,7 +386,7 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   outcome.json["is_screen_judged"] = !is_on_screen;
   if (is_on_screen)
     outcome.print("touch by images of the screen is not judged: the session does not contain the images");
-  if (judged == 0) outcome.print("no tick could be judged: the hand was never free of matter");
+  if (judged + tools.judged == 0) outcome.print("no tick could be judged: the hand was never free of matter");
   if (is_damaged) outcome.print("the session is damaged: the part after the damage was not judged");
   outcome.print(is_certified ? "certified" : "NOT certified");
   return outcome;
@@ -414,10 +452,10 @@ Run build_audit(Options& options) {
   options
       .add("--plant", a->plant,
            "Show that the audit detects a fault, planted in one tick before it is judged: a fall through a "
-           "surface, a wrong force, torque or energy, a pull outside the cone of friction, a round tip in "
-           "matter, or a proxy inside an object of depth images")
+           "surface, a wrong force, torque or energy, a pull outside the cone of friction, a round tip or a "
+           "whole tool in matter, or a proxy inside an object of depth images")
       .type("FAULT")
-      .one_of({"fall", "force", "torque", "energy", "friction", "ball", "depth-images"});
+      .one_of({"fall", "force", "torque", "energy", "friction", "ball", "tool", "depth-images"});
   return run_with(a, run_audit);
 }
 

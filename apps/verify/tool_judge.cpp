@@ -1,0 +1,75 @@
+#include "apps/verify/tool_judge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+namespace trephine::verify {
+
+using glm::dvec2, glm::dvec3;
+
+/// Adds positions on a circle about the axis. `inward`: normal in the half plane of the axis, as (along,
+/// outward).
+void ToolJudge::add_circle(double along, double radius, const dvec2& inward, double spacing) {
+  const int count = std::max(1, static_cast<int>(std::ceil(2 * std::numbers::pi * radius / spacing)));
+  for (int i = 0; i < count; ++i) {
+    const double angle = 2 * std::numbers::pi * i / count;
+    const dvec2 out(std::cos(angle), std::sin(angle));
+    positions_.push_back({dvec3(radius * out, along), dvec3(inward.y * out, inward.x)});
+  }
+}
+
+void ToolJudge::add_revolution(std::span<const dvec2> rings, double spacing) {
+  for (std::size_t i = 0; i + 1 < rings.size(); ++i) {
+    const dvec2 step = rings[i + 1] - rings[i];
+    const double length = glm::length(step);
+    if (length == 0) continue;
+    // The outward normal of a cone is perpendicular to its line, away from the axis.
+    const dvec2 inward = dvec2(step.y, -step.x) / length;
+    const int count = std::max(1, static_cast<int>(std::ceil(length / spacing)));
+    for (int k = 0; k <= count; ++k) {
+      const dvec2 at = rings[i] + static_cast<double>(k) / count * step;
+      add_circle(at.x, at.y, inward, spacing);
+    }
+  }
+  if (rings.empty()) return;
+  const auto add_disk = [&](const dvec2& ring, double inward) {
+    const int count = static_cast<int>(std::ceil(ring.y / spacing));
+    for (int k = 0; k < count; ++k) add_circle(ring.x, ring.y * k / count, {inward, 0}, spacing);
+  };
+  const double forward = rings.back().x > rings.front().x ? 1 : -1;
+  add_disk(rings.front(), forward);
+  add_disk(rings.back(), -forward);
+}
+
+void ToolJudge::add_ball(const dvec3& centre, double radius, double spacing) {
+  const int rows = std::max(2, static_cast<int>(std::ceil(std::numbers::pi * radius / spacing)));
+  for (int row = 0; row <= rows; ++row) {
+    const double angle = std::numbers::pi * row / rows, flat = std::sin(angle), along = std::cos(angle);
+    const int count =
+        std::max(1, static_cast<int>(std::ceil(2 * std::numbers::pi * radius * flat / spacing)));
+    for (int i = 0; i < count; ++i) {
+      const double turn = 2 * std::numbers::pi * i / count;
+      const dvec3 out(flat * std::cos(turn), flat * std::sin(turn), along);
+      positions_.push_back({centre + radius * out, -out});
+    }
+  }
+}
+
+double ToolJudge::penetration_mm(const dvec3& position_world, const glm::dmat3& axes,
+                                 const IsSolid& is_solid) const {
+  constexpr double k_step = 0.01, k_most = 5;  // mm
+  double deepest = 0;
+  for (const Position& position : positions_) {
+    const dvec3 at = position_world + axes * position.at, inward = axes * position.inward;
+    if (!is_solid(at)) continue;
+    // Positions that are less deep than the deepest so far need no exact depth.
+    double depth = std::max(k_step, deepest);
+    while (depth < k_most && is_solid(at + depth * inward)) depth += k_step;
+    deepest = std::max(deepest, depth);
+  }
+  return deepest;
+}
+
+}  // namespace trephine::verify
