@@ -58,6 +58,24 @@ bool is_session_file(const std::string& path) {
   return in.read(magic, sizeof magic) && std::string_view(magic, sizeof magic) == sim::k_session_magic;
 }
 
+Result<haptics::PosePath> path_of_session(const std::string& path) {
+  auto reader = sim::SessionReader::open(path, modules::catalogue());
+  if (!reader) return reader.error();
+  std::vector<haptics::PosePath::Sample> samples;
+  sim::LogItem item;
+  for (;;) {
+    const Result<bool> read = reader.value().next(item);
+    if (!read) return read.error();
+    if (!read.value()) break;
+    const auto* tick = std::get_if<sim::TickItem>(&item);
+    if (tick == nullptr || tick->record.hand != 0 || (tick->record.raised & haptics::fault_not_finite) != 0)
+      continue;
+    samples.push_back(
+        {static_cast<double>(tick->record.tick) / reader.value().header().rate_hz, tick->record.pose});
+  }
+  return haptics::PosePath::from_samples(std::move(samples), data_tools::file_name(path));
+}
+
 bool has_own_scan(const sim::SessionReader& session) {
   const sim::SessionHeader& header = session.header();
   return session.has_scan() || (header.is_builtin && is_builtin(header.case_name));

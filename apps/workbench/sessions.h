@@ -28,6 +28,9 @@ Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& 
 /// True if the file is a recorded session.
 bool is_session_file(const std::string& path);
 
+/// Returns the recorded motion of the first hand. Error if the hand has no tick.
+Result<haptics::PosePath> path_of_session(const std::string& path);
+
 /// True if the session opens without another file: it contains its scan, or names a built-in one.
 bool has_own_scan(const sim::SessionReader& session);
 

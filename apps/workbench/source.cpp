@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "apps/workbench/clock.h"
+#include "apps/workbench/sessions.h"
 #include "apps/workbench/text.h"
 #include "data-tools/cases/phantom_cases.h"
 #include "data-tools/files/atomic_file.h"
@@ -331,12 +332,13 @@ void report_large_parts(const Source& source, const volume::Shape& shape, const 
 }
 
 Result<haptics::PosePath> open_path(const std::string& path) {
+  if (is_session_file(path)) return path_of_session(path);
   const std::string where = data_tools::file_name(path);
   std::ifstream file(path);
   if (!file)
     return Error{.what = "the path file does not exist",
                  .where = where,
-                 .expected = "a CSV file t,x,y,z[,qx,qy,qz,qw][,button]",
+                 .expected = "a CSV file t,x,y,z[,qx,qy,qz,qw][,button], or a recorded session",
                  .remedy = "check the spelling"};
   return haptics::PosePath::read_csv(file, where);
 }

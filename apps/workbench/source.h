@@ -79,7 +79,7 @@ Status check(const ShapeChoice& choice);
 /// default.
 Result<volume::Shape> choose_shape(const Source& source, const ShapeChoice& choice,
                                    const Listener& listener = {});
-/// Reads a path file (CSV).
+/// Reads a motion: a path file (CSV), or that of the first hand of a recorded session.
 Result<haptics::PosePath> open_path(const std::string& path);
 
 }  // namespace trephine::workbench

@@ -213,6 +213,63 @@ TEST_F(Command, AuditCertifiesEveryTickOfASession) {
   }
 }
 
+/// One motion with two methods: the motion is read from a session, and the forces are compared.
+TEST_F(Command, TheForcesOfOneMotionAreCompared) {
+  ASSERT_EQ(run("phantom sphere --size 48 --psf 1 -o s.mha").exit_code, 0);
+  write_press("p.csv", 2);
+  ASSERT_EQ(run("touch s.mha --path p.csv -o a.csv --record a.session").exit_code, 0);
+  ASSERT_EQ(run("touch s.mha --path a.session -o same.csv").exit_code, 0);
+  ASSERT_EQ(run("touch s.mha --path a.session -o soft.csv --stiffness 0.25").exit_code, 0);
+  const Json same = json("compare-forces a.csv same.csv");
+  EXPECT_EQ(same["difference_n"]["largest"], 0);
+  EXPECT_GT(same["rows"][0]["first"]["peak"].get<double>(), 0.8);
+  EXPECT_EQ(same["rows"][0]["first"], same["rows"][0]["second"]);
+  const Json soft = json("compare-forces a.csv soft.csv -o forces.png");
+  const double peak = soft["rows"][0]["first"]["peak"].get<double>();
+  EXPECT_NEAR(soft["rows"][0]["second"]["peak"].get<double>(), 0.5 * peak, 0.1 * peak);
+  EXPECT_GT(soft["difference_n"]["largest"].get<double>(), 0.3);
+  EXPECT_GT(fs::file_size(folder_ / "forces.png"), 1000u);
+  ASSERT_EQ(run("touch s.mha --path p.csv -o fast.csv --rate 2000").exit_code, 0);
+  const ProcessResult different = run("compare-forces a.csv fast.csv");
+  EXPECT_EQ(different.exit_code, 2);
+  EXPECT_NE(different.err.find("different steps"), std::string::npos) << different.err;
+  const ProcessResult no_table = run("compare-forces a.csv p.csv");
+  EXPECT_EQ(no_table.exit_code, 2);
+  EXPECT_NE(no_table.err.find("no column hip_x"), std::string::npos) << no_table.err;
+  EXPECT_EQ(run("compare-forces a.csv same.csv --hand 2").exit_code, 2);
+}
+
+/// A burr with its shaft drills a ball of bone and is levered in its hole. Depth, force and torque are
+/// judged, and planted faults are found by their own judges.
+TEST_F(Command, AuditJudgesAWholeTool) {
+  ASSERT_EQ(run("phantom sphere --size 48 --psf 1 -o s.mha").exit_code, 0);
+  std::ofstream path(file("lever.csv"));
+  path << "t,x,y,z,qx,qy,qz,qw,button\n";
+  for (int i = 0; i <= 40; ++i) {
+    const double t = 0.05 * i, tilt = t < 1.4 ? 0 : 0.35 * (t - 1.4);  // rad
+    path << t << "," << 6 * tilt << ",0," << 48 - 9 * std::min(1.0, t) << ",0," << std::sin(0.5 * tilt)
+         << ",0," << std::cos(0.5 * tilt) << "," << (t < 1.2) << "\n";
+  }
+  path.close();
+  const std::string drill = "drill s.mha --burr-diameter 5 --round --shaft 40 --path lever.csv -o d.mha ";
+  ASSERT_EQ(run(drill + "--record d.session").exit_code, 0);
+  const Json audit = json("audit d.session --scan s.mha");
+  EXPECT_EQ(audit["is_certified"], true) << audit;
+  EXPECT_GT(audit["tools_judged"].get<int>(), 100);
+  EXPECT_EQ(audit["tools_too_deep"], 0);
+  EXPECT_LT(audit["worst_force_n"].get<double>(), 1e-9);
+  EXPECT_LT(audit["worst_torque_nmm"].get<double>(), 1e-7);
+  for (const char* fault : {"tool", "force", "torque", "energy"}) {
+    const ProcessResult planted = run(std::string("audit d.session --scan s.mha --json --plant ") + fault);
+    EXPECT_EQ(planted.exit_code, 1) << fault << planted.err;
+    const Json found = Json::parse(planted.out);
+    EXPECT_EQ(found["tools_too_deep"] > 0, std::string(fault) == "tool") << found;
+    EXPECT_EQ(found["worst_force_n"] > 1e-3, std::string(fault) == "force") << found;
+    EXPECT_EQ(found["worst_torque_nmm"] > 1e-3, std::string(fault) == "torque") << found;
+    EXPECT_EQ(found["worst_energy_nmm"] > 1e-3, std::string(fault) == "energy") << found;
+  }
+}
+
 /// The default method with a fault: for one step the proxy is moved.
 class FaultyMethod final : public haptics::ProxyMethod {
  public:

@@ -407,9 +407,10 @@ Result<glm::dvec3> parse_point(const std::string& text, const char* option) {
 
 Option add_path(Options& options, std::string& path) {
   return options
-      .add("--path", path,
-           "CSV with t,x,y,z[,qx,qy,qz,qw][,button]: seconds; mm with x to the patient's left, y to the "
-           "back, z up (LPS); without a button column the button is pressed throughout")
+      .add(
+          "--path", path,
+          "Motion: a recorded session, or CSV with t,x,y,z[,qx,qy,qz,qw][,button]: seconds; mm with x to the patient's left, y to the "
+          "back, z up (LPS); without a button column the button is pressed throughout")
       .type("PATH.csv");
 }
 
