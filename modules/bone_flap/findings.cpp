@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "modules/bone_flap/evaluation.h"
+#include "modules/bone_flap/freehand.h"
 
 namespace trephine::bone_flap {
 
@@ -65,8 +66,8 @@ void add_targets(const FlapState& flap, const volume::Volume& scan, const volume
 }  // namespace
 
 std::vector<Finding> BoneFlap::findings(const sim::JobInput& input) const {
-  const auto* flap = input.state.undoable_of<FlapState>();
-  if (flap == nullptr || flap->flaps == 0) return {};
+  const std::optional<FlapState> flap = current_flap(input.state);
+  if (!flap) return {};
   std::vector<Finding> findings;
   const volume::SurgicalPlan* plan = input.state.plan.get();
   add_targets(*flap, *input.anatomy.base, plan, findings);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "modules/bone_flap/evaluation.h"
+#include "modules/bone_flap/freehand.h"
 #include "sim/api/work.h"
 
 namespace trephine::bone_flap {
@@ -30,7 +31,7 @@ struct JudgeResult final : sim::JobResult {
 
 std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
   const auto& request = *static_cast<const JudgeFlap*>(parameters);
-  const FlapState& flap = *input.state.undoable_of<FlapState>();
+  const FlapState flap = current_flap(input.state).value();  // checked when the job began
   auto output = std::make_shared<JudgeResult>();
   FlapJudged& judged = output->judged;
   judged.flap = flap.flaps, judged.area = flap.area;
@@ -64,6 +65,9 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
 
 /// Returns true if the judged flap is still the last flap, and unchanged.
 bool is_current(const void*, const sim::OperationState& input, const sim::OperationState& current) {
+  const sim::Body *judged_piece = freehand_piece(input), *piece = freehand_piece(current);
+  if (judged_piece != nullptr || piece != nullptr)
+    return judged_piece != nullptr && piece != nullptr && judged_piece->piece->hash == piece->piece->hash;
   const FlapState &judged = *input.undoable_of<FlapState>(), &now = *current.undoable_of<FlapState>();
   return judged.flaps == now.flaps && judged.outline == now.outline;
 }
@@ -116,10 +120,10 @@ Status check_outline(const char* where, const std::string& name, const sim::Oper
 
 Status check_judging(const JudgeFlap& request, const sim::OperationState& operation) {
   const FlapState* flap = operation.undoable_of<FlapState>();
-  if (flap == nullptr || flap->flaps == 0)
+  if ((flap == nullptr || flap->flaps == 0) && freehand_piece(operation) == nullptr)
     return Error{.what = "there is no bone flap to judge",
                  .where = "judge-flap",
-                 .remedy = "cut a flap first (cut-flap)"};
+                 .remedy = "cut the flap first, with the craniotome or along the outline (cut-flap)"};
   if (!request.outline.empty() && !request.planned.empty())
     return Error{.what = "two planned outlines are given",
                  .where = "judge-flap",
@@ -137,13 +141,17 @@ Status check_judging(const JudgeFlap& request, const sim::OperationState& operat
 
 const FlapJudged* judgement_of(const sim::OperationState& operation) {
   const FlapState* flap = operation.undoable_of<FlapState>();
-  if (flap == nullptr || flap->flaps == 0) return nullptr;
+  const sim::Body* piece = freehand_piece(operation);
+  if (piece == nullptr && (flap == nullptr || flap->flaps == 0)) return nullptr;
   for (std::size_t i = operation.chronicle.size(); i-- > 0;) {
     const sim::Event& event = operation.chronicle[i];
-    if (const auto* judged = event.value.as<FlapJudged>())
-      return judged->flap == flap->flaps && judged->area == flap->area && event.position_world == flap->centre
-                 ? judged
-                 : nullptr;
+    const auto* judged = event.value.as<FlapJudged>();
+    if (judged == nullptr) continue;
+    const bool is_of_flap = piece != nullptr
+                                ? judged->flap == 0 && event.position_world == piece->piece->middle_world
+                                : judged->flap == flap->flaps && judged->area == flap->area &&
+                                      event.position_world == flap->centre;
+    return is_of_flap ? judged : nullptr;
   }
   return nullptr;
 }

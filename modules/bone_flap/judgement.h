@@ -16,7 +16,7 @@ struct JudgeFlap {
 
 /// Judgement of a flap. Emitted at its centre.
 struct FlapJudged {
-  std::int64_t flap = 0;  ///< number of the flap, from 1 on
+  std::int64_t flap = 0;  ///< number of the flap, from 1 on; 0: it was cut by hand
   double area = 0;        ///< of its outer surface, mm2
   double perimeter = 0, length = 0, width = 0,
          roundness = 0;  ///< mm, roundness without unit; see OutlineShape

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "modules/bone_flap/bone_flap.h"
+#include "modules/bone_flap/freehand.h"
 #include "modules/bone_flap/outline.h"
 #include "modules/bone_flap/preview.h"
 
@@ -37,7 +38,8 @@ sim::Overlays BoneFlap::overlays(const sim::OperationState& operation) const {
   if (const FlapState* state = operation.undoable_of<FlapState>(); state && state->flaps > 0)
     add_loop(result.emplace_back(), state->outline);
   const FlapSettings* settings = operation.persistent_of<FlapSettings>();
-  if (settings == nullptr) return result;
+  // After a flap was cut by hand, outline and preview would cover the opening.
+  if (settings == nullptr || freehand_piece(operation) != nullptr) return result;
   // Straight sides would be hidden in the round skull, so they are drawn as arcs, lifted away from the scan's
   // centre.
   const volume::Volume& scan = operation.undoable.version->base();

@@ -8,6 +8,7 @@
 
 #include "apps/bench/scenes/scenes.h"
 #include "haptics/methods/methods.h"
+#include "modules/bone_flap/freehand.h"
 #include "modules/drilling/craniotome.h"
 #include "modules/drilling/perforator.h"
 #include "sim/drivers/lockstep.h"
@@ -378,6 +379,19 @@ TEST(Craniotome, JoinsBurrHolesAndDetachesTheEnclosedPiece) {
                disc = 7 * 3.1416 * (k_ring - 1.15) * (k_ring - 1.15);
   EXPECT_LT(mm3, disc);
   EXPECT_GT(mm3, 0.6 * disc);
+  // The piece is judged as a flap, although no command cut it.
+  const std::optional<bone_flap::FlapState> flap = bone_flap::current_flap(run.engine().state());
+  ASSERT_TRUE(flap);
+  EXPECT_EQ(flap->flaps, 0);
+  EXPECT_GT(flap->normal.z, 0.999);
+  EXPECT_NEAR(flap->area, mm3 / 7, 0.05 * flap->area) << "the vault is 7 mm thick";
+  double widest = 0;
+  for (const dvec3& p : flap->outline) {
+    widest = std::max(widest, std::hypot(p.x, p.y));
+    EXPECT_LT(std::hypot(p.x, p.y), k_ring + 0.4);
+    EXPECT_GT(p.z, 6);
+  }
+  EXPECT_NEAR(widest, k_ring, 0.4) << "the middle of the kerf";
   // The bit rests upright on the centre of the piece.
   for (int i = 0; i < 300; ++i) run.step(haptics::Pose{{0, 0, 14 - 0.04 * i}, {1, 0, 0, 0}, 0});
   EXPECT_TRUE(run.last_record().has_contact);

@@ -1,3 +1,5 @@
+#include "modules/bone_flap/evaluation.h"
+#include "modules/bone_flap/freehand.h"
 #include "modules/bone_flap/judgement.h"
 #include "tests/modules/flap_vault.h"
 
@@ -54,6 +56,29 @@ double measure(const sim::Engine& engine, const std::string& name) {
   for (const sim::Measure& m : engine.measures())
     if (m.name == name && !m.is_stale) return m.value;
   return std::nan("");
+}
+
+/// A flap that was cut along an outline is measured again on the detached piece alone, as one that was cut by
+/// hand.
+TEST(FlapJudgement, AFlapCutByHandIsMeasuredOnItsPiece) {
+  const Case scene(0.5);
+  sim::Lockstep run = scene.run();
+  ASSERT_FALSE(run.apply_and_finish({CutFlap{.outline = "planned flap"}, 0}).refused);
+  const sim::OperationState& state = run.engine().state();
+  const FlapState& cut = *state.undoable_of<FlapState>();
+  ASSERT_EQ(state.undoable.bodies.size(), 1u);
+  EXPECT_EQ(freehand_piece(state), nullptr) << "a command cut it";
+  const FlapState measured = flap_of_piece(*state.undoable.bodies[0].piece, {0, 0, 0});
+  const OutlineDistance distance = distance_between(measured.outline, cut.outline);
+  EXPECT_LT(distance.mean, 0.4);
+  EXPECT_LT(distance.worst, 1.2);
+  EXPECT_GT(glm::dot(measured.normal, cut.normal), std::cos(0.05));
+  EXPECT_NEAR(measured.area, cut.area, 0.06 * cut.area);
+  EXPECT_NEAR(shape_of(measured).length, shape_of(cut).length, 0.8);
+  const auto from_plan = distance_from_nearest(measured, *scene.plan),
+             exact = distance_from_nearest(cut, *scene.plan);
+  EXPECT_NEAR(from_plan->mean, exact->mean, 0.4);
+  EXPECT_TRUE(clearances_of(measured, {}).empty());
 }
 
 TEST(FlapJudgement, APlannedOutlineIsPreviewedAndCutByItsName) {

@@ -356,7 +356,7 @@ TEST(ShellProxy, AMissingTorqueVibrates) {
   EXPECT_NEAR(most, 0.05 * torque, 0.02 * torque);
   EXPECT_LT(along, 0.01 * most);
   EXPECT_LT(std::abs(mean), 0.05 * most);
-  EXPECT_EQ(records[1][k_ticks - 1].force_world, dvec3(0));
+  EXPECT_LT(glm::length(records[1][k_ticks - 1].force_world), 1e-9);
 }
 
 // A rod is pressed on a plane and turned against it, faster than the servo can follow without generating

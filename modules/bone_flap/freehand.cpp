@@ -1,0 +1,111 @@
+#include "modules/bone_flap/freehand.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+
+#include "modules/bone_flap/outline.h"
+
+namespace trephine::bone_flap {
+
+using glm::dvec2, glm::dvec3;
+
+namespace {
+
+constexpr double k_least_mm3 = 500;  // a smaller piece is no flap
+constexpr double k_kerf = 2;         // mm, assumed width of the cut
+constexpr double k_apex = 70;        // mm below the flap, as the default of CutFlap
+constexpr std::size_t k_sectors = 160;
+
+/// Returns the sector of a direction: sectors divide the circle in order, by a measure of the angle that
+/// needs no trigonometric function.
+std::size_t sector_of(const dvec2& p) {
+  const double sum = std::abs(p.x) + std::abs(p.y);
+  if (sum == 0) return 0;
+  const double share = p.y / sum;  // -1 to 1, over each half of the circle
+  const double turn = p.x >= 0 ? (share < 0 ? share + 4 : share) : 2 - share;  // 0 to 4
+  return std::min(static_cast<std::size_t>(turn / 4 * static_cast<double>(k_sectors)), k_sectors - 1);
+}
+
+}  // namespace
+
+const sim::Body* freehand_piece(const sim::OperationState& operation) {
+  if (const auto* cut = operation.undoable_of<FlapState>(); cut != nullptr && cut->flaps > 0) return nullptr;
+  const sim::Body* largest = nullptr;
+  for (const sim::Body& body : operation.undoable.bodies)
+    if (!body.is_implant && body.piece && body.piece->mm3 >= k_least_mm3 &&
+        (largest == nullptr || body.piece->mm3 > largest->piece->mm3))
+      largest = &body;
+  return largest;
+}
+
+FlapState flap_of_piece(const sim::Piece& piece, const dvec3& middle_world) {
+  const std::vector<dvec3>& vertices = piece.tree->vertices();
+  const std::vector<std::uint32_t>& triangles = piece.tree->triangles();
+  const auto for_triangles = [&](const auto& each) {
+    for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
+      const dvec3 &a = vertices[triangles[t]], &b = vertices[triangles[t + 1]],
+                  &c = vertices[triangles[t + 2]];
+      each(0.5 * glm::cross(b - a, c - a));  // length: the area
+    }
+  };
+  FlapState flap;
+  flap.flap_size = piece.mm3;
+  flap.width = k_kerf;
+  flap.centre = piece.middle_world;
+  const dvec3 outward = flap.centre - middle_world;
+  dvec3 sum(0);
+  for_triangles([&](const dvec3& area) {
+    if (glm::dot(area, outward) > 0) sum += area;
+  });
+  if (!(glm::length(sum) > 0)) return flap;
+  flap.normal = glm::normalize(sum);
+  flap.apex = flap.centre - k_apex * flap.normal;
+  // The outer surface; the sides of the piece are perpendicular to it.
+  constexpr double k_outer = 0.35;  // cosine
+  for_triangles([&](const dvec3& area) {
+    const double size = glm::length(area);
+    if (glm::dot(area, flap.normal) > k_outer * size) flap.area += size;
+  });
+  dvec3 right, up;
+  set_orthogonal_axes(flap.normal, right, up);
+  const auto plane = [&](const dvec3& p) {
+    return dvec2(glm::dot(p - flap.centre, right), glm::dot(p - flap.centre, up));
+  };
+  // The edge in each sector, and there the highest vertex, which is on the outer table.
+  std::array<double, k_sectors> radius{};
+  for (const dvec3& p : vertices) {
+    const dvec2 q = plane(p);
+    double& most = radius[sector_of(q)];
+    most = std::max(most, glm::length(q));
+  }
+  constexpr double k_edge = 1.5;  // mm from the edge
+  std::array<const dvec3*, k_sectors> highest{};
+  for (const dvec3& p : vertices) {
+    const dvec2 q = plane(p);
+    const std::size_t sector = sector_of(q);
+    if (glm::length(q) < radius[sector] - k_edge) continue;
+    if (highest[sector] == nullptr || glm::dot(p - *highest[sector], flap.normal) > 0) highest[sector] = &p;
+  }
+  for (std::size_t s = 0; s < k_sectors; ++s) {
+    if (highest[s] == nullptr || !(radius[s] > 0)) continue;
+    const dvec2 q = plane(*highest[s]);
+    const double height = glm::dot(*highest[s] - flap.centre, flap.normal), length = glm::length(q);
+    if (!(length > 0)) continue;
+    const dvec2 at = (radius[s] + 0.5 * k_kerf) / length * q;
+    flap.outline.push_back(flap.centre + at.x * right + at.y * up + height * flap.normal);
+  }
+  return flap;
+}
+
+std::optional<FlapState> current_flap(const sim::OperationState& operation) {
+  if (const auto* cut = operation.undoable_of<FlapState>(); cut != nullptr && cut->flaps > 0) return *cut;
+  const sim::Body* piece = freehand_piece(operation);
+  if (piece == nullptr) return std::nullopt;
+  const volume::Volume& scan = operation.undoable.version->base();
+  return flap_of_piece(*piece->piece, scan.frame.world_from_volume(0.5 * dvec3(scan.size - 1)));
+}
+
+}  // namespace trephine::bone_flap
