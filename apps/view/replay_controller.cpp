@@ -29,12 +29,30 @@ void ReplayController::start() {
 void ReplayController::set_speed(double speed) { speed_ = std::clamp(speed, 0.1, 100.0); }
 
 double ReplayController::seconds() const {
-  return now_ > duration_ ? now_ : static_cast<double>(replay_->next_tick()) / rate_hz_;
+  return now_ > duration_ || target_ ? now_ : static_cast<double>(replay_->next_tick()) / rate_hz_;
 }
 
 Status ReplayController::seek(double seconds) {
   now_ = std::clamp(seconds, 0.0, length_);
-  return replay_->seek(static_cast<std::uint64_t>(std::llround(std::min(now_, duration_) * rate_hz_)));
+  target_.reset();
+  return replay_->seek(tick_at_now());
+}
+
+Status ReplayController::begin_seek(double seconds) {
+  now_ = std::clamp(seconds, 0.0, length_);
+  target_ = tick_at_now();
+  return continue_seeking();
+}
+
+std::uint64_t ReplayController::tick_at_now() const {
+  return static_cast<std::uint64_t>(std::llround(std::min(now_, duration_) * rate_hz_));
+}
+
+Status ReplayController::continue_seeking() {
+  constexpr double k_part = 0.1;  // s, after which the window answers again
+  const Result<bool> has_arrived = replay_->seek_for(*target_, k_part);
+  if (!has_arrived || has_arrived.value()) target_.reset();
+  return has_arrived ? std::nullopt : Status(has_arrived.error());
 }
 
 Status ReplayController::step(int ticks) {
@@ -71,7 +89,13 @@ void ReplayController::update_force_parts() {
 Status ReplayController::frame(double elapsed) {
   Status error;
   has_picture_ = has_picture_ || viewport_.is_whole();
-  if (is_playing_ && has_picture_) {
+  if (target_) {
+    if (Status failed = continue_seeking()) return failed;
+    if (target_) {
+      viewport_.draw();
+      return std::nullopt;
+    }
+  } else if (is_playing_ && has_picture_) {
     error = seek(now_ + speed_ * elapsed);
     if (now_ >= length_) is_playing_ = false;
   }

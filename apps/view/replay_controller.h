@@ -27,6 +27,9 @@ class ReplayController {
   void set_speed(double speed);
   double speed() const noexcept { return speed_; }
   Status seek(double seconds);
+  /// As seek(), but a long way is divided among several frames, which show the previous picture.
+  Status begin_seek(double seconds);
+  bool is_seeking() const noexcept { return target_.has_value(); }
   /// Time of playback, s. It continues after the end of the session, up to length().
   double seconds() const;
   /// Time at which playback ends: the duration of the session, or a longer one that was set, s.
@@ -77,6 +80,10 @@ class ReplayController {
   std::optional<haptics::ForceParts> force_parts_;
   std::uint64_t explained_tick_ = 0;  ///< next_tick() for which `force_parts_` was computed; 0: no tick
   double speed_ = 1, now_ = 0;
+  std::optional<std::uint64_t> target_;  ///< tick to which the frames continue to seek
+  /// Continues toward `target_` for a part of a frame.
+  Status continue_seeking();
+  std::uint64_t tick_at_now() const;
   std::optional<std::uint64_t> shown_;  ///< next_tick() of the replay when the overlays were shown
 };
 

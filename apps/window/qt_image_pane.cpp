@@ -190,6 +190,35 @@ void ImagePane::refresh(const std::array<dvec3, 2>* tool) {
   update();
 }
 
+namespace {
+
+/// Returns a caption in lines of at most `room` pixels. Breaks it between its items, which three spaces or a
+/// comma separate, so that a number keeps its unit; only an item that is too wide by itself is cut.
+QStringList wrapped(const QString& caption, const QFontMetricsF& metrics, double room) {
+  QStringList lines;
+  for (const QString& line : caption.split('\n')) {
+    QString current;
+    for (const QString& part : line.split("   ", Qt::SkipEmptyParts)) {
+      const QStringList items = part.split(", ");
+      for (int i = 0; i < items.size(); ++i) {
+        const QString item = items[i].trimmed();
+        const QString longer = current.isEmpty() ? item : current + (i > 0 ? ", " : "   ") + item;
+        if (current.isEmpty() || metrics.horizontalAdvance(longer) <= room) {
+          current = longer;
+        } else {
+          lines.push_back(current);
+          current = item;
+        }
+      }
+    }
+    lines.push_back(current);
+  }
+  for (QString& line : lines) line = metrics.elidedText(line, Qt::ElideRight, room);
+  return lines;
+}
+
+}  // namespace
+
 /// Adds the letters of directions, the captions and the value at the focus to `text`. Sets `bottom`, the
 /// lower edge of the legend.
 void ImagePane::add_captions(PaneText& text, const Panel& panel, const QRectF& inner, double& bottom) const {
@@ -208,8 +237,7 @@ void ImagePane::add_captions(PaneText& text, const Panel& panel, const QRectF& i
   const QFontMetricsF metrics(font());
   const double bar = std::max(0.3 * width(), metrics.horizontalAdvance("100 mm") + 16);
   const double room = panes_->plane(index_) ? width() - bar - 16 : width();
-  QStringList lines = foot.trimmed().split('\n');
-  for (QString& line : lines) line = metrics.elidedText(line, Qt::ElideRight, room - 12);
+  const QStringList lines = wrapped(foot.trimmed(), metrics, room - 12);
   text.add(inner, Qt::AlignLeft | Qt::AlignBottom, lines.join('\n'));
   // The letter at the lower edge is above the foot and the scale bar.
   bottom = inner.bottom() - metrics.height() * std::max<double>(1, lines.size()) - 8;

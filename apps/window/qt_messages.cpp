@@ -264,7 +264,9 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "Free practice: spine"),
       QT_TRANSLATE_NOOP("messages", "All instruments on the built-in lumbar spine, without steps."),
       QT_TRANSLATE_NOOP("messages", "Plan the outline"),
-      QT_TRANSLATE_NOOP("messages", "Set three or more anchors around the target, then preview the flap."),
+      QT_TRANSLATE_NOOP(
+          "messages",
+          "Point at each corner of the flap and press Ctrl+1, at three or more positions around the target. Then choose Preview flap in the menu Commands."),
       QT_TRANSLATE_NOOP(
           "messages",
           "The outline should expose the target with a margin, and keep clear of the venous sinuses."),
@@ -283,7 +285,7 @@ const std::vector<const char*>& message_patterns() {
           "messages",
           "The foot of the craniotome stays between bone and dura. Bridges of bone keep the flap attached."),
       QT_TRANSLATE_NOOP("messages", "Lift the flap"),
-      QT_TRANSLATE_NOOP("messages", "Grasp the flap, lift it off the dura and release it."),
+      QT_TRANSLATE_NOOP("messages", "Grasp the flap with T, lift it off the dura, and release it with T."),
       QT_TRANSLATE_NOOP("messages",
                         "In the operating room the dura is stripped from the flap while it is lifted."),
       QT_TRANSLATE_NOOP("messages", "Inspect the opening"),
@@ -340,12 +342,14 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "Push the probe through the pedicle into the body of the vertebra."),
       QT_TRANSLATE_NOOP("messages", "A loss of resistance before the planned depth is a breach."),
       QT_TRANSLATE_NOOP("messages", "Place the screws"),
-      QT_TRANSLATE_NOOP("messages", "Choose diameter and length, and place a screw in a track."),
+      QT_TRANSLATE_NOOP(
+          "messages",
+          "Choose Place screw in the menu Commands, with diameter and length, to place a screw in a track."),
       QT_TRANSLATE_NOOP("messages", "A screw should fill most of the pedicle without breaching it."),
       QT_TRANSLATE_NOOP("messages", "Evaluate canal and screws"),
       QT_TRANSLATE_NOOP(
           "messages",
-          "Choose Judge screw for each screw, and Judge laminectomy for the canal, in the menu Commands. Enter the label of the vertebra."),
+          "Choose Judge screw for each screw, and Judge laminectomy for the canal, in the menu Commands."),
       QT_TRANSLATE_NOOP("messages", "The operation is complete"),
       QT_TRANSLATE_NOOP("messages", "Mark the entry"),
       QT_TRANSLATE_NOOP(
@@ -889,6 +893,9 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "loading the firmware of the Falcon, attempt %1 of %2"),
       QT_TRANSLATE_NOOP("messages", "the opening of the device was cancelled"),
       QT_TRANSLATE_NOOP("messages", "open it again, or use the mouse"),
+      QT_TRANSLATE_NOOP("messages", "there is no bone flap to judge"),
+      QT_TRANSLATE_NOOP("messages",
+                        "cut the flap first, with the craniotome or along the outline (cut-flap)"),
   };
   return k_patterns;
 }

@@ -80,12 +80,20 @@ void PaneText::place_legend(const Panel& panel, double bottom, std::vector<Entry
 
 void PaneText::lay_out(const Panel& panel, bool has_names, double bottom) {
   const QFontMetricsF metrics(painter_->font());
+  // Lines of one colour have one entry with all their names.
   std::vector<Entry> lines;
+  QStringList known;
   for (const Panel::Line& line : panel.lines) {
     const QString name = localized(line.name);
-    if (!name.isEmpty() &&
-        std::none_of(lines.begin(), lines.end(), [&](const Entry& other) { return other.text == name; }))
-      lines.push_back({name, colour_of(line.colour)});
+    if (name.isEmpty() || known.contains(name)) continue;
+    known.push_back(name);
+    const QColor colour = colour_of(line.colour);
+    const auto same =
+        std::find_if(lines.begin(), lines.end(), [&](const Entry& other) { return other.colour == colour; });
+    if (same != lines.end())
+      same->text += ", " + name;
+    else
+      lines.push_back({name, colour});
   }
   names_.clear();
   place_legend(panel, bottom, lines);
@@ -137,8 +145,9 @@ void PaneText::draw() {
   double y = legend_.top();
   for (const Entry& entry : entries_) {
     const double text_left = legend_.left() + (entry.has_swatch ? swatch + 10 : k_margin);
-    write_text(*painter_, QRectF(text_left, y, legend_.right() - text_left, row),
-               Qt::AlignLeft | Qt::AlignVCenter, entry.text);
+    const double text_width = legend_.right() - text_left;
+    write_text(*painter_, QRectF(text_left, y, text_width, row), Qt::AlignLeft | Qt::AlignVCenter,
+               QFontMetricsF(painter_->font()).elidedText(entry.text, Qt::ElideRight, text_width));
     if (entry.has_swatch)
       painter_->fillRect(QRectF(legend_.left() + 2, y + 0.2 * row, swatch, swatch), entry.colour);
     y += row;

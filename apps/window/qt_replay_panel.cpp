@@ -68,7 +68,7 @@ ReplayPanel::ReplayPanel(const workbench::SessionSummary& summary, double second
   connect(play_, &QPushButton::clicked, this, &ReplayPanel::toggle_play);
   connect(slider_, &QSlider::actionTriggered, this, [this] {
     if (replay_ == nullptr) return;
-    if (const Status error = replay_->seek(1e-3 * slider_->sliderPosition())) on_error(*error);
+    if (const Status error = replay_->begin_seek(1e-3 * slider_->sliderPosition())) on_error(*error);
   });
   connect(speed_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this] {
     if (replay_ != nullptr) replay_->set_speed(speed_->currentData().toDouble());
@@ -90,10 +90,12 @@ void ReplayPanel::toggle_play() {
 }
 
 void ReplayPanel::show_state() {
+  continue_->setEnabled(take_over_ != nullptr && !replay_->is_seeking());
   play_->setText(replay_->is_playing() ? tr("Pause") : tr("Play"));
   if (!slider_->isSliderDown()) slider_->setValue(static_cast<int>(1000 * replay_->seconds()));
-  clock_->setText(
-      QString("%L1 / %L2 s").arg(replay_->seconds(), 0, 'f', 1).arg(replay_->length(), 0, 'f', 1));
+  const QString time =
+      QString("%L1 / %L2 s").arg(replay_->seconds(), 0, 'f', 1).arg(replay_->length(), 0, 'f', 1);
+  clock_->setText(replay_->is_seeking() ? tr("going to %1 ...").arg(time) : time);
 }
 
 void ReplayPanel::show_marks() {

@@ -361,6 +361,17 @@ void ToolPanel::show(const sim::Value& tool) {
   if (!(form_->value() == tool)) form_->show(tool);
 }
 
+int ToolPanel::widest() const {
+  int width = 0;
+  for (const sim::Value& instrument : instruments_) {
+    FieldForm form(instrument);
+    form.ensurePolished();
+    form.layout()->activate();
+    width = std::max(width, form.minimumSizeHint().width());
+  }
+  return width;
+}
+
 void ToolPanel::step(int steps) {
   if (form_) form_->step(steps);
 }

@@ -89,6 +89,8 @@ class ToolPanel : public QWidget {
   explicit ToolPanel(const sim::Catalogue* catalogue, QWidget* parent = nullptr);
   /// Shows the instrument in the hand; empty: no instrument.
   void show(const sim::Value& tool);
+  /// Returns the width that the settings of the widest instrument need, pixels.
+  int widest() const;
   void step(int steps);
   /// Returns the parameters with which the user may select an instrument, or the reason why this is not
   /// allowed.

@@ -119,10 +119,11 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   canvas_->setRenderWindow(window);
   grid_->set_canvas(canvas_);
   tool_notice_ = new NoticeLabel(canvas_);
+  has_been_whole_ = false;
   drawing_ = new QLabel(canvas_);
   drawing_->setObjectName("drawing");
-  drawing_->setStyleSheet("color: #aab2be; background: transparent");
-  drawing_->setAlignment(Qt::AlignCenter);
+  drawing_->setStyleSheet(
+      "color: #e8ecf2; background: rgba(14, 16, 20, 205); border-radius: 4px; padding: 4px 10px");
   drawing_->setAttribute(Qt::WA_TransparentForMouseEvents);
   build_prompt();
   log_->clear();
@@ -346,16 +347,19 @@ void MainWindow::tick() {
   report_disconnected_parts();
 }
 
-/// Shows the progress of drawing until the anatomy has been drawn once.
+/// Shows the progress of drawing until the anatomy has been drawn once; in a replay, also after a jump.
 void MainWindow::show_drawing() {
-  if (drawing_ == nullptr) return;
-  if (viewport()->is_whole()) {
-    delete drawing_;
-    drawing_ = nullptr;
+  constexpr double k_soon = 0.5;  // s; in a replay, a shorter update needs no text
+  const bool is_whole = viewport()->is_whole();
+  if (is_whole) was_whole_at_ = Clock::now(), has_been_whole_ = true;
+  const bool is_late = replay_ && seconds_since(was_whole_at_) > k_soon;
+  if (is_whole || (has_been_whole_ && !is_late)) {
+    drawing_->hide();
     return;
   }
   drawing_->setText(tr("Drawing the anatomy: %1 %").arg(static_cast<int>(100 * viewport()->drawn_share())));
-  drawing_->setGeometry(canvas_->rect());
+  drawing_->adjustSize();
+  drawing_->move(canvas_->rect().center() - drawing_->rect().center());
   drawing_->show();
 }
 

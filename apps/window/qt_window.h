@@ -286,7 +286,11 @@ class MainWindow : public QMainWindow {
   ScoreDialog* score_ = nullptr;         ///< null until it is requested
   HelpOverlay* help_ = nullptr;
   NoticeLabel* tool_notice_ = nullptr;
-  QLabel* drawing_ = nullptr;  ///< progress of drawing; null after the anatomy was drawn once
+  QLabel* drawing_ = nullptr;    ///< progress of drawing
+  double fitted_text_size_ = 0;  ///< points, to which the panel is fitted
+  int tool_panel_width_ = 0;     ///< pixels, for the widest instrument; 0: not known
+  bool has_been_whole_ = false;  ///< the anatomy was drawn once
+  workbench::Clock::time_point was_whole_at_ = {};
   EventLog* log_ = nullptr;
 };
 

@@ -224,14 +224,19 @@ void MainWindow::build_panel() {
   addDockWidget(Qt::RightDockWidgetArea, dock);
 }
 
-/// Fits the width of the panel to its contents. The width never shrinks, because the picture would move under
-/// the cursor.
+/// Fits the width of the panel to its contents, and to the settings of every instrument: otherwise another
+/// instrument would widen the panel, and the picture would move under the cursor. Until the size of the text
+/// changes, the width never shrinks.
 void MainWindow::fit_panel() {
   // Deferred until the widgets have their style.
-  QTimer::singleShot(0, panel_, [panel = panel_] {
-    panel->setMinimumWidth(std::max(
-        panel->minimumWidth(),
-        panel->widget()->minimumSizeHint().width() + panel->verticalScrollBar()->sizeHint().width() + 4));
+  QTimer::singleShot(0, panel_, [this] {
+    if (fitted_text_size_ != font().pointSizeF()) panel_->setMinimumWidth(0), tool_panel_width_ = 0;
+    fitted_text_size_ = font().pointSizeF();
+    if (tool_panel_width_ == 0 && !options_.replay)
+      tool_panel_width_ = tool_panel_->widest() + 2 * tool_panel_->mapTo(panel_->widget(), QPoint()).x();
+    panel_->setMinimumWidth(std::max(
+        panel_->minimumWidth(), std::max(panel_->widget()->minimumSizeHint().width(), tool_panel_width_) +
+                                    panel_->verticalScrollBar()->sizeHint().width() + 4));
   });
 }
 

@@ -79,8 +79,9 @@ void MainWindow::show_replay_state() {
   const double share = viewport()->drawn_share();
   state_text_->setText(replay_->record().faults & haptics::k_latched_faults
                            ? tr("\u26a0 the force was off at this time")
-                       : share < 1 ? tr("drawing, %1 %").arg(static_cast<int>(100 * share))
-                                   : "");
+                       : replay_->is_seeking() ? tr("replaying the session up to this time ...")
+                       : share < 1             ? tr("drawing, %1 %").arg(static_cast<int>(100 * share))
+                                               : "");
 }
 
 void MainWindow::follow(MainWindow& leader) {
@@ -101,7 +102,7 @@ void MainWindow::follow_leader() {
   replay_->play(false);
   const double seconds = std::min(leader_->replay_->seconds(), replay_->length());
   if (std::abs(replay_->seconds() - seconds) > 0.5 / options_.rate_hz)
-    if (const Status error = replay_->seek(seconds)) show_error(*error);
+    if (const Status error = replay_->begin_seek(seconds)) show_error(*error);
   vtkCamera* view = leader_->viewport()->view().renderer()->GetActiveCamera();
   if (std::exchange(leader_view_time_, view->GetMTime()) != view->GetMTime())
     viewport()->view().renderer()->GetActiveCamera()->ShallowCopy(view);

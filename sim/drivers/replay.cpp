@@ -1,8 +1,10 @@
 #include "sim/drivers/replay.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <glm/geometric.hpp>
+#include <limits>
 
 #include "haptics/servo/servo_memory.h"
 #include "volume/base/text.h"
@@ -449,6 +451,12 @@ void Replay::record_mismatch(std::uint64_t tick, const char* what, std::string r
 }
 
 Status Replay::seek(std::uint64_t tick) {
+  const Result<bool> arrived = seek_for(tick, std::numeric_limits<double>::infinity());
+  return arrived ? std::nullopt : Status(arrived.error());
+}
+
+Result<bool> Replay::seek_for(std::uint64_t tick, double seconds) {
+  const auto begin = std::chrono::steady_clock::now();
   // Starts from the newest state before the tick: the current one, a kept one, or a checkpoint.
   const auto first_later = std::partition_point(kept_states_.begin(), kept_states_.end(),
                                                 [tick](const State& s) { return s.next_tick <= tick; });
@@ -464,7 +472,7 @@ Status Replay::seek(std::uint64_t tick) {
       if (!is_opened) is_current_usable = false;
     }
   if (!is_opened && !is_current_usable)
-    if (Status error = restore(kept_states_[start])) return error;
+    if (Status error = restore(kept_states_[start])) return *error;
   // At the end of the session, continues beyond the first record of the last tick: the other hands have
   // records of this tick too, and commands may follow.
   const bool is_to_end = tick >= session_->tick_count();
@@ -472,8 +480,10 @@ Status Replay::seek(std::uint64_t tick) {
     const Result<bool> stepped = step();
     if (!stepped) return stepped.error();
     if (!stepped.value()) break;
+    if (std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() > seconds)
+      return !is_to_end && state_->next_tick >= tick && !state_->is_in_tick;
   }
-  return std::nullopt;
+  return true;
 }
 
 volume::VoxelBox Replay::take_changed() noexcept {

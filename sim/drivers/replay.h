@@ -45,6 +45,8 @@ class Replay {
   /// If `tick` is at least the session's number of ticks, goes to the end of the session, with the commands
   /// after the last tick.
   Status seek(std::uint64_t tick);
+  /// As seek(), but returns after about `seconds`. Returns false if it must be called again to arrive.
+  Result<bool> seek_for(std::uint64_t tick, double seconds);
   /// Returns the parts of the force of a hand in a tick. Afterwards the replay is at the end of that hand's
   /// part of the tick. Error if the session has no such tick.
   Result<haptics::ForceParts> force_parts(std::uint64_t tick, int hand);

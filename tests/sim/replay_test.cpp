@@ -33,6 +33,32 @@ TEST(Replay, SeeksForwardAndBackToTheSameState) {
   EXPECT_FALSE(run.mismatch().has_value());
 }
 
+/// A seek in parts arrives at the same state, also at the end, and from the middle of another seek.
+TEST(Replay, SeeksInPartsToTheSameState) {
+  const Folder folder;
+  const std::string path = folder.file("a.session");
+  const std::uint64_t hash = record_lockstep(path, 3000);
+  Bench bench;
+  auto opened = SessionReader::open(path, drilling_catalogue());
+  ASSERT_TRUE(opened.is_ok());
+  const auto run = Replay::open(opened.value(), bench.scene.base).value();
+  ASSERT_FALSE(run->seek(1700).has_value());
+  const std::uint64_t middle = run->engine().version()->content_hash();
+  const auto go_to = [&](std::uint64_t tick) {
+    int parts = 1;
+    while (!run->seek_for(tick, 0).value()) ++parts;
+    return parts;
+  };
+  EXPECT_GT(go_to(5000), 100) << "each part is at least a tick";
+  EXPECT_EQ(run->engine().version()->content_hash(), hash);
+  EXPECT_EQ(go_to(5000), 1) << "it is there";
+  EXPECT_FALSE(run->seek_for(200, 0).value());
+  go_to(1700);
+  EXPECT_EQ(run->next_tick(), 1700u);
+  EXPECT_EQ(run->engine().version()->content_hash(), middle);
+  EXPECT_FALSE(run->mismatch().has_value());
+}
+
 enum class PlantedFault { none, force, stated_force, removed_volume, voxels };
 
 /// Writes a session with one changed fact.

@@ -985,8 +985,8 @@
         <translation>Umriss planen</translation>
     </message>
     <message>
-        <source>Set three or more anchors around the target, then preview the flap.</source>
-        <translation>Drei oder mehr Ankerpunkte um das Ziel setzen, dann die Vorschau des Deckels zeigen.</translation>
+        <source>Point at each corner of the flap and press Ctrl+1, at three or more positions around the target. Then choose Preview flap in the menu Commands.</source>
+        <translation>Auf jede Ecke des Deckels zeigen und dort Strg+1 drücken, an drei oder mehr Stellen um das Ziel. Dann im Menü Befehle „Vorschau des Knochendeckels“ wählen.</translation>
     </message>
     <message>
         <source>The outline should expose the target with a margin, and keep clear of the venous sinuses.</source>
@@ -1021,8 +1021,8 @@
         <translation>Deckel abheben</translation>
     </message>
     <message>
-        <source>Grasp the flap, lift it off the dura and release it.</source>
-        <translation>Den Deckel greifen, von der Dura abheben und loslassen.</translation>
+        <source>Grasp the flap with T, lift it off the dura, and release it with T.</source>
+        <translation>Den Deckel mit T greifen, von der Dura abheben und mit T loslassen.</translation>
     </message>
     <message>
         <source>In the operating room the dura is stripped from the flap while it is lifted.</source>
@@ -1149,8 +1149,8 @@
         <translation>Schrauben setzen</translation>
     </message>
     <message>
-        <source>Choose diameter and length, and place a screw in a track.</source>
-        <translation>Durchmesser und Länge wählen und eine Schraube in einen Bohrkanal setzen.</translation>
+        <source>Choose Place screw in the menu Commands, with diameter and length, to place a screw in a track.</source>
+        <translation>Im Menü Befehle „Schraube setzen“ wählen, mit Durchmesser und Länge, um eine Schraube in einen Bohrkanal zu setzen.</translation>
     </message>
     <message>
         <source>A screw should fill most of the pedicle without breaching it.</source>
@@ -1161,8 +1161,8 @@
         <translation>Kanal und Schrauben bewerten</translation>
     </message>
     <message>
-        <source>Choose Judge screw for each screw, and Judge laminectomy for the canal, in the menu Commands. Enter the label of the vertebra.</source>
-        <translation>Im Menü Befehle „Schraube beurteilen“ für jede Schraube und „Laminektomie beurteilen“ für den Kanal wählen. Das Label des Wirbels eingeben.</translation>
+        <source>Choose Judge screw for each screw, and Judge laminectomy for the canal, in the menu Commands.</source>
+        <translation>Im Menü Befehle „Schraube beurteilen“ für jede Schraube und „Laminektomie beurteilen“ für den Kanal wählen.</translation>
     </message>
     <message>
         <source>The operation is complete</source>
@@ -3180,6 +3180,14 @@
         <source>open it again, or use the mouse</source>
         <translation>es erneut öffnen oder die Maus verwenden</translation>
     </message>
+    <message>
+        <source>there is no bone flap to judge</source>
+        <translation>es gibt keinen Knochendeckel, der beurteilt werden kann</translation>
+    </message>
+    <message>
+        <source>cut the flap first, with the craniotome or along the outline (cut-flap)</source>
+        <translation>den Deckel zuerst sägen, mit dem Kraniotom oder entlang der Umrisslinie (cut-flap)</translation>
+    </message>
 </context>
 <context>
     <name>trephine::view::CasePanel</name>
@@ -4592,6 +4600,10 @@ Lizenz: Apache-2.0</translation>
         <source>The device reports no workspace.</source>
         <translation>Das Gerät meldet keinen Arbeitsbereich.</translation>
     </message>
+    <message>
+        <source>replaying the session up to this time ...</source>
+        <translation>die Sitzung wird bis zu dieser Zeit abgespielt ...</translation>
+    </message>
 </context>
 <context>
     <name>trephine::view::ReplayPanel</name>
@@ -4642,6 +4654,10 @@ Lizenz: Apache-2.0</translation>
     <message>
         <source>Note at %L1 s:</source>
         <translation>Notiz bei %L1 s:</translation>
+    </message>
+    <message>
+        <source>going to %1 ...</source>
+        <translation>Sprung zu %1 ...</translation>
     </message>
 </context>
 <context>
