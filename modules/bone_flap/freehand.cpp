@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <glm/vec2.hpp>
 
 #include "modules/bone_flap/outline.h"
@@ -29,6 +30,44 @@ std::size_t sector_of(const dvec2& p) {
   return std::min(static_cast<std::size_t>(turn / 4 * static_cast<double>(k_sectors)), k_sectors - 1);
 }
 
+/// Calls each(area) for the triangles: vectors along their normals, as long as their areas in mm2.
+template <class Each>
+void for_triangles(const sim::Piece& piece, const Each& each) {
+  const std::vector<dvec3>& vertices = piece.tree->vertices();
+  const std::vector<std::uint32_t>& triangles = piece.tree->triangles();
+  for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
+    const dvec3 &a = vertices[triangles[t]], &b = vertices[triangles[t + 1]], &c = vertices[triangles[t + 2]];
+    each(0.5 * glm::cross(b - a, c - a));
+  }
+}
+
+/// Returns the normal of a plate: the direction of most of its area, toward `outward` or, if that direction
+/// is no better known, toward the side with the larger area, as of a vault. 0 without triangles.
+dvec3 normal_of(const sim::Piece& piece, const dvec3& outward) {
+  glm::dmat3 moments(0.0);
+  for_triangles(piece, [&](const dvec3& area) {
+    if (const double size = glm::length(area); size > 0) moments += glm::outerProduct(area, area) / size;
+  });
+  // The largest eigenvector, by iteration.
+  dvec3 normal = glm::length(outward) > 0 ? glm::normalize(outward) : dvec3(0, 0, 1);
+  constexpr int k_iterations = 60;
+  for (int i = 0; i < k_iterations; ++i) {
+    const dvec3 next = moments * normal;
+    if (!(glm::length(next) > 0)) return dvec3(0);
+    normal = glm::normalize(next);
+  }
+  constexpr double k_known = 10;  // mm
+  double side = glm::dot(outward, normal);
+  if (std::abs(side) < k_known) {
+    side = 0;
+    for_triangles(piece, [&](const dvec3& area) {
+      const double share = glm::dot(area, normal);
+      side += share * std::abs(share) / std::max(glm::length(area), 1e-300);
+    });
+  }
+  return side < 0 ? -normal : normal;
+}
+
 }  // namespace
 
 const sim::Body* freehand_piece(const sim::OperationState& operation) {
@@ -43,29 +82,16 @@ const sim::Body* freehand_piece(const sim::OperationState& operation) {
 
 FlapState flap_of_piece(const sim::Piece& piece, const dvec3& middle_world) {
   const std::vector<dvec3>& vertices = piece.tree->vertices();
-  const std::vector<std::uint32_t>& triangles = piece.tree->triangles();
-  const auto for_triangles = [&](const auto& each) {
-    for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
-      const dvec3 &a = vertices[triangles[t]], &b = vertices[triangles[t + 1]],
-                  &c = vertices[triangles[t + 2]];
-      each(0.5 * glm::cross(b - a, c - a));  // length: the area
-    }
-  };
   FlapState flap;
   flap.flap_size = piece.mm3;
   flap.width = k_kerf;
   flap.centre = piece.middle_world;
-  const dvec3 outward = flap.centre - middle_world;
-  dvec3 sum(0);
-  for_triangles([&](const dvec3& area) {
-    if (glm::dot(area, outward) > 0) sum += area;
-  });
-  if (!(glm::length(sum) > 0)) return flap;
-  flap.normal = glm::normalize(sum);
+  flap.normal = normal_of(piece, flap.centre - middle_world);
+  if (flap.normal == dvec3(0)) return flap;
   flap.apex = flap.centre - k_apex * flap.normal;
   // The outer surface; the sides of the piece are perpendicular to it.
   constexpr double k_outer = 0.35;  // cosine
-  for_triangles([&](const dvec3& area) {
+  for_triangles(piece, [&](const dvec3& area) {
     const double size = glm::length(area);
     if (glm::dot(area, flap.normal) > k_outer * size) flap.area += size;
   });

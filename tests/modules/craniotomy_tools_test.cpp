@@ -383,13 +383,12 @@ TEST(Craniotome, JoinsBurrHolesAndDetachesTheEnclosedPiece) {
   const std::optional<bone_flap::FlapState> flap = bone_flap::current_flap(run.engine().state());
   ASSERT_TRUE(flap);
   EXPECT_EQ(flap->flaps, 0);
-  EXPECT_GT(flap->normal.z, 0.999);
+  EXPECT_GT(std::abs(flap->normal.z), 0.99) << "a flat vault has no outer side";
   EXPECT_NEAR(flap->area, mm3 / 7, 0.05 * flap->area) << "the vault is 7 mm thick";
   double widest = 0;
   for (const dvec3& p : flap->outline) {
     widest = std::max(widest, std::hypot(p.x, p.y));
     EXPECT_LT(std::hypot(p.x, p.y), k_ring + 0.4);
-    EXPECT_GT(p.z, 6);
   }
   EXPECT_NEAR(widest, k_ring, 0.4) << "the middle of the kerf";
   // The bit rests upright on the centre of the piece.

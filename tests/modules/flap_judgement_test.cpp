@@ -70,10 +70,12 @@ TEST(FlapJudgement, AFlapCutByHandIsMeasuredOnItsPiece) {
   EXPECT_EQ(freehand_piece(state), nullptr) << "a command cut it";
   const FlapState measured = flap_of_piece(*state.undoable.bodies[0].piece, {0, 0, 0});
   const OutlineDistance distance = distance_between(measured.outline, cut.outline);
-  EXPECT_LT(distance.mean, 0.4);
-  EXPECT_LT(distance.worst, 1.2);
+  EXPECT_LT(distance.mean, 0.6);
+  EXPECT_LT(distance.worst, 1.6);
   EXPECT_GT(glm::dot(measured.normal, cut.normal), std::cos(0.05));
-  EXPECT_NEAR(measured.area, cut.area, 0.06 * cut.area);
+  // The area of the cut extends to the middle of the kerf, that of the piece to its edge.
+  const double margin = 0.5 * cut.width * shape_of(cut).perimeter;
+  EXPECT_NEAR(measured.area, cut.area - margin, 0.03 * cut.area);
   EXPECT_NEAR(shape_of(measured).length, shape_of(cut).length, 0.8);
   const auto from_plan = distance_from_nearest(measured, *scene.plan),
              exact = distance_from_nearest(cut, *scene.plan);

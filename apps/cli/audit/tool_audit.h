@@ -18,7 +18,7 @@ class ToolAudit {
  public:
   static constexpr std::uint64_t k_every = 16;  ///< ticks between judged poses
 
-  /// Requires a tool with six degrees of freedom; has_positions() tells whether it can be judged.
+  /// Requires a tool with six degrees of freedom. Without has_positions(), it cannot be judged.
   explicit ToolAudit(const haptics::TouchScene& scene);
   /// False for a tool that was sampled from a mesh, whose surface the session does not contain.
   bool has_positions() const noexcept { return judge_.position_count() > 0; }

@@ -986,7 +986,7 @@
     </message>
     <message>
         <source>Point at each corner of the flap and press Ctrl+1, at three or more positions around the target. Then choose Preview flap in the menu Commands.</source>
-        <translation>Auf jede Ecke des Deckels zeigen und dort Strg+1 drücken, an drei oder mehr Stellen um das Ziel. Dann im Menü Befehle „Vorschau des Knochendeckels“ wählen.</translation>
+        <translation>Auf jede Ecke des Deckels zeigen und dort Strg+1 drücken, an drei oder mehr Stellen um das Ziel. Dann im Menü Befehle „Vorschau des Deckels“ wählen.</translation>
     </message>
     <message>
         <source>The outline should expose the target with a margin, and keep clear of the venous sinuses.</source>
