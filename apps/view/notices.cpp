@@ -1,6 +1,7 @@
 #include "apps/view/notices.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -37,7 +38,7 @@ void Notices::visit_shown(double now, const Visit& visit) const {
   std::vector<const Entry*> shown;
   bool has_outcome = false;
   double outcome_time = 0;
-  for (auto entry = log_.rbegin(); entry != log_.rend() && shown.size() < k_max_shown; ++entry) {
+  for (auto entry = log_.rbegin(); entry != log_.rend(); ++entry) {
     if (entry->time > now) continue;  // after a replay went back
     if (now - entry->time > k_danger_seconds) break;
     if (entry->time <= dismissed_ && entry->level != EventLevel::danger) continue;
@@ -46,8 +47,17 @@ void Notices::visit_shown(double now, const Visit& visit) const {
     if (entry->level == EventLevel::outcome && !has_outcome)
       has_outcome = true, outcome_time = entry->session_time;
     if (now - entry->time > seconds_of(entry->level) || entry->level == EventLevel::record) continue;
-    if (std::none_of(shown.begin(), shown.end(), [&](const Entry* s) { return s->text == entry->text; }))
-      shown.push_back(&*entry);
+    if (std::any_of(shown.begin(), shown.end(), [&](const Entry* s) { return s->text == entry->text; }))
+      continue;
+    // A danger replaces the oldest other message if there are too many.
+    if (shown.size() == k_max_shown) {
+      if (entry->level != EventLevel::danger) continue;
+      const auto other = std::find_if(shown.rbegin(), shown.rend(),
+                                      [](const Entry* s) { return s->level != EventLevel::danger; });
+      if (other == shown.rend()) break;
+      shown.erase(std::next(other).base());
+    }
+    shown.push_back(&*entry);
   }
   for (auto entry = shown.rbegin(); entry != shown.rend(); ++entry) visit(**entry);
 }

@@ -43,6 +43,9 @@ TEST(Notices, AreShownForSomeSecondsAndLoggedPermanently) {
   EXPECT_EQ(notices.shown(23), "Dura torn.");
   notices.add({24, 24, EventLevel::outcome, "Bite of 5 mm³."});
   EXPECT_EQ(notices.shown(24), "Dura torn.\nBite of 5 mm³.");
+  // Many later messages do not displace a danger.
+  for (int i = 0; i < 5; ++i) notices.add({26, 26, EventLevel::outcome, "Stroke " + std::to_string(i)});
+  EXPECT_EQ(notices.shown(26), "Dura torn.\nStroke 3\nStroke 4");
 }
 
 /// Command that stops the edit thread once, for longer than the servo waits for this thread.
