@@ -11,7 +11,6 @@ namespace {
 
 constexpr std::size_t k_longest_name = 200;
 constexpr double k_farthest = 1e6;  // mm
-constexpr const char* k_expected_position = "a position with coordinates within 1000000 mm";
 
 bool is_name(const std::string& name) {
   return !name.empty() && name.size() <= k_longest_name &&
