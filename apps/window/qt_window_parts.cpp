@@ -234,9 +234,12 @@ void MainWindow::fit_panel() {
     fitted_text_size_ = font().pointSizeF();
     if (tool_panel_width_ == 0 && !options_.replay)
       tool_panel_width_ = tool_panel_->widest() + 2 * tool_panel_->mapTo(panel_->widget(), QPoint()).x();
-    panel_->setMinimumWidth(std::max(
-        panel_->minimumWidth(), std::max(panel_->widget()->minimumSizeHint().width(), tool_panel_width_) +
-                                    panel_->verticalScrollBar()->sizeHint().width() + 4));
+    // In a small window, the picture needs the space.
+    constexpr double k_most = 0.28;  // share of the window that is kept free for other instruments
+    const int kept_free = std::min(tool_panel_width_, static_cast<int>(k_most * width()));
+    panel_->setMinimumWidth(
+        std::max(panel_->minimumWidth(), std::max(panel_->widget()->minimumSizeHint().width(), kept_free) +
+                                             panel_->verticalScrollBar()->sizeHint().width() + 4));
   });
 }
 

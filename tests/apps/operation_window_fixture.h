@@ -67,6 +67,15 @@ class ToolWindow : public OperationWindow {
     for (const sim::ForbiddenWatch& watch : hand().state().watches) sum += watch.entries;
     return sum;
   }
+  /// Names of the forbidden structures that the tool entered, with the greatest depths.
+  std::string entered() {
+    std::string names;
+    const auto& forbidden = operation_->start.forbidden;
+    for (std::size_t s = 0; s < forbidden.size(); ++s)
+      if (const sim::ForbiddenWatch& watch = hand().state().watches[s]; watch.entries > 0)
+        names += forbidden[s]->name() + " " + std::to_string(watch.deepest_now) + " mm, ";
+    return names;
+  }
   /// Number of entries of the tool into a forbidden structure; -1 if there is no such structure.
   std::int64_t entries(const std::string& structure) {
     const auto& forbidden = operation_->start.forbidden;
