@@ -896,6 +896,7 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "there is no bone flap to judge"),
       QT_TRANSLATE_NOOP("messages",
                         "cut the flap first, with the craniotome or along the outline (cut-flap)"),
+      QT_TRANSLATE_NOOP("messages", "%1 mm deep"),
   };
   return k_patterns;
 }

@@ -162,7 +162,7 @@ sim::Overlays Pedicle::overlays(const sim::OperationState& operation) const {
     const dvec3 entry = state->track_entries[i], end = state->track_ends[i];
     track.lines.push_back({entry, end});
     track.labels.push_back(
-        {entry + k_above * glm::normalize(entry - end), length_text(state->track_depths[i])});
+        {entry + k_above * glm::normalize(entry - end), length_text(state->track_depths[i]) + " deep"});
   }
   for (const sim::Instrument& hand : operation.settings.hands) {
     const auto* probe = hand.state.as<ProbeState>();
@@ -170,7 +170,7 @@ sim::Overlays Pedicle::overlays(const sim::OperationState& operation) const {
     sim::Overlay& ruler = result.emplace_back();
     ruler.kind = probe->is_out ? sim::Overlay::Kind::warning : sim::Overlay::Kind::measure;
     ruler.name = "probe";
-    ruler.labels.push_back({probe->start - k_above * probe->ahead, length_text(probe->end)});
+    ruler.labels.push_back({probe->start - k_above * probe->ahead, length_text(probe->end) + " deep"});
   }
   return result;
 }

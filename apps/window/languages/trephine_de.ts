@@ -3188,6 +3188,10 @@
         <source>cut the flap first, with the craniotome or along the outline (cut-flap)</source>
         <translation>den Deckel zuerst sägen, mit dem Kraniotom oder entlang der Umrisslinie (cut-flap)</translation>
     </message>
+    <message>
+        <source>%1 mm deep</source>
+        <translation>%1 mm tief</translation>
+    </message>
 </context>
 <context>
     <name>trephine::view::CasePanel</name>
