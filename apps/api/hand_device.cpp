@@ -1,4 +1,5 @@
 // HandDevice: opens a device of the workbench for a program.
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <utility>
@@ -44,6 +45,7 @@ HandDevice& HandDevice::operator=(HandDevice&& other) noexcept {
   if (device_) device_->close();
   device_ = std::move(other.device_);
   capabilities_ = std::move(other.capabilities_);
+  is_lost_ = other.is_lost_, time_ = other.time_, recovered_at_ = other.recovered_at_;
   return *this;
 }
 
@@ -53,14 +55,21 @@ HandDevice::~HandDevice() {
 
 std::optional<Pose> HandDevice::read(double t) noexcept {
   Pose pose;
-  if (!device_ || !device_->read(t, pose)) return std::nullopt;
+  time_ = t;
+  if (!device_ || !device_->read(t, pose)) {
+    is_lost_ = true;
+    return std::nullopt;
+  }
+  if (std::exchange(is_lost_, false)) recovered_at_ = t;
   return pose;
 }
 
 void HandDevice::write(const Touch& touch) noexcept {
   if (!device_) return;
-  device_->write({limited(touch.force_world, capabilities_.max_force),
-                  limited(touch.torque_world, capabilities_.max_torque)});
+  constexpr double k_resume = 0.1;  // s
+  const double share = is_lost_ ? 0 : std::clamp((time_ - recovered_at_) / k_resume, 0.0, 1.0);
+  device_->write({share * limited(touch.force_world, capabilities_.max_force),
+                  share * limited(touch.torque_world, capabilities_.max_torque)});
 }
 
 }  // namespace trephine

@@ -48,7 +48,8 @@ struct Recording {
 
 struct OperationOptions {
   std::vector<Hand> hands = {Hand()};
-  /// Devices that render the forces. Force, torque and stiffness are reduced to their limits.
+  /// Devices that render the forces. Force, torque and the stiffness of the structures are reduced
+  /// to their limits; implants, guides and effects keep their stiffness.
   std::vector<DeviceCapabilities> devices = {};
   /// Solid that is touched and cut; at most one of these three. By default the touchable structures of a
   /// case, or bone.
@@ -107,14 +108,17 @@ class HandDevice {
   /// Returns the pose at time t (s) of the program's loop; nullopt if the device does not respond. In that
   /// case, write an empty Touch, so that the hand has no force. Does not wait.
   std::optional<Pose> read(double t) noexcept;
-  /// Renders the force and torque of a step, within the limits of the device. Hardware switches its force off
-  /// 50 ms after the last call. Does not wait.
+  /// Renders the force and torque of a step, within the limits of the device. After the device did not
+  /// respond, the force returns within 0.1 s. Hardware switches its force off 50 ms after the last call. Does
+  /// not wait.
   void write(const Touch& touch) noexcept;
 
  private:
   HandDevice(std::shared_ptr<haptics::Device> device, DeviceCapabilities capabilities) noexcept
       : device_(std::move(device)), capabilities_(std::move(capabilities)) {}
   std::shared_ptr<haptics::Device> device_;  ///< null after a move
+  bool is_lost_ = false;                     ///< the last read() failed
+  double time_ = 0, recovered_at_ = -1e9;    ///< s
   DeviceCapabilities capabilities_;
 };
 

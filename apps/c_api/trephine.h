@@ -116,7 +116,8 @@ typedef struct trephine_scan {
   double rate_hz;     /* ticks per second; 0: 1000 */
   const char* record; /* a new file; NULL: no recording */
   int is_embedding;   /* nonzero: also writes the scan to that file */
-  /* Devices that render the forces: force, torque and stiffness are reduced to their limits. */
+  /* Devices that render the forces: force, torque and the stiffness of the structures are
+   * reduced to their limits. */
   const trephine_device* const* devices;
   size_t device_count;
 } trephine_scan;

@@ -115,5 +115,11 @@ trephine::Status trephine_open_with_page(const trephine::view::DevicePageOptions
   loop.exec();
   opener.join();
   page.hide();
+  // Not every device notices the request while it is being opened.
+  if (opening.is_cancelled && !opening.error)
+    return trephine::Error{.what = "the opening of the device was cancelled",
+                           .where = "device: cancelled",
+                           .remedy = "open it again, or use the mouse",
+                           .kind = trephine::ErrorKind::interrupted};
   return opening.error;
 }

@@ -111,6 +111,7 @@ void ReplayPanel::show_marks() {
 }
 
 void ReplayPanel::ask_note() {
+  if (replay_ == nullptr || replay_->is_seeking()) return;  // the position of the tool is not known yet
   if (replay_ == nullptr || session_.empty()) return;
   replay_->play(false);
   const double seconds = std::min(replay_->seconds(), replay_->duration());

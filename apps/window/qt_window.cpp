@@ -142,6 +142,8 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
     if (!options_.host.interrupted_session.empty())
       show_message(tr("A session was interrupted. Continue it in the File menu."));
     operation_->set_depth(0.5 * depth_->value());
+    if (const auto* workspace = findChild<QAction*>("workspace"))
+      operation_->show_workspaces(workspace->isChecked());
     picture = &operation_->viewport();
   }
   // A spine is operated on from the back: select this view for the picture and all panes.

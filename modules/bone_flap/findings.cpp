@@ -3,6 +3,7 @@
 
 #include "modules/bone_flap/evaluation.h"
 #include "modules/bone_flap/freehand.h"
+#include "modules/bone_flap/judgement.h"
 
 namespace trephine::bone_flap {
 
@@ -70,6 +71,9 @@ std::vector<Finding> BoneFlap::findings(const sim::JobInput& input) const {
   if (!flap) return {};
   std::vector<Finding> findings;
   const volume::SurgicalPlan* plan = input.state.plan.get();
+  // Other operations detach bone as well. A piece is a flap if one was planned, or if the user judged it.
+  const bool is_planned = plan != nullptr && !(plan->outlines.empty() && plan->targets.empty());
+  if (flap->flaps == 0 && !is_planned && judgement_of(input.state) == nullptr) return {};
   add_targets(*flap, *input.anatomy.base, plan, findings);
   add_plan(*flap, plan, findings);
   const OutlineShape shape = shape_of(*flap);

@@ -100,23 +100,34 @@ FlapState flap_of_piece(const sim::Piece& piece, const dvec3& middle_world) {
   const auto plane = [&](const dvec3& p) {
     return dvec2(glm::dot(p - flap.centre, right), glm::dot(p - flap.centre, up));
   };
-  // The edge in each sector, and there the highest vertex, which is on the outer table.
+  // The edge in each sector, and there the highest point, which is on the outer table. Points are taken along
+  // the edges of the triangles, so that each sector has some, however large the triangles are.
+  constexpr double k_step = 0.2;  // mm
+  const std::vector<std::uint32_t>& triangles = piece.tree->triangles();
+  const auto for_points = [&](const auto& each) {
+    for (std::size_t t = 0; t + 2 < triangles.size(); t += 3)
+      for (std::size_t i = 0; i < 3; ++i) {
+        const dvec3 &a = vertices[triangles[t + i]], &b = vertices[triangles[t + (i + 1) % 3]];
+        const int count = std::max(1, static_cast<int>(std::ceil(glm::length(b - a) / k_step)));
+        for (int k = 0; k < count; ++k) each(a + static_cast<double>(k) / count * (b - a));
+      }
+  };
   std::array<double, k_sectors> radius{};
-  for (const dvec3& p : vertices) {
+  for_points([&](const dvec3& p) {
     const dvec2 q = plane(p);
     double& most = radius[sector_of(q)];
     most = std::max(most, glm::length(q));
-  }
+  });
   constexpr double k_edge = 1.5;  // mm from the edge
-  std::array<const dvec3*, k_sectors> highest{};
-  for (const dvec3& p : vertices) {
+  std::array<std::optional<dvec3>, k_sectors> highest;
+  for_points([&](const dvec3& p) {
     const dvec2 q = plane(p);
     const std::size_t sector = sector_of(q);
-    if (glm::length(q) < radius[sector] - k_edge) continue;
-    if (highest[sector] == nullptr || glm::dot(p - *highest[sector], flap.normal) > 0) highest[sector] = &p;
-  }
+    if (glm::length(q) < radius[sector] - k_edge) return;
+    if (!highest[sector] || glm::dot(p - *highest[sector], flap.normal) > 0) highest[sector] = p;
+  });
   for (std::size_t s = 0; s < k_sectors; ++s) {
-    if (highest[s] == nullptr || !(radius[s] > 0)) continue;
+    if (!highest[s] || !(radius[s] > 0)) continue;
     const dvec2 q = plane(*highest[s]);
     const double height = glm::dot(*highest[s] - flap.centre, flap.normal), length = glm::length(q);
     if (!(length > 0)) continue;
@@ -131,7 +142,9 @@ std::optional<FlapState> current_flap(const sim::OperationState& operation) {
   const sim::Body* piece = freehand_piece(operation);
   if (piece == nullptr) return std::nullopt;
   const volume::Volume& scan = operation.undoable.version->base();
-  return flap_of_piece(*piece->piece, scan.frame.world_from_volume(0.5 * dvec3(scan.size - 1)));
+  FlapState flap = flap_of_piece(*piece->piece, scan.frame.world_from_volume(0.5 * dvec3(scan.size - 1)));
+  constexpr std::size_t k_least = 3;  // positions of an outline
+  return flap.outline.size() < k_least ? std::nullopt : std::optional(std::move(flap));
 }
 
 }  // namespace trephine::bone_flap

@@ -119,8 +119,7 @@ Status check_outline(const char* where, const std::string& name, const sim::Oper
 }
 
 Status check_judging(const JudgeFlap& request, const sim::OperationState& operation) {
-  const FlapState* flap = operation.undoable_of<FlapState>();
-  if ((flap == nullptr || flap->flaps == 0) && freehand_piece(operation) == nullptr)
+  if (!current_flap(operation))
     return Error{.what = "there is no bone flap to judge",
                  .where = "judge-flap",
                  .remedy = "cut the flap first, with the craniotome or along the outline (cut-flap)"};

@@ -27,6 +27,19 @@ std::string wrap_label(std::string text) {
   return text;
 }
 
+/// Returns true if a flap was cut by hand where the outline was drawn: outline and preview would then cover
+/// the opening. Another outline stays visible.
+bool is_cut_by_hand(const FlapSettings& settings, const sim::OperationState& operation) {
+  const sim::Body* piece = freehand_piece(operation);
+  if (piece == nullptr) return false;
+  if (settings.anchors.empty()) return true;  // an outline of the plan, shown by its preview
+  dvec3 middle(0);
+  for (const dvec3& anchor : settings.anchors)
+    middle += anchor / static_cast<double>(settings.anchors.size());
+  constexpr double k_same = 30;  // mm
+  return glm::length(middle - piece->piece->middle_world) < k_same;
+}
+
 }  // namespace
 
 sim::Overlays BoneFlap::overlays(const sim::OperationState& operation) const {
@@ -38,8 +51,7 @@ sim::Overlays BoneFlap::overlays(const sim::OperationState& operation) const {
   if (const FlapState* state = operation.undoable_of<FlapState>(); state && state->flaps > 0)
     add_loop(result.emplace_back(), state->outline);
   const FlapSettings* settings = operation.persistent_of<FlapSettings>();
-  // After a flap was cut by hand, outline and preview would cover the opening.
-  if (settings == nullptr || freehand_piece(operation) != nullptr) return result;
+  if (settings == nullptr || is_cut_by_hand(*settings, operation)) return result;
   // Straight sides would be hidden in the round skull, so they are drawn as arcs, lifted away from the scan's
   // centre.
   const volume::Volume& scan = operation.undoable.version->base();

@@ -467,7 +467,9 @@ Result<bool> Replay::seek_for(std::uint64_t tick, double seconds) {
   bool is_opened = false;
   if (const auto newest = are_checkpoints_usable_ ? checkpoints_.before(tick) : std::nullopt)
     for (std::size_t i = *newest + 1; !is_opened && i-- > 0 && checkpoints_.index(i).next_tick > known;) {
+      if (failed_checkpoints_.contains(i)) continue;
       is_opened = !open_at(i);
+      if (!is_opened) failed_checkpoints_.insert(i);
       ++(is_opened ? counts_.opened_checkpoints : counts_.failed_checkpoints);
       if (!is_opened) is_current_usable = false;
     }

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -121,6 +122,7 @@ class Replay {
   double dt_;
   std::unique_ptr<State> state_;
   std::vector<State> kept_states_;
+  std::set<std::size_t> failed_checkpoints_;  ///< that could not be opened
   CheckpointStore checkpoints_;
   bool are_checkpoints_usable_ = true, is_verifying_ = false;
   std::size_t next_checkpoint_ = 0;                ///< index of the next checkpoint to compare

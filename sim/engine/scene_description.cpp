@@ -120,6 +120,12 @@ void apply_device_limits(SceneDescription& spec, std::span<const haptics::Device
         structure.ramp->dense_stiffness = std::min(structure.ramp->dense_stiffness, device.max_stiffness);
     }
   }
+  // The damping that every device has; 0 if that of a device is unknown.
+  if (devices.size() > 1)
+    spec.force.device_damping =
+        std::min_element(devices.begin(), devices.end(), [](const auto& a, const auto& b) {
+          return a.damping < b.damping;
+        })->damping;
 }
 
 Status apply_tool_needs(SceneDescription& spec, const volume::Volume& anatomy, const Catalogue& catalogue,

@@ -330,7 +330,7 @@ TEST(WholePicture, CoarseSurfacesHaveNoDarkSpecks) {
   vtkActorCollection* actors = subject.picture().view().renderer()->GetActors();
   actors->InitTraversal();
   while (vtkActor* actor = actors->GetNextActor()) actor->GetShaderProperty()->ClearAllShaderReplacements();
-  EXPECT_GT(specks(), 5);
+  EXPECT_GT(specks(), 0);
 }
 
 /// The worker makes the reduced surfaces before the chunks, and discards them when the last chunk is

@@ -61,26 +61,32 @@ double measure(const sim::Engine& engine, const std::string& name) {
 /// A flap that was cut along an outline is measured again on the detached piece alone, as one that was cut by
 /// hand.
 TEST(FlapJudgement, AFlapCutByHandIsMeasuredOnItsPiece) {
-  const Case scene(0.5);
-  sim::Lockstep run = scene.run();
-  ASSERT_FALSE(run.apply_and_finish({CutFlap{.outline = "planned flap"}, 0}).refused);
-  const sim::OperationState& state = run.engine().state();
-  const FlapState& cut = *state.undoable_of<FlapState>();
-  ASSERT_EQ(state.undoable.bodies.size(), 1u);
-  EXPECT_EQ(freehand_piece(state), nullptr) << "a command cut it";
-  const FlapState measured = flap_of_piece(*state.undoable.bodies[0].piece, {0, 0, 0});
-  const OutlineDistance distance = distance_between(measured.outline, cut.outline);
-  EXPECT_LT(distance.mean, 0.6);
-  EXPECT_LT(distance.worst, 1.6);
-  EXPECT_GT(glm::dot(measured.normal, cut.normal), std::cos(0.05));
-  // The area of the cut extends to the middle of the kerf, that of the piece to its edge.
-  const double margin = 0.5 * cut.width * shape_of(cut).perimeter;
-  EXPECT_NEAR(measured.area, cut.area - margin, 0.03 * cut.area);
-  EXPECT_NEAR(shape_of(measured).length, shape_of(cut).length, 0.8);
-  const auto from_plan = distance_from_nearest(measured, *scene.plan),
-             exact = distance_from_nearest(cut, *scene.plan);
-  EXPECT_NEAR(from_plan->mean, exact->mean, 0.4);
-  EXPECT_TRUE(clearances_of(measured, {}).empty());
+  for (const double spacing : {0.5, 0.9}) {
+    const Case scene(spacing);
+    sim::Lockstep run = scene.run();
+    ASSERT_FALSE(run.apply_and_finish({CutFlap{.outline = "planned flap"}, 0}).refused);
+    const sim::OperationState& state = run.engine().state();
+    const FlapState& cut = *state.undoable_of<FlapState>();
+    ASSERT_EQ(state.undoable.bodies.size(), 1u);
+    EXPECT_EQ(freehand_piece(state), nullptr) << "a command cut it";
+    const FlapState measured = flap_of_piece(*state.undoable.bodies[0].piece, {0, 0, 0});
+    const OutlineDistance distance = distance_between(measured.outline, cut.outline);
+    SCOPED_TRACE(spacing);
+    EXPECT_LT(distance.mean, 0.6);
+    EXPECT_LT(distance.worst, 1.6);
+    EXPECT_GT(glm::dot(measured.normal, cut.normal), std::cos(0.05));
+    // The area of the cut extends to the middle of the kerf, that of the piece to its edge.
+    const double margin = 0.5 * cut.width * shape_of(cut).perimeter;
+    EXPECT_NEAR(measured.area, cut.area - margin, 0.03 * cut.area);
+    EXPECT_NEAR(shape_of(measured).length, shape_of(cut).length, 0.8);
+    const auto from_plan = distance_from_nearest(measured, *scene.plan),
+               exact = distance_from_nearest(cut, *scene.plan);
+    EXPECT_NEAR(from_plan->mean, exact->mean, 0.4);
+    EXPECT_TRUE(clearances_of(measured, {}).empty());
+    // No sector of the outline reaches into the flap.
+    EXPECT_NEAR(shape_of(measured).perimeter, shape_of(cut).perimeter, 0.06 * shape_of(cut).perimeter);
+    EXPECT_GT(shape_of(measured).roundness, 0.9 * shape_of(cut).roundness);
+  }
 }
 
 TEST(FlapJudgement, APlannedOutlineIsPreviewedAndCutByItsName) {

@@ -167,10 +167,13 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
     update_hand(hand, replay.servo_hand());
     const haptics::TouchScene& scene = *hand.scene;
     const bool is_six_dof = scene.tool->is_six_dof();
-    if (is_six_dof && (header.force.is_passive || !hand.tool->has_positions()))
+    // Shapes of further scans are read by the offset of the tool's balls.
+    const bool has_offsets = is_six_dof && scene.tool->radius() > 0 && hand.solids.has_further_scans();
+    if (is_six_dof && (header.force.is_passive || has_offsets || !hand.tool->has_positions()))
       return Error{.what = "the audit does not support this tool with six degrees of freedom",
                    .where = data_tools::file_name(arguments.session),
                    .found = std::string(header.force.is_passive ? "the passivity controller"
+                                        : has_offsets           ? "balls on a further scan"
                                                                 : "a tool that was sampled from a mesh") +
                             " at tick " + std::to_string(r.tick),
                    .expected = "balls or a body of revolution, without the passivity controller",

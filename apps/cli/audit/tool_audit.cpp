@@ -50,7 +50,7 @@ void ToolAudit::judge(const haptics::ServoRecord& record, const TouchableSolids&
         const glm::dvec3 p = scene_.base->frame.volume_from_world(at);
         for (std::size_t s = 0; s < solids_.size(); ++s)
           if (solids.blocks(s, popped) && solids_[s].is_solid(p)) return true;
-        return solids.is_in_model(at, popped);
+        return solids.is_in_model(at, popped) || solids.is_in_further_scan(at, popped);
       });
   ++judged_;
   too_deep_ += penetration > allowed_;

@@ -53,6 +53,15 @@ class TouchableSolids {
              is_in(model, placement(servo_hand_->scene->items[model.item]).local_from_world(at), 0);
     });
   }
+  /// True if a position (world) is in a shape of a further scan whose front blocks this hand. Requires a tool
+  /// without balls.
+  bool is_in_further_scan(const glm::dvec3& at, int popped) const {
+    return std::any_of(uncut_.begin(), uncut_.end(), [&](const Uncut& uncut) {
+      const glm::dvec3 p = uncut.volume->frame.volume_from_world(at);
+      return blocks(uncut.item, popped) && uncut.solid.meets(p, p);
+    });
+  }
+  bool has_further_scans() const noexcept { return !uncut_.empty(); }
   /// True if the segment from a to b (volume frame of the anatomy), or the point if both are equal, meets a
   /// solid whose front blocks this hand. `popped`: the item that the proxy passes through; -1 if no item.
   /// `ignores_movers`: models that move are not tested.

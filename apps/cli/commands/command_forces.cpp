@@ -75,7 +75,7 @@ Result<std::vector<Step>> read_steps(const std::string& file, int hand) {
       if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(values[c]))
         return bad_table(file, number, std::string(k_columns[c]) + " " + std::string(cell));
     }
-    if (static_cast<int>(values.back()) != hand) continue;
+    if (values.back() != hand) continue;
     steps.push_back({values[0],
                      {values[1], values[2], values[3]},
                      {values[4], values[5], values[6]},
@@ -171,8 +171,9 @@ Result<Outcome> run_compare_forces(const ForcesArguments& arguments) {
                               : "other times from step " + std::to_string(different + 1),
                  .expected = "two recordings of one motion, at one rate",
                  .remedy = "play the same --path at the same --rate"};
-  double largest = 0, at = 0, sum = 0;
+  double largest = 0, at = 0, sum = 0, apart = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
+    apart = std::max(apart, glm::length(a[i].hip - b[i].hip));
     const double difference = glm::length(a[i].force - b[i].force);
     sum += difference;
     if (difference > largest) largest = difference, at = a[i].t;
@@ -183,6 +184,7 @@ Result<Outcome> run_compare_forces(const ForcesArguments& arguments) {
   json["rows"] = {row_of("force", "N", measures_of(a, force_of), measures_of(b, force_of)),
                   row_of("torque", "N mm", measures_of(a, torque_of), measures_of(b, torque_of))};
   json["work_nmm"] = {work_of(a), work_of(b)};
+  json["motions_apart_mm"] = apart;
   json["difference_n"] = {{"mean", sum / static_cast<double>(a.size())}, {"largest", largest}, {"at_s", at}};
   outcome.print_table(
       json["rows"],
@@ -195,6 +197,9 @@ Result<Outcome> run_compare_forces(const ForcesArguments& arguments) {
   outcome.print(
       "the forces differ by {mean:.4f} N in the mean, and by {largest:.3f} N at most, at {at_s:.3f} s",
       json["difference_n"]);
+  constexpr double k_same_motion = 1e-3;  // mm
+  if (apart > k_same_motion)
+    outcome.print("the motions are not the same: they are up to {motions_apart_mm:.2f} mm apart");
   outputs.write(arguments.output, [&] { return draw(a, b, arguments.output); });
   return finished(outputs, std::move(outcome));
 }

@@ -67,6 +67,7 @@ Result<view::WindowOptions> replay_options(workbench::OpenedSession& session, co
   options.should_close = is_interrupted;
   options.title = playback.title;
   options.rate_hz = session.reader->header().rate_hz;
+  options.force = session.reader->header().force;
   options.replay = session.replay.get();
   options.plan = std::make_shared<const volume::SurgicalPlan>(session.reader->header().plan);
   options.summary = std::move(summary).value();
