@@ -383,7 +383,7 @@ void expect_nothing_breaks(const std::string& path, const SceneData& data, unsig
     ASSERT_TRUE(opened.is_ok());
     const auto replay_of = Replay::open(opened.value(), data).value();
     Replay& replay = *replay_of;
-    // A checkpoint that does not open is not tried again in each part of a seek, which would begin anew.
+    // A broken checkpoint is tried once: each attempt would begin the seek again at its start.
     for (std::uint64_t parts = 0; !replay.seek_for(good.index.next_tick + 3, 0).value(); ++parts)
       ASSERT_LT(parts, 3 * good.index.next_tick + 100);
     unopened += replay.counts().failed_checkpoints;
