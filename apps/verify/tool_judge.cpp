@@ -21,6 +21,7 @@ void ToolJudge::add_circle(double along, double radius, const dvec2& inward, dou
 }
 
 void ToolJudge::add_revolution(std::span<const dvec2> rings, double spacing) {
+  profile_.assign(rings.begin(), rings.end());
   for (std::size_t i = 0; i + 1 < rings.size(); ++i) {
     const dvec2 step = rings[i + 1] - rings[i];
     const double length = glm::length(step);
@@ -44,6 +45,7 @@ void ToolJudge::add_revolution(std::span<const dvec2> rings, double spacing) {
 }
 
 void ToolJudge::add_ball(const dvec3& centre, double radius, double spacing) {
+  balls_.push_back({centre, radius});
   const int rows = std::max(2, static_cast<int>(std::ceil(std::numbers::pi * radius / spacing)));
   for (int row = 0; row <= rows; ++row) {
     const double angle = std::numbers::pi * row / rows, flat = std::sin(angle), along = std::cos(angle);
@@ -62,14 +64,34 @@ double ToolJudge::penetration_mm(const dvec3& position_world, const glm::dmat3& 
   constexpr double k_step = 0.01, k_most = 5;  // mm
   double deepest = 0;
   for (const Position& position : positions_) {
-    const dvec3 at = position_world + axes * position.at, inward = axes * position.inward;
-    if (!is_solid(at)) continue;
-    // Positions that are less deep than the deepest so far need no exact depth.
-    double depth = std::max(k_step, deepest);
-    while (depth < k_most && is_solid(at + depth * inward)) depth += k_step;
-    deepest = std::max(deepest, depth);
+    // Goes straight into the tool while this surface is the nearest one.
+    for (double d = 0; d < k_most; d += k_step) {
+      const dvec3 at = position.at + d * position.inward;
+      const double depth = depth_in_tool(at);
+      if (depth < d - 2 * k_step || !is_solid(position_world + axes * at)) break;
+      deepest = std::max(deepest, depth);
+    }
   }
   return deepest;
+}
+
+/// Returns the distance from a position in the tool to the surface of the tool, mm; 0 outside.
+double ToolJudge::depth_in_tool(const dvec3& at) const {
+  double depth = 0;
+  for (const Ball& ball : balls_) depth = std::max(depth, ball.radius - glm::length(at - ball.centre));
+  if (profile_.size() < 2) return depth;
+  const dvec2 p(at.z, std::sqrt(at.x * at.x + at.y * at.y));
+  double nearest = 1e300;
+  const auto add_side = [&](const dvec2& a, const dvec2& b) {
+    const dvec2 side = b - a;
+    const double square = glm::dot(side, side);
+    const double t = square > 0 ? std::clamp(glm::dot(p - a, side) / square, 0.0, 1.0) : 0;
+    nearest = std::min(nearest, glm::length(p - a - t * side));
+  };
+  for (std::size_t i = 0; i + 1 < profile_.size(); ++i) add_side(profile_[i], profile_[i + 1]);
+  add_side({profile_.front().x, 0}, profile_.front());
+  add_side({profile_.back().x, 0}, profile_.back());
+  return std::max(depth, nearest);
 }
 
 }  // namespace trephine::verify

@@ -33,8 +33,15 @@ class ToolJudge {
   struct Position {
     glm::dvec3 at, inward;  ///< frame of the tool: mm, unit
   };
+  struct Ball {
+    glm::dvec3 centre;
+    double radius;
+  };
+  double depth_in_tool(const glm::dvec3& at) const;
   void add_circle(double along, double radius, const glm::dvec2& inward, double spacing);
   std::vector<Position> positions_;
+  std::vector<Ball> balls_;
+  std::vector<glm::dvec2> profile_;  ///< of the body of revolution; at most one body
 };
 
 }  // namespace trephine::verify
