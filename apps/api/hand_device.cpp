@@ -1,21 +1,18 @@
 // HandDevice: opens a device of the workbench for a program.
-#include <algorithm>
 #include <cmath>
-#include <glm/geometric.hpp>
 #include <utility>
 
 #include "apps/api/operation.h"
 #include "apps/workbench/devices.h"
+#include "haptics/force/limited.h"
 
 namespace trephine {
 
 namespace {
 
-/// Returns a vector no longer than `limit`; zero if it is not finite.
-glm::dvec3 limited(const glm::dvec3& vector, double limit) noexcept {
-  const double length = glm::length(vector);
-  if (!std::isfinite(length)) return glm::dvec3(0);
-  return length > limit ? limit / length * vector : vector;
+/// Returns a vector within a limit of its length; zero if it is not finite.
+glm::dvec3 rendered(const glm::dvec3& vector, double limit) noexcept {
+  return std::isfinite(glm::length(vector)) ? haptics::limited(vector, limit) : glm::dvec3(0);
 }
 
 }  // namespace
@@ -45,7 +42,6 @@ HandDevice& HandDevice::operator=(HandDevice&& other) noexcept {
   if (device_) device_->close();
   device_ = std::move(other.device_);
   capabilities_ = std::move(other.capabilities_);
-  is_lost_ = other.is_lost_, time_ = other.time_, recovered_at_ = other.recovered_at_;
   return *this;
 }
 
@@ -55,21 +51,14 @@ HandDevice::~HandDevice() {
 
 std::optional<Pose> HandDevice::read(double t) noexcept {
   Pose pose;
-  time_ = t;
-  if (!device_ || !device_->read(t, pose)) {
-    is_lost_ = true;
-    return std::nullopt;
-  }
-  if (std::exchange(is_lost_, false)) recovered_at_ = t;
+  if (!device_ || !device_->read(t, pose)) return std::nullopt;
   return pose;
 }
 
 void HandDevice::write(const Touch& touch) noexcept {
   if (!device_) return;
-  constexpr double k_resume = 0.1;  // s
-  const double share = is_lost_ ? 0 : std::clamp((time_ - recovered_at_) / k_resume, 0.0, 1.0);
-  device_->write({share * limited(touch.force_world, capabilities_.max_force),
-                  share * limited(touch.torque_world, capabilities_.max_torque)});
+  device_->write({rendered(touch.force_world, capabilities_.max_force),
+                  rendered(touch.torque_world, capabilities_.max_torque)});
 }
 
 }  // namespace trephine

@@ -117,8 +117,6 @@ class HandDevice {
   HandDevice(std::shared_ptr<haptics::Device> device, DeviceCapabilities capabilities) noexcept
       : device_(std::move(device)), capabilities_(std::move(capabilities)) {}
   std::shared_ptr<haptics::Device> device_;  ///< null after a move
-  bool is_lost_ = false;                     ///< the last read() failed
-  double time_ = 0, recovered_at_ = -1e9;    ///< s
   DeviceCapabilities capabilities_;
 };
 

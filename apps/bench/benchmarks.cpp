@@ -257,10 +257,6 @@ void time_hover(StepResult& result) {
   result.hover_ms = times_of(std::move(hovers));
 }
 
-}  // namespace
-
-namespace {
-
 /// A device whose pose comes from a thread of its own.
 class ReportingDevice final : public haptics::Device {
  public:

@@ -35,7 +35,6 @@ void set_axis(vtkAxis* axis, const std::string& title, bool is_log, Range range)
   axis->SetTitle(title);
   axis->SetLogScale(is_log);
   axis->GetTitleProperties()->SetFontSize(15);
-  axis->GetTitleProperties()->SetVerticalJustificationToTop();
   axis->GetTitleProperties()->SetBold(0);
   axis->GetLabelProperties()->SetFontSize(14);
   axis->GetPen()->SetColor(90, 90, 90);

@@ -13,6 +13,7 @@
 #include "apps/view/device_page.h"
 #include "apps/window/qt_application.h"
 #include "apps/window/qt_localizer.h"
+#include "haptics/device/device_kind.h"
 
 namespace trephine::view {
 
@@ -116,10 +117,6 @@ trephine::Status trephine_open_with_page(const trephine::view::DevicePageOptions
   opener.join();
   page.hide();
   // Not every device notices the request while it is being opened.
-  if (opening.is_cancelled && !opening.error)
-    return trephine::Error{.what = "the opening of the device was cancelled",
-                           .where = "device: cancelled",
-                           .remedy = "open it again, or use the mouse",
-                           .kind = trephine::ErrorKind::interrupted};
+  if (opening.is_cancelled && !opening.error) return trephine::haptics::cancelled("device");
   return opening.error;
 }

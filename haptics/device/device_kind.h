@@ -28,6 +28,14 @@ struct DeviceHost {
   std::string settings_folder;  ///< of the user, with files such as the firmware of a device; may be empty
 };
 
+/// Returns the error of a device whose opening the user cancelled.
+inline Error cancelled(const std::string& device) {
+  return {.what = "the opening of the device was cancelled",
+          .where = device + ": cancelled",
+          .remedy = "open it again, or use the mouse",
+          .kind = ErrorKind::interrupted};
+}
+
 struct DeviceKind {
   std::string name;         ///< as users write it: "falcon"
   std::string description;  ///< one line

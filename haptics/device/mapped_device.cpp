@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "volume/base/text.h"
 
@@ -22,7 +23,7 @@ Status check(const WorkspaceMap& map) {
 
 Status MappedDevice::open() {
   if (Status error = check(map_)) return error;
-  has_anchor_ = is_clutched_ = false;
+  has_anchor_ = is_clutched_ = is_lost_ = false;
   released_at_ = -1e9;
   workspace_.set({});
   if (Status error = device_->open()) return error;
@@ -44,10 +45,17 @@ void MappedDevice::set_view(const DeviceView& view) noexcept { view_.set(view); 
 
 bool MappedDevice::read(double t, Pose& pose) noexcept {
   Pose raw;
-  if (!device_->read(t, raw)) return false;
+  if (!device_->read(t, raw)) {
+    is_lost_ = true;
+    return false;
+  }
+  if (std::exchange(is_lost_, false)) released_at_ = t;
   const bool is_clutched = (raw.buttons & map_.clutch_mask) != 0;
-  const bool is_first = !has_anchor_;
-  const auto anchor = [&](const dvec3& world) { anchor_device_ = raw.position_world, anchor_world_ = world; };
+  bool is_moved = !has_anchor_;  // the workspace
+  const auto anchor = [&](const dvec3& world) {
+    anchor_device_ = raw.position_world, anchor_world_ = world;
+    is_moved = true;
+  };
   if (const std::optional<DeviceView> view = view_.get()) {
     if (!has_anchor_) {
       anchor_device_ = dvec3(0), anchor_world_ = view->start_world;
@@ -67,10 +75,7 @@ bool MappedDevice::read(double t, Pose& pose) noexcept {
     return anchor_world_ + world_from_device_ * (map_.scale * (p - anchor_device_));
   };
   position_world_ = world_of(raw.position_world);
-  if (const dvec3 centre = world_of(dvec3(0)); radius_ > 0 && (centre != centre_world_ || is_first)) {
-    centre_world_ = centre;
-    workspace_.set({centre, radius_});
-  }
+  if (is_moved && radius_ > 0) workspace_.set({world_of(dvec3(0)), radius_});
   pose = raw;
   pose.position_world = position_world_;
   pose.orientation = world_from_device_ * raw.orientation;
@@ -91,7 +96,7 @@ std::optional<dvec3> MappedDevice::fetch_jump() noexcept {
 }
 
 void MappedDevice::write(const Wrench& wrench) noexcept {
-  double share = is_clutched_ ? 0 : 1;
+  double share = is_clutched_ || is_lost_ ? 0 : 1;
   if (map_.resume_seconds > 0) share *= std::clamp((time_ - released_at_) / map_.resume_seconds, 0.0, 1.0);
   const glm::dquat device_from_world = glm::conjugate(world_from_device_);
   device_->write(

@@ -11,7 +11,8 @@ namespace trephine::haptics {
 struct WorkspaceMap {
   double scale = 1;               ///< motion of the tool per motion of the device, 0.1 to 10
   std::uint32_t clutch_mask = 2;  ///< buttons that hold the tool in place while pressed; 0: no clutch
-  double resume_seconds = 0.1;    ///< duration in which the force returns after the clutch is released
+  /// Duration in which the force returns after the clutch is released, or the device responds again.
+  double resume_seconds = 0.1;
 };
 
 /// Error if a value is out of range.
@@ -44,9 +45,9 @@ class MappedDevice final : public Device {
   glm::dvec3 anchor_device_{0.0}, anchor_world_{0.0};
   glm::dquat world_from_device_{1, 0, 0, 0};
   glm::dvec3 position_world_{0.0};
-  double radius_ = 0;             ///< mm, of the workspace in the world
-  glm::dvec3 centre_world_{0.0};  ///< of the workspace
+  double radius_ = 0;  ///< mm, of the workspace in the world
   bool has_anchor_ = false, is_clutched_ = false;
+  bool is_lost_ = false;  ///< the device did not respond to the last read()
   double time_ = 0, released_at_ = -1e9;
 };
 

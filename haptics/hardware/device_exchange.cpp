@@ -43,11 +43,4 @@ bool DeviceExchange::read(double t, Pose& pose) noexcept {
 
 void DeviceExchange::write(const Wrench& wrench) noexcept { request_.set({wrench, seconds_now()}); }
 
-Error cancelled(const std::string& device) {
-  return {.what = "the opening of the device was cancelled",
-          .where = device + ": cancelled",
-          .remedy = "open it again, or use the mouse",
-          .kind = ErrorKind::interrupted};
-}
-
 }  // namespace trephine::haptics

@@ -51,9 +51,6 @@ class DeviceExchange {
   ReportTimeout silence_{0.1};
 };
 
-/// Returns the error of a device whose opening the user cancelled.
-Error cancelled(const std::string& device);
-
 /// Base of devices with force that a thread of the driver serves. Poses are in the device frame of
 /// MappedDevice. The wrench is zero before the servo's first write, and when the last write is more than
 /// 50 ms old. A device also sets its force to zero on close(). read() fails before the first pose, after a

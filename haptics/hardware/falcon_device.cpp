@@ -6,6 +6,8 @@
 #include <cmath>
 #include <thread>
 
+#include "haptics/device/device_kind.h"
+
 namespace trephine::haptics {
 
 using glm::dvec3;

@@ -9,6 +9,7 @@
 #include <optional>
 #include <thread>
 
+#include "haptics/device/device_kind.h"
 #include "haptics/hardware/vendor_library.h"
 
 namespace trephine::haptics {

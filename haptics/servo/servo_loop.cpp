@@ -77,8 +77,8 @@ Status ServoLoop::start() {
                                rounded_text(limited.slew_limit) + " N/s, " +
                                rounded_text(limited.torque_limit) + " N mm",
                    .remedy =
-                       "reduce the limits to those of the device with within_limits(); a continued "
-                       "session keeps its limits and needs a device that reaches them"};
+                       "continue the session with a stronger device or the mouse; a new operation adapts "
+                       "to its devices"};
   }
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     Status error = hands_[h].device->open();

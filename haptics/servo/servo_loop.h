@@ -51,8 +51,9 @@ class ServoLoop {
   ServoLoop& operator=(const ServoLoop&) = delete;
 
   /// Opens the devices and starts the thread. Error if the loop is running. Also an error, with all devices
-  /// closed, if the rate is out of range, a force limit exceeds that of a device, a device fails to open, too
-  /// many loops read the channel, or the scene has fewer hands than there are devices.
+  /// closed, if the rate is out of range, a force limit exceeds that of a device (use within_limits()), a
+  /// device fails to open, too many loops read the channel, or the scene has fewer hands than there are
+  /// devices.
   Status start();
   /// Stops the thread and closes the devices; a second call does nothing.
   void stop();

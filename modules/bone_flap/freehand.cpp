@@ -107,6 +107,8 @@ FlapState flap_of_piece(const sim::Piece& piece, const dvec3& middle_world) {
   const auto for_points = [&](const auto& each) {
     for (std::size_t t = 0; t + 2 < triangles.size(); t += 3)
       for (std::size_t i = 0; i < 3; ++i) {
+        // Two triangles share each edge of a closed surface.
+        if (triangles[t + i] > triangles[t + (i + 1) % 3]) continue;
         const dvec3 &a = vertices[triangles[t + i]], &b = vertices[triangles[t + (i + 1) % 3]];
         const int count = std::max(1, static_cast<int>(std::ceil(glm::length(b - a) / k_step)));
         for (int k = 0; k < count; ++k) each(a + static_cast<double>(k) / count * (b - a));

@@ -31,7 +31,7 @@ struct JudgeResult final : sim::JobResult {
 
 std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::JobInput& input) {
   const auto& request = *static_cast<const JudgeFlap*>(parameters);
-  const FlapState flap = current_flap(input.state).value();  // checked when the job began
+  const FlapState flap = current_flap(input.state).value_or(FlapState());
   auto output = std::make_shared<JudgeResult>();
   FlapJudged& judged = output->judged;
   judged.flap = flap.flaps, judged.area = flap.area;
@@ -57,6 +57,7 @@ std::shared_ptr<const sim::JobResult> run(const void* parameters, const sim::Job
     distance = distance_from_plan(flap, request.planned);
   else if (plan)
     distance = distance_from_nearest(flap, *plan);
+  if (flap.outline.empty()) distance.reset();  // a piece that is no plate
   judged.has_plan = distance.has_value();
   if (distance) judged.plan_mean = distance->mean, judged.plan_worst = distance->worst;
   output->clearances = clearances_of(flap, input.forbidden);
@@ -119,7 +120,8 @@ Status check_outline(const char* where, const std::string& name, const sim::Oper
 }
 
 Status check_judging(const JudgeFlap& request, const sim::OperationState& operation) {
-  if (!current_flap(operation))
+  const FlapState* flap = operation.undoable_of<FlapState>();
+  if ((flap == nullptr || flap->flaps == 0) && freehand_piece(operation) == nullptr)
     return Error{.what = "there is no bone flap to judge",
                  .where = "judge-flap",
                  .remedy = "cut the flap first, with the craniotome or along the outline (cut-flap)"};

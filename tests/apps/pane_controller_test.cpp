@@ -10,6 +10,18 @@
 namespace trephine::view {
 namespace {
 
+/// Returns the input of a frame of an uncut scene.
+PaneInput input_of(const haptics::TouchScene& scene, const haptics::ServoRecord& record) {
+  return {.scene = scene,
+          .version = std::make_shared<volume::Version>(scene.base),
+          .plan = nullptr,
+          .settings = {},
+          .forbidden = {},
+          .newest = record,
+          .camera = {},
+          .clip = {}};
+}
+
 /// A replay that goes back has no X-ray of a later moment, and takes it again when the moment comes.
 TEST(PaneController, AReplayThatGoesBackHasNoLaterXray) {
   const haptics::TouchScene scene = scenes::phantom_scene("sphere", {});
@@ -24,14 +36,8 @@ TEST(PaneController, AReplayThatGoesBackHasNoLaterXray) {
     state.shots = shots, state.seconds = 0.1 * static_cast<double>(shots);
     const std::vector<std::shared_ptr<const sim::Value>> settings{
         std::make_shared<const sim::Value>(std::move(state))};
-    const PaneInput input{.scene = scene,
-                          .version = std::make_shared<volume::Version>(scene.base),
-                          .plan = nullptr,
-                          .settings = settings,
-                          .forbidden = {},
-                          .newest = record,
-                          .camera = {},
-                          .clip = {}};
+    PaneInput input = input_of(scene, record);
+    input.settings = settings;
     return QTest::qWaitFor([&] { return panes.frame(input), panes.panes().panel(0) != nullptr; }, ms);
   };
   EXPECT_FALSE(has_image(0, 300)) << "no X-ray was taken";
@@ -50,15 +56,7 @@ TEST(PaneController, SlicesShowTheToolAfterAJumpInAReplay) {
   panes.begin();
   const auto focus_at = [&](double t, const glm::dvec3& tool) {
     record.t = t, record.pose.position_world = tool;
-    const PaneInput input{.scene = scene,
-                          .version = std::make_shared<volume::Version>(scene.base),
-                          .plan = nullptr,
-                          .settings = {},
-                          .forbidden = {},
-                          .newest = record,
-                          .camera = {},
-                          .clip = {}};
-    panes.frame(input);
+    panes.frame(input_of(scene, record));
     return panes.panes().focus();
   };
   const glm::dvec3 tool(1, 2, 3);
@@ -78,15 +76,8 @@ TEST(PaneController, FollowsAnInsertedTool) {
   PaneController panes(3);
   panes.begin();
   const auto focus_of = [&](bool is_inserted) {
-    const PaneInput input{.scene = scene,
-                          .version = std::make_shared<volume::Version>(scene.base),
-                          .plan = nullptr,
-                          .settings = {},
-                          .forbidden = {},
-                          .newest = record,
-                          .is_inserted = is_inserted,
-                          .camera = {},
-                          .clip = {}};
+    PaneInput input = input_of(scene, record);
+    input.is_inserted = is_inserted;
     panes.frame(input);
     return panes.panes().focus();
   };

@@ -10,38 +10,37 @@
 namespace trephine::sim {
 namespace {
 
-TEST(Replay, SeeksForwardAndBackToTheSameState) {
-  const Folder folder;
-  const std::string path = folder.file("a.session");
-  const std::uint64_t hash = record_lockstep(path, 3000);
+/// A session of 3000 ticks, opened for a replay.
+struct RecordedRun {
+  Folder folder;
+  std::string path = folder.file("a.session");
+  std::uint64_t hash = record_lockstep(path, 3000);  ///< of the last version
   Bench bench;
-  auto opened = SessionReader::open(path, drilling_catalogue());
-  ASSERT_TRUE(opened.is_ok());
-  const auto run_of = Replay::open(opened.value(), bench.scene.base).value();
-  Replay& run = *run_of;
+  SessionReader reader = SessionReader::open(path, drilling_catalogue()).value();
+  std::unique_ptr<Replay> run = Replay::open(reader, bench.scene.base).value();
+};
+
+TEST(Replay, SeeksForwardAndBackToTheSameState) {
+  const RecordedRun recorded;
+  Replay& run = *recorded.run;
   ASSERT_FALSE(run.seek(1700).has_value());
   EXPECT_EQ(run.next_tick(), 1700u);
   const std::uint64_t middle = run.engine().version()->content_hash();
   const dvec3 force = run.record().force_world;
   ASSERT_FALSE(run.seek(5000).has_value());
   EXPECT_EQ(run.next_tick(), 3000u);
-  EXPECT_EQ(run.engine().version()->content_hash(), hash);
+  EXPECT_EQ(run.engine().version()->content_hash(), recorded.hash);
   ASSERT_FALSE(run.seek(1700).has_value());
   EXPECT_EQ(run.engine().version()->content_hash(), middle);
   EXPECT_EQ(run.record().force_world, force);
-  EXPECT_NE(middle, hash);
+  EXPECT_NE(middle, recorded.hash);
   EXPECT_FALSE(run.mismatch().has_value());
 }
 
 /// A seek in parts arrives at the same state, also at the end, and from the middle of another seek.
 TEST(Replay, SeeksInPartsToTheSameState) {
-  const Folder folder;
-  const std::string path = folder.file("a.session");
-  const std::uint64_t hash = record_lockstep(path, 3000);
-  Bench bench;
-  auto opened = SessionReader::open(path, drilling_catalogue());
-  ASSERT_TRUE(opened.is_ok());
-  const auto run = Replay::open(opened.value(), bench.scene.base).value();
+  const RecordedRun recorded;
+  const auto& run = recorded.run;
   ASSERT_FALSE(run->seek(1700).has_value());
   const std::uint64_t middle = run->engine().version()->content_hash();
   const auto go_to = [&](std::uint64_t tick) {
@@ -50,7 +49,7 @@ TEST(Replay, SeeksInPartsToTheSameState) {
     return parts;
   };
   EXPECT_GT(go_to(5000), 100) << "each part is at least a tick";
-  EXPECT_EQ(run->engine().version()->content_hash(), hash);
+  EXPECT_EQ(run->engine().version()->content_hash(), recorded.hash);
   EXPECT_EQ(go_to(5000), 1) << "it is there";
   EXPECT_FALSE(run->seek_for(200, 0).value());
   go_to(1700);

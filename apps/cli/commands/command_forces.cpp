@@ -56,8 +56,11 @@ std::vector<std::string_view> cells_of(std::string_view line) {
 Result<std::vector<Step>> read_steps(const std::string& file, int hand) {
   std::ifstream in(file);
   std::string line;
-  if (!in || !std::getline(in, line))
-    return bad_table(file, 1, in.is_open() ? "an empty file" : "no such file");
+  if (!in)
+    return Error{.what = "the table of steps does not exist",
+                 .where = data_tools::file_name(file),
+                 .remedy = "check the spelling"};
+  if (!std::getline(in, line)) return bad_table(file, 1, "an empty file");
   const std::vector<std::string_view> names = cells_of(line);
   std::array<std::size_t, k_columns.size()> column{};
   for (std::size_t c = 0; c < k_columns.size(); ++c) {

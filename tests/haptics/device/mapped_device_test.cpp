@@ -77,6 +77,28 @@ TEST(MappedDevice, TheToolStaysInPlaceWhenTheViewTurns) {
   expect_near(pose.position_world, {5, 1, 0});
 }
 
+/// While the device does not respond it has no force; afterwards the force returns gradually.
+TEST(MappedDevice, TheForceReturnsGraduallyAfterADropout) {
+  const auto hand = std::make_shared<HandDevice>();
+  MappedDevice device(hand, {});
+  device.set_view({});
+  ASSERT_FALSE(device.open());
+  Pose pose;
+  const auto force_at = [&](double t) {
+    device.read(t, pose);
+    device.write(Wrench(dvec3(0, 0, 4)));
+    return hand->written.force_world.z;
+  };
+  EXPECT_EQ(force_at(0), 4);
+  hand->responds = false;
+  EXPECT_EQ(force_at(0.1), 0);
+  hand->responds = true;
+  EXPECT_EQ(force_at(0.2), 0);
+  EXPECT_NEAR(force_at(0.225), 1, 1e-12);
+  EXPECT_NEAR(force_at(0.3), 4, 1e-12);
+  EXPECT_EQ(force_at(0.4), 4);
+}
+
 /// The workspace lies around the tool, and moves with the clutch.
 TEST(MappedDevice, ReportsTheWorkspaceInTheWorld) {
   const auto hand = std::make_shared<HandDevice>();
