@@ -9,6 +9,7 @@
 #include "apps/bench/scenes/scenes.h"
 #include "haptics/baselines/voxel_sampling.h"
 #include "haptics/device/pose_path.h"
+#include "haptics/proxy/layer_contact.h"
 #include "haptics/proxy/shell_proxy.h"
 #include "volume/cuts/removal.h"
 #include "volume/surface/lathe.h"
@@ -123,7 +124,95 @@ void lever_in_hole(const TouchScene& scene, int ticks, MinimumOfRuns& times) {
   }
 }
 
+/// Returns the times of the sums of forces at these poses.
+StepTimes times_at(const std::vector<Placement>& poses, const haptics::PoseContact& contact) {
+  MinimumOfRuns times;
+  for (int run = 0; run < MinimumOfRuns::k_runs; ++run)
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const auto start = Clock::now();
+      const haptics::PoseForce force = contact.contact(poses[i]);
+      times.add(i, 1e6 * seconds_since(start));
+      if (!std::isfinite(force.on_tool.force_world.x)) return {};
+    }
+  return times.result();
+}
+
+haptics::LayerContact layer_of(const TouchScene& scene, const haptics::TouchState& state,
+                               const haptics::PointShell& shell) {
+  const double voxel = scene.base->frame.spacing().x;
+  return {scene, state, shell, {.stiffness = 0.1, .layer_mm = 0.5 * voxel, .deepest_mm = 2 * voxel}};
+}
+
+/// Returns the share of the points that are in the layer or in matter.
+double near_share(const haptics::LayerContact& contact, const Placement& tool) {
+  const haptics::PoseForce force = contact.contact(tool);
+  return static_cast<double>(force.points + force.interior) /
+         static_cast<double>(contact.shell().points().size());
+}
+
+DenseToolRow dense_row(const char* place, const TouchScene& scene, const haptics::LayerContact& contact,
+                       const std::vector<Placement>& poses) {
+  DenseToolRow row;
+  row.place = place;
+  for (int a = 0; a < 3; ++a) row.size[a] = scene.base->size[a];
+  row.points = contact.shell().points().size();
+  for (const Placement& pose : poses)
+    row.near += near_share(contact, pose) / static_cast<double>(poses.size());
+  const auto map = haptics::baselines::VoxMap::of(*scene.items[0].bits, scene.base->frame, 1);
+  row.sampling_us = times_at(poses, haptics::baselines::VoxelSampling(map, contact.shell()));
+  row.layer_us = times_at(poses, contact);
+  return row;
+}
+
 }  // namespace
+
+std::vector<DenseToolRow> run_dense_tool_benchmark(bool is_quick) {
+  std::vector<DenseToolRow> rows;
+  constexpr double k_radius = 10, k_length = 60, k_share = 0.05;  // mm
+  const auto shell = haptics::PointShell::of_profile(
+      {{{-0.5 * k_length, k_radius}, {0.5 * k_length, k_radius}}, is_quick ? 0.5 : 0.23});
+  if (!shell) return rows;
+  const auto rotation_to = [](const dvec3& axis) {
+    return turn_about(glm::cross(dvec3(0, 0, 1), axis), std::acos(axis.z));
+  };
+  {
+    data_tools::PhantomOptions options;
+    options.spacing_mm = dvec3(is_quick ? 1.6 : 0.4);
+    options.size = glm::ivec3(is_quick ? 128 : 512);
+    const TouchScene scene = scenes::phantom_scene("head", options);
+    const haptics::TouchState state(haptics::uncut_version(scene));
+    const haptics::LayerContact contact = layer_of(scene, state, *shell.value());
+    const dvec3 centre = scene.base->frame.world_from_volume(0.5 * dvec3(scene.base->size));
+    std::vector<Placement> poses;
+    for (int i = 0; i < (is_quick ? 100 : 1000); ++i) {
+      const double angle = 0.002 * i;
+      const dvec3 out = glm::normalize(dvec3(std::sin(angle), 0.3 * std::cos(3 * angle), std::cos(angle))),
+                  axis = glm::normalize(glm::cross(out, dvec3(1, 0.4, 0.2)));
+      double low = 0, high = 140;  // mm from the centre
+      while (high - low > 1e-3) {
+        const double middle = 0.5 * (low + high);
+        (near_share(contact, {centre + middle * out, rotation_to(axis)}) > k_share ? low : high) = middle;
+      }
+      poses.push_back({centre + high * out, rotation_to(axis)});
+    }
+    rows.push_back(dense_row("lying on the head phantom", scene, contact, poses));
+  }
+  // Intensities are linear near the wall of the hole.
+  const dvec3 axis = glm::normalize(dvec3(0.3, 0.2, 1));
+  const TouchScene scene =
+      scenes::scene_of(scenes::sampled(dvec3(-32), dvec3(32), dvec3(0.4), [&](const dvec3& p) {
+        const double depth = std::max(glm::length(p - glm::dot(p, axis) * axis) - k_radius,
+                                      std::abs(glm::dot(p, axis)) - 0.5 * k_length);
+        return 300 + 400 * std::clamp(depth, -2.0, 2.0);
+      }));
+  const haptics::TouchState state(haptics::uncut_version(scene));
+  const haptics::LayerContact contact = layer_of(scene, state, *shell.value());
+  std::vector<Placement> poses;
+  for (int i = 0; i < (is_quick ? 20 : 200); ++i)
+    poses.push_back({0.0005 * i * axis, turn_about(axis, 0.01 * i) * rotation_to(axis)});
+  rows.push_back(dense_row("in a hole of its size", scene, contact, poses));
+  return rows;
+}
 
 WholeToolResult run_whole_tool_benchmark(bool is_quick) {
   WholeToolResult result;
@@ -160,16 +249,11 @@ WholeToolResult run_whole_tool_benchmark(bool is_quick) {
     }
     row.free_us = free.result(), row.slide_us = contact.result(), row.hole_us = hole.result();
     const haptics::baselines::VoxelSampling sampling(map, *shell.value());
-    MinimumOfRuns sums;
+    row.sampling_us = times_at(poses, sampling);
+    const haptics::TouchState state(haptics::uncut_version(scene));
+    row.layer_us = times_at(poses, layer_of(scene, state, *shell.value()));
     long tests = 0;
-    for (int run = 0; run < MinimumOfRuns::k_runs; ++run)
-      for (std::size_t i = 0; i < poses.size(); ++i) {
-        start = Clock::now();
-        const auto answer = sampling.contact(poses[i]);
-        sums.add(i, 1e6 * seconds_since(start));
-        tests += run == 0 ? answer.tests : 0;
-      }
-    row.sampling_us = sums.result();
+    for (const Placement& pose : poses) tests += sampling.contact(pose).tests;
     row.tested =
         static_cast<double>(tests) / static_cast<double>(std::max<std::size_t>(1, poses.size() * row.points));
     if (peers().fcl_collide && spacing == 0.25) {

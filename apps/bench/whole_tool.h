@@ -18,6 +18,7 @@ struct WholeToolRow {
   StepTimes hole_us;      ///< method shell: the tool is levered in a burr hole
   StepTimes sampling_us;  ///< one sum of published forces (VoxelSampling), at the poses of the slide
   double tested = 0;      ///< points and nodes that the sampling tests, as a share of all points
+  StepTimes layer_us;     ///< one sum of pressures (LayerContact), at the poses of the slide
   /// One collision query of FCL (up to 100 contacts), at the poses of the slide. Measured only for a spacing
   /// of 0.25 mm; count 0: not measured, or FCL is not built in.
   StepTimes fcl_us;
@@ -30,6 +31,19 @@ struct WholeToolResult {
 };
 /// `is_quick`: a coarser phantom and fewer ticks.
 WholeToolResult run_whole_tool_benchmark(bool is_quick);
+
+/// Times of the forces at given poses for a tool of about 100,000 points.
+struct DenseToolRow {
+  std::string place;
+  int size[3] = {0, 0, 0};  ///< of the volume, voxels
+  std::size_t points = 0;
+  double near = 0;        ///< mean share of the points in the layer or in matter
+  StepTimes sampling_us;  ///< VoxelSampling
+  StepTimes layer_us;     ///< LayerContact
+};
+/// A cylinder that lies on the head phantom, so that about 5 % of its points are near matter, and a cylinder
+/// that fills a hole, so that all are. `is_quick`: coarser volumes.
+std::vector<DenseToolRow> run_dense_tool_benchmark(bool is_quick);
 
 /// Mean and noise (Kadlecek 2013, eq. 3.20) of the force of a dynamic tool in free motion, for one
 /// integrator, as in figure 3.16.

@@ -285,23 +285,6 @@ class Layout {
   StepDiagram diagram_;
 };
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '"')
-      out += "&quot;";
-    else
-      out += c;
-  }
-  return out;
-}
-
 std::string rectangle(const PictureBox& area, const char* style) {
   return workbench::format_text("<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" rx=\"4\" %s/>\n",
                                 area.low.x, area.low.y, area.high.x - area.low.x, area.high.y - area.low.y,
@@ -366,7 +349,7 @@ std::string svg_of(const StepDiagram& diagram) {
         text.is_at_right ? text.area.high.x : text.area.low.x, text.area.high.y - k_descent * text.size,
         text.size, text.is_bold ? " font-weight=\"bold\"" : "", text.is_grey ? " fill=\"#606060\"" : "",
         text.is_at_right ? " text-anchor=\"end\"" : "");
-    svg += escaped(text.words) + "</text>\n";
+    svg += escape_svg(text.words) + "</text>\n";
   }
   return svg + "</svg>\n";
 }

@@ -1,4 +1,4 @@
-// Chart: picture of a chart: lines and dots on linear or logarithmic axes.
+// Chart: lines and dots on linear or logarithmic axes, as a picture, as SVG or as a table.
 #pragma once
 
 #include <array>
@@ -29,8 +29,18 @@ struct Chart {
 /// and Ito 2008).
 std::array<std::uint8_t, 3> chart_color(std::size_t i);
 
-/// Draws into memory and writes a PNG. Points that an axis cannot show (not finite; on a logarithmic axis,
-/// not positive) and lines of fewer than two points are omitted.
+/// Returns the chart as SVG. Points that an axis cannot show (not finite; on a logarithmic axis, not
+/// positive) and lines of fewer than two points are omitted.
+std::string svg_of(const Chart& chart, int width = 1000, int height = 640);
+
+/// Returns all points as CSV: name of the series, x, y.
+std::string csv_of(const Chart& chart);
+
+/// Writes SVG or CSV if the name of the file has this extension, else a PNG, which omits points as svg_of()
+/// does.
 Status write_chart(const Chart& chart, const std::string& path, int width = 1000, int height = 640);
+
+/// Writes the chart as PNG, SVG and CSV. `stem`: the path without its extension.
+Status write_chart_files(const Chart& chart, const std::string& stem);
 
 }  // namespace trephine::view

@@ -20,11 +20,12 @@ struct KindInfo {
   std::vector<const char*> extensions;
 };
 const KindInfo& kind_info(OutputKind kind) {
-  static const std::array<KindInfo, 7> k_kinds{{
+  static const std::array<KindInfo, 8> k_kinds{{
       {"file", {}},
       {"volume", {".mha", ".nrrd", ".nii", ".nii.gz", ".vti", ".vdb"}},
       {"mesh", {".stl", ".ply", ".obj", ".vtp", ".glb"}},
       {"picture", {".png"}},
+      {"chart", {".png", ".svg", ".csv"}},
       {"table", {".csv"}},
       {"data", {".h5", ".hdf5"}},
       {"folder", {}},

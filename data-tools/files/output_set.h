@@ -12,7 +12,7 @@
 namespace trephine::data_tools {
 
 /// Kind of a written file; its extensions are in a table of the implementation.
-enum class OutputKind { any, volume, mesh, picture, table, data, folder };  // folder: a new folder
+enum class OutputKind { any, volume, mesh, picture, chart, table, data, folder };  // folder: a new folder
 
 /// Returns the extensions of a kind as text, for example ".h5 or .hdf5"; empty for `any` and `folder`.
 std::string extensions_of(OutputKind kind);

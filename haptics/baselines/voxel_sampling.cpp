@@ -13,8 +13,8 @@ namespace trephine::haptics::baselines {
 using glm::dvec3;
 using glm::ivec3;
 
-VoxelSampling::Contact VoxelSampling::contact(const Placement& tool, bool uses_tree) const noexcept {
-  Contact contact;
+PoseForce VoxelSampling::contact(const Placement& tool, bool uses_tree) const noexcept {
+  PoseForce contact;
   const glm::dmat3 rotation = glm::mat3_cast(tool.rotation);
   const double voxel = map_.voxel_mm();
   const volume::Frame& frame = map_.frame();
@@ -54,22 +54,15 @@ VoxelSampling::Contact VoxelSampling::contact(const Placement& tool, bool uses_t
     force += push;
     torque += glm::cross(arm, push);
   });
-  const double size = glm::length(torque);
-  if (size > 0) {
-    const dvec3 axis = torque / size;
-    // The sum of the perpendicular parts of the forces is the perpendicular part of their sum.
-    contact.perpendicular = force - glm::dot(axis, force) * axis;
-  }
   const double scale = options_.averaging_threshold > 0 && contact.points >= options_.averaging_threshold
                            ? static_cast<double>(options_.averaging_threshold) / contact.points
                            : 1;
-  contact.on_tool = Wrench(scale * force, scale * torque);
-  contact.perpendicular *= scale;
+  contact.set(scale * force, scale * torque);
   return contact;
 }
 
-DynamicTool::DynamicTool(const VoxelSampling& sampling, const Options& options, double dt) noexcept
-    : sampling_(sampling),
+DynamicTool::DynamicTool(const PoseContact& contact, const Options& options, double dt) noexcept
+    : contact_(contact),
       options_(options),
       dt_(dt),
       inertia_(0.4 * options.mass * options.sphere_radius * options.sphere_radius) {}
@@ -77,16 +70,16 @@ DynamicTool::DynamicTool(const VoxelSampling& sampling, const Options& options, 
 /// Computes the share of the contact's mean torque that its force could not cause, even if it acted at the
 /// end of the tool. Such a torque arises if the tool is a lever between two contacts.
 void DynamicTool::judge_torque() noexcept {
-  torques_[tick_++ % torques_.size()] = glm::length(contact_.on_tool.torque_world);
+  torques_[tick_++ % torques_.size()] = glm::length(force_.on_tool.torque_world);
   double mean = 0;
   for (const double torque : torques_) mean += torque / static_cast<double>(torques_.size());
-  const double good = glm::length(contact_.perpendicular) * sampling_.shell().arm();
+  const double good = glm::length(force_.perpendicular) * contact_.shell().arm();
   forceless_torque_share_ = mean > 0 ? std::clamp(1 - good / mean, 0.0, 1.0) : 0;
 }
 
 void DynamicTool::step(const Placement& hand) noexcept {
   if (tick_ == 0) tool_ = hand_ = hand;
-  contact_ = sampling_.contact(tool_);
+  force_ = contact_.contact(tool_);
   judge_torque();
   const dvec3 hand_velocity = (hand.position_world - hand_.position_world) / dt_,
               hand_spin = turn_between(hand_.rotation, hand.rotation) / dt_;
@@ -99,8 +92,8 @@ void DynamicTool::step(const Placement& hand) noexcept {
   const dvec3 force = k * (hand.position_world - tool_.position_world) + b * (hand_velocity - velocity_),
               torque = k_turn * turn_between(tool_.rotation, hand.rotation) + b_turn * (hand_spin - spin_);
   on_hand_ = Wrench(-force, -torque);
-  const dvec3 change = h * (force + contact_.on_tool.force_world),
-              change_turn = h_turn * (torque + contact_.on_tool.torque_world);
+  const dvec3 change = h * (force + force_.on_tool.force_world),
+              change_turn = h_turn * (torque + force_.on_tool.torque_world);
   const dvec3 old_velocity = velocity_, old_spin = spin_;
   if (options_.integrator == Integrator::implicit) {
     // (M - dt dF/dv - dt^2 dF/dx) dv = dt (F + dt dF/dx v), for the coupling alone.

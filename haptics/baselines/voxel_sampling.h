@@ -6,7 +6,7 @@
 
 #include "haptics/baselines/voxmap.h"
 #include "haptics/force/coupling.h"
-#include "haptics/tool/point_shell.h"
+#include "haptics/tool/pose_contact.h"
 
 namespace trephine::haptics::baselines {
 
@@ -15,7 +15,7 @@ namespace trephine::haptics::baselines {
 /// this is the depth below the tangent plane through the voxel's centre, at most half a voxel. In a surface
 /// voxel it is half a voxel. In the interior there is no force, so that a tool that is pressed hard passes
 /// through. Borrows map and shell.
-class VoxelSampling {
+class VoxelSampling final : public PoseContact {
  public:
   struct Options {
     double stiffness = 0.5;  ///< N/mm per point
@@ -23,21 +23,15 @@ class VoxelSampling {
     /// the force is always the sum.
     int averaging_threshold = 10;
   };
-  struct Contact {
-    Wrench on_tool;                 ///< torque about the position of the tool
-    glm::dvec3 perpendicular{0.0};  ///< N, component of the summed force that is perpendicular to the torque
-    int points = 0;                 ///< points that push
-    int interior = 0;               ///< points in the interior
-    int tests = 0;                  ///< points and nodes that were tested
-  };
   VoxelSampling(const VoxMap& map, const PointShell& shell, const Options& options) noexcept
       : map_(map), shell_(shell), options_(options) {}
   VoxelSampling(const VoxMap& map, const PointShell& shell) noexcept : VoxelSampling(map, shell, Options()) {}
 
   /// Sums the forces in the order of the points. `uses_tree` false: tests all points; the result is the same,
   /// to the bit, except for `tests`.
-  Contact contact(const Placement& tool, bool uses_tree = true) const noexcept;
-  const PointShell& shell() const noexcept { return shell_; }
+  PoseForce contact(const Placement& tool, bool uses_tree) const noexcept;
+  PoseForce contact(const Placement& tool) const noexcept override { return contact(tool, true); }
+  const PointShell& shell() const noexcept override { return shell_; }
 
  private:
   const VoxMap& map_;
@@ -49,7 +43,7 @@ class VoxelSampling {
 enum class Integrator : std::uint8_t { explicit_euler, semi_implicit, implicit };
 
 /// A tool with mass, tied to the hand by a virtual coupling (Colgate, Stanley and Brown 1995) and pushed by
-/// contact. Plain data, except for the borrowed sampling.
+/// contact. Plain data, except for the borrowed method of contact.
 class DynamicTool {
  public:
   struct Options {
@@ -65,24 +59,24 @@ class DynamicTool {
     bool limits_missing_torque = false;
     double least_turning_stiffness = 10;  ///< N mm/rad, while the torque is limited
   };
-  DynamicTool(const VoxelSampling& sampling, const Options& options, double dt) noexcept;
+  DynamicTool(const PoseContact& contact, const Options& options, double dt) noexcept;
 
   /// Runs one tick. The first tick sets the tool to the placement of the hand.
   void step(const Placement& hand) noexcept;
   const Placement& pose() const noexcept { return tool_; }
   const Wrench& on_hand() const noexcept { return on_hand_; }
-  const VoxelSampling::Contact& contact() const noexcept { return contact_; }
+  const PoseForce& contact() const noexcept { return force_; }
 
  private:
   void judge_torque() noexcept;
 
-  const VoxelSampling& sampling_;
+  const PoseContact& contact_;
   Options options_;
   double dt_, inertia_;  ///< s; kg mm2
   Placement hand_, tool_;
   glm::dvec3 velocity_{0.0}, spin_{0.0};  ///< mm/s, rad/s
   Wrench on_hand_;
-  VoxelSampling::Contact contact_;
+  PoseForce force_;
   std::array<double, 32> torques_{};  ///< N mm, of the last ticks, for the moving average
   std::size_t tick_ = 0;
   double forceless_torque_share_ = 0;  ///< 0 to 1, part of the contact's torque that comes without force

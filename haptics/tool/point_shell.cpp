@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <glm/geometric.hpp>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <unordered_map>
@@ -29,6 +30,7 @@ constexpr double k_candidate_step = 0.33, k_apart = 0.75, k_edge_apart = 0.5;
 struct Candidate {
   dvec3 position, outward;
   std::uint64_t order;  // candidates with a smaller value are taken first
+  double area = 0;      // mm2 of its triangle
 };
 
 std::string mm(double value) { return rounded_text(value) + " mm"; }
@@ -56,17 +58,22 @@ Error too_many_points(double spacing) {
 class CellGrid {
  public:
   explicit CellGrid(double cell) : cell_(cell) {}
-  bool has_within(const dvec3& p, double distance) const {
+  /// Returns true if a sample is nearer than `distance`, at most one cell.
+  bool has_within(const dvec3& p, double distance) const { return nearest(p, distance).has_value(); }
+  /// Returns the number of the nearest sample within `distance`, at most one cell.
+  std::optional<std::size_t> nearest(const dvec3& p, double distance) const {
     const glm::ivec3 c = cell_of(p);
+    std::optional<std::size_t> best;
+    double least = distance * distance;
     for (int z = -1; z <= 1; ++z)
       for (int y = -1; y <= 1; ++y)
         for (int x = -1; x <= 1; ++x)
           if (const auto found = cells_.find(key(c + glm::ivec3(x, y, z))); found != cells_.end())
-            for (const dvec3& q : found->second)
-              if (glm::dot(p - q, p - q) < distance * distance) return true;
-    return false;
+            for (const auto& [q, number] : found->second)
+              if (const double square = glm::dot(p - q, p - q); square < least) least = square, best = number;
+    return best;
   }
-  void add(const dvec3& p) { cells_[key(cell_of(p))].push_back(p); }
+  void add(const dvec3& p) { cells_[key(cell_of(p))].emplace_back(p, count_++); }
 
  private:
   glm::ivec3 cell_of(const dvec3& p) const { return glm::ivec3(glm::floor(p / cell_)); }
@@ -75,7 +82,8 @@ class CellGrid {
     return part(c.x) | part(c.y) << 21 | part(c.z) << 42;
   }
   double cell_;
-  std::unordered_map<std::uint64_t, std::vector<dvec3>> cells_;
+  std::size_t count_ = 0;
+  std::unordered_map<std::uint64_t, std::vector<std::pair<dvec3, std::size_t>>> cells_;
 };
 
 /// An edge of one triangle, with the smaller vertex index first.
@@ -182,16 +190,26 @@ class Sampler {
       if (!(longest > 0)) continue;
       const dvec3 normal = area_vector(t), outward = unit(normal);
       const int rows = std::max(1, static_cast<int>(std::ceil(2 * glm::length(normal) / longest / step)));
+      const std::size_t begin = all.size();
+      double total = 0;
       for (int r = 0; r <= rows; ++r) {
-        const double share = static_cast<double>(r) / rows;
+        const double share = static_cast<double>(r) / rows, weight = r == 0 || r == rows ? 0.5 : 1;
         const dvec3 left = a + share * (c - a), right = b + share * (c - b);
         const int steps = std::max(1, static_cast<int>(std::ceil((1 - share) * longest / step)));
-        for (int i = 0; i <= steps; ++i)
-          all.push_back(
-              {left + (static_cast<double>(i) / steps) * (right - left), outward, order_of(all.size())});
+        for (int i = 0; i <= steps; ++i) {
+          // The area that a candidate stands for, by the trapezoidal rule, in units that are scaled below.
+          const double part = weight * (1 - share) / steps * (i == 0 || i == steps ? 0.5 : 1);
+          total += part;
+          all.push_back({left + (static_cast<double>(i) / steps) * (right - left), outward,
+                         order_of(all.size()), part});
+        }
       }
+      for (std::size_t i = begin; i < all.size(); ++i) all[i].area *= glm::length(normal) / total;
     }
-    take(std::move(all), k_apart * spacing_, grid, points);
+    take(all, k_apart * spacing_, grid, points);
+    for (const Candidate& candidate : all)
+      if (const auto nearest = grid.nearest(candidate.position, spacing_))
+        points[*nearest].area += candidate.area;
     return points.size() > PointShell::k_max_points ? Status(too_many_points(spacing_)) : std::nullopt;
   }
   static void take(std::vector<Candidate> all, double least_distance, CellGrid& grid,
@@ -203,7 +221,7 @@ class Sampler {
     for (const Candidate& candidate : all) {
       if (grid.has_within(candidate.position, least_distance)) continue;
       grid.add(candidate.position);
-      points.push_back({candidate.position, -candidate.outward});
+      points.push_back({candidate.position, -candidate.outward, 0});
     }
   }
 

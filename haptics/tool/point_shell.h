@@ -22,6 +22,7 @@ class PointShell {
   struct Point {
     glm::dvec3 position{0.0};  ///< mm
     glm::dvec3 inward{0.0};    ///< unit; the mean of the adjacent faces at edges and corners
+    double area = 0;           ///< mm2 of the surface that is nearest to this point
   };
   /// Node of the tree: bounding sphere of successive points. The points of an inner node are those of its
   /// child nodes.

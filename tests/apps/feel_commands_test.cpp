@@ -83,7 +83,8 @@ TEST_F(Command, BenchFeelPutsEveryMethodOnOneChart) {
   for (const char* part : {"traversal_us", "net_us", "rest_us"}) EXPECT_GT(feel["split"][0][part], 0) << part;
   for (const char* name :
        {"feel.json", "index.html", "time-against-surface-error.svg", "time-against-direction-error.svg",
-        "time-against-force-error.svg", "force-raw.png", "force-smoothed.png", "force-pressing.png"})
+        "time-against-force-error.svg", "force-raw.svg", "force-raw.csv", "force-raw.png",
+        "force-smoothed.png", "force-pressing.png"})
     EXPECT_GT(fs::file_size(folder_ / "out" / name), 1000u) << name;
   EXPECT_NE(read(file("out/time-against-force-error.csv")).find("\nsubvoxel,trephine,"), std::string::npos);
   // One scene gives no data on scaling, so no chart of scaling is written.
@@ -180,8 +181,8 @@ TEST_F(Command, BenchStabilityAttacksAScanAndDrawsItsMaps) {
     else
       EXPECT_NEAR(row["simulated"].get<double>() / row["theory"].get<double>(), 1, 0.05) << row;
   }
-  for (const char* name :
-       {"attacks.csv", "stiffness.csv", "stability.json", "stable-stiffness.png", "passive-stiffness.png"})
+  for (const char* name : {"attacks.csv", "stiffness.csv", "stability.json", "stable-stiffness.png",
+                           "stable-stiffness.svg", "stable-stiffness.csv", "passive-stiffness.png"})
     EXPECT_GT(fs::file_size(folder_ / "out" / name), 500u) << name;
 }
 

@@ -93,10 +93,10 @@ Status report_forces(const std::string& path, data_tools::OutputSet& outputs, Ou
 Run build_pedicle(Options& options) {
   auto a = std::make_shared<PedicleArguments>();
   options.add("--quick", a->is_quick, "A scan with half the columns, rows and slices");
-  options.add("-o,--output", a->output, "Chart of the probe's force over depth").type("PNG");
+  options.add("-o,--output", a->output, "Chart of the probe's force over depth").type("PNG|SVG|CSV");
   return [a]() -> Result<Outcome> {
     data_tools::OutputSet outputs;
-    outputs.add_output("--output", a->output, data_tools::OutputKind::picture);
+    outputs.add_output("--output", a->output, data_tools::OutputKind::chart);
     if (Status error = outputs.check()) return *error;
     Outcome outcome("bench-pedicle");
     report_times(a->is_quick, outcome);

@@ -199,13 +199,13 @@ Status bench_stability(const BenchArguments& arguments, Outcome& outcome) {
   if (Status error =
           data_tools::write_file_atomically(path("stability.json"), text_of_json(outcome.json, 1) + "\n"))
     return error;
-  if (Status error = view::write_chart(
+  if (Status error = view::write_chart_files(
           stiffness_chart(maps, "stable without a hand", "Stiffness that stays stable without a hand"),
-          path("stable-stiffness.png")))
+          path("stable-stiffness")))
     return error;
-  if (Status error = view::write_chart(
+  if (Status error = view::write_chart_files(
           stiffness_chart(maps, "passive for any hand", "Stiffness that is passive for any hand"),
-          path("passive-stiffness.png")))
+          path("passive-stiffness")))
     return error;
   outcome.print("tables and maps: {folder}", {{"folder", arguments.output}});
   return std::nullopt;

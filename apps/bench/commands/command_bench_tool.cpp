@@ -29,6 +29,7 @@ Status run_tool(const ToolArguments& arguments, Outcome& outcome) {
                                     {"hole_us", to_json(row.hole_us)},
                                     {"sampling_us", to_json(row.sampling_us)},
                                     {"sampling_tested", row.tested},
+                                    {"layer_us", to_json(row.layer_us)},
                                     {"fcl_us", to_json(row.fcl_us)}});
     outcome.print(format_text(
         "%6zu points (%.2f mm), made in %.0f ms. Step of shell, us, p50 / p99 / p99.9: free %.1f / %.1f / "
@@ -40,9 +41,25 @@ Status run_tool(const ToolArguments& arguments, Outcome& outcome) {
         "       published voxel sampling (sum of the points' forces), us: %.1f / %.1f / %.1f; it tests points and nodes "
         "of its tree, %.0f %% of the number of points",
         row.sampling_us.p50, row.sampling_us.p99, row.sampling_us.p999, 100 * row.tested));
+    outcome.print(format_text("       pressure in a layer (LayerContact), us: %.1f / %.1f / %.1f",
+                              row.layer_us.p50, row.layer_us.p99, row.layer_us.p999));
     if (row.fcl_us.count > 0)
       outcome.print(format_text("       FCL, one collision query, us: %.0f / %.0f / %.0f", row.fcl_us.p50,
                                 row.fcl_us.p99, row.fcl_us.p999));
+  }
+  for (const DenseToolRow& row : run_dense_tool_benchmark(arguments.is_quick)) {
+    outcome.json["dense"].push_back({{"place", row.place},
+                                     {"size", {row.size[0], row.size[1], row.size[2]}},
+                                     {"points", row.points},
+                                     {"near", row.near},
+                                     {"sampling_us", to_json(row.sampling_us)},
+                                     {"layer_us", to_json(row.layer_us)}});
+    outcome.print(format_text(
+        "%6zu points, %s (%d x %d x %d voxels), %.0f %% of them near matter, us: published voxel sampling %.0f / %.0f / "
+        "%.0f, pressure in a layer %.0f / %.0f / %.0f",
+        row.points, row.place.c_str(), row.size[0], row.size[1], row.size[2], 100 * row.near,
+        row.sampling_us.p50, row.sampling_us.p99, row.sampling_us.p999, row.layer_us.p50, row.layer_us.p99,
+        row.layer_us.p999));
   }
   outcome.print(format_text("VoxMap: %.1f s, %.0f MB", result.voxmap_seconds, result.voxmap_mb));
   for (const IntegratorRow& row : compare_integrators()) {

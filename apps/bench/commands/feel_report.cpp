@@ -532,16 +532,16 @@ Status write_feel_report(const FeelReport& report, const std::string& folder, bo
   const struct {
     const char* name;
     view::Chart chart;
-  } pictures[] = {{"scaling.png", scaling_chart(report)},
-                  {"force-pressing.png", pressing_chart(report)},
-                  {"force-raw.png", force_chart(report, false)},
-                  {"force-smoothed.png", force_chart(report, true)}};
+  } pictures[] = {{"scaling", scaling_chart(report)},
+                  {"force-pressing", pressing_chart(report)},
+                  {"force-raw", force_chart(report, false)},
+                  {"force-smoothed", force_chart(report, true)}};
   for (const auto& picture : pictures) {
     // With a subset of the scenes some charts would be empty.
     const bool is_empty = std::all_of(picture.chart.series.begin(), picture.chart.series.end(),
                                       [](const view::ChartSeries& series) { return series.x.empty(); });
     if (is_empty) continue;
-    if (Status error = view::write_chart(picture.chart, path(picture.name))) return error;
+    if (Status error = view::write_chart_files(picture.chart, path(picture.name))) return error;
   }
   return data_tools::write_file_atomically(path("index.html"), html_page(report, is_quick, machine));
 }

@@ -155,7 +155,7 @@ Status draw(const std::vector<Step>& first, const std::vector<Step>& second, con
 Result<Outcome> run_compare_forces(const ForcesArguments& arguments) {
   data_tools::OutputSet outputs;
   for (const std::string& input : {arguments.first, arguments.second}) outputs.add_input(input);
-  outputs.add_output("output", arguments.output, data_tools::OutputKind::picture);
+  outputs.add_output("output", arguments.output, data_tools::OutputKind::chart);
   if (Status error = outputs.check()) return *error;
   const auto first = read_steps(arguments.first, arguments.hand);
   if (!first) return first.error();
@@ -212,7 +212,7 @@ Run build_compare_forces(Options& options) {
   options.add("FIRST", a->first, "Table of steps, STEPS.csv").required();
   options.add("SECOND", a->second, "Table of the same motion with another method, tool or material")
       .required();
-  options.add("-o,--output", a->output, "Draw the forces over time").type("OUT.png");
+  options.add("-o,--output", a->output, "Draw the forces over time").type("PNG|SVG|CSV");
   options.add("--hand", a->hand, "Number of the hand, from 1").shows_default().type("N");
   return run_with(a, run_compare_forces);
 }

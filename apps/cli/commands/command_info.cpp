@@ -314,7 +314,7 @@ Result<Outcome> run_info(const InfoArguments& arguments) {
   if (is_session) return describe_session(arguments.source.path);
   data_tools::OutputSet outputs;
   outputs.add_input(arguments.source.path);
-  outputs.add_output("chart", arguments.chart, data_tools::OutputKind::picture);
+  outputs.add_output("chart", arguments.chart, data_tools::OutputKind::chart);
   if (Status error = outputs.check()) return *error;
   auto opened = workbench::open_source(arguments.source, terminal_listener());
   if (!opened) return opened.error();
@@ -391,7 +391,7 @@ Run build_info(Options& options) {
   options.add("--quality", a->has_quality,
               "Also report blur, noise, the thinnest bone, and the smallest details that can be touched "
               "(see docs/accuracy.md)");
-  options.add("--chart", a->chart, "As --quality, with a picture of the measured edges").type("PNG");
+  options.add("--chart", a->chart, "As --quality, with a chart of the measured edges").type("PNG|SVG|CSV");
   options.add("--list", a->is_listing,
               "Only list the series and volumes of a DICOM folder, including incomplete ones");
   options.add_modules();

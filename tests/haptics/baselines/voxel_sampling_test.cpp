@@ -178,7 +178,7 @@ TEST(VoxelSampling, ForcesAreThoseOfTheTangentPlanes) {
                          glm::normalize(glm::dquat(1, between(-0.3, 0.3), between(-0.3, 0.3), 0.2))};
     VoxelSampling::Options options{0.7, n % 2 == 0 ? 0 : 10};
     const VoxelSampling sampling(map, *shell, options);
-    const VoxelSampling::Contact fast = sampling.contact(tool), slow = sampling.contact(tool, false);
+    const PoseForce fast = sampling.contact(tool), slow = sampling.contact(tool, false);
     ASSERT_EQ(fast.on_tool.force_world, slow.on_tool.force_world);  // to the bit
     ASSERT_EQ(fast.on_tool.torque_world, slow.on_tool.torque_world);
     ASSERT_EQ(fast.points, slow.points);

@@ -61,6 +61,26 @@ TEST(PointShell, ContainsCornersAndTheirNormalsPointInward) {
   }
 }
 
+// The areas of the points are weights of an integral over the surface.
+TEST(PointShell, AreasIntegrateOverTheSurface) {
+  const Mesh mesh = box({1, 2, 3}, {5, 8, 6});  // 4 x 6 x 3 mm
+  for (const double spacing : {0.2, 0.5}) {
+    const SharedShell shell = PointShell::of_mesh(mesh.vertices, mesh.triangles, spacing).value();
+    double area = 0, largest = 0;
+    dvec3 first(0), second(0);
+    for (const PointShell::Point& point : shell->points()) {
+      area += point.area, largest = std::max(largest, point.area);
+      first += point.area * point.position, second += point.area * point.position * point.position;
+      EXPECT_GE(point.area, 0);
+    }
+    EXPECT_NEAR(area, 108, 1e-9);
+    EXPECT_LT(largest, 2 * spacing * spacing);
+    EXPECT_LT(glm::length(first / area - dvec3(3, 5, 4.5)), 0.05 * spacing);
+    // The integral of (x - 3)^2 over the box: 2 faces of 18 mm2 at 2 mm, 4 faces with the mean 4/3 mm2.
+    EXPECT_NEAR(second.x - 2 * 3 * first.x + 9 * area, 2 * 18 * 4 + 72 * 4.0 / 3, 0.1 * area * spacing);
+  }
+}
+
 TEST(PointShell, HasTheMassOfItsSolid) {
   const Mesh mesh = box({1, 2, 3}, {5, 8, 6});  // 4 x 6 x 3 mm
   const PointShell::Solid solid = PointShell::of_mesh(mesh.vertices, mesh.triangles, 1).value()->solid();
