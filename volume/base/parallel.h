@@ -9,13 +9,9 @@
 #include <thread>
 #include <vector>
 
-namespace trephine {
+#include "volume/base/cpu.h"
 
-/// Number of threads that a call may use; 0 requests all cores.
-inline int thread_count(int requested) {
-  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  return requested > 0 ? requested : cores;
-}
+namespace trephine {
 
 /// Calls body(i) once for each i in [0, count), and returns when all calls have returned. Each thread takes
 /// the next i after each call. body must write only data that belong to i. If body throws, calls that have

@@ -1,6 +1,7 @@
 // SSE2 variant of RemovalKernels, for any x86-64 CPU.
 #include <emmintrin.h>
 
+#include "volume/base/cpu.h"
 #include "volume/cuts/removal_kernels.h"
 
 namespace trephine::volume {
@@ -40,7 +41,7 @@ struct Lanes {
 const RemovalKernels k_removal_kernels_4{sweep_brick, sample, stamp_brick, sample_stamps};
 
 const RemovalKernels& best_removal_kernels() noexcept {
-  return __builtin_cpu_supports("avx2") ? k_removal_kernels_8 : k_removal_kernels_4;
+  return uses_avx2() ? k_removal_kernels_8 : k_removal_kernels_4;
 }
 
 }  // namespace trephine::volume

@@ -1,5 +1,7 @@
 #include "volume/fields/quadratic_patch.h"
 
+#include "volume/base/cpu.h"
+
 namespace trephine::volume {
 
 namespace {
@@ -103,7 +105,7 @@ Jet cut_jet(const Version& version, const glm::dvec3& p) noexcept {
   return jet;
 }
 
-const bool k_has_wide_patches = __builtin_cpu_supports("avx2");
+const bool k_has_wide_patches = uses_avx2();
 
 QuadraticPatch::HessianBound QuadraticPatch::hessian_bound() const noexcept {
   if (k_has_wide_patches) {

@@ -40,7 +40,7 @@ inline void rescale(Jet& j, const glm::dvec3& k) noexcept {
   j.hessian_mixed *= glm::dvec3(k.y * k.z, k.x * k.z, k.x * k.y);
 }
 
-/// True if this CPU supports the wide functions (AVX2), which give the same bits as the narrow functions.
+/// True if the wide functions are used (see uses_avx2()), which give the same bits as the narrow functions.
 /// `rows`: QuadraticPatch::samples(); `out`: see quadratic_patch_wide.cpp.
 extern const bool k_has_wide_patches;
 void value_and_gradient_of_patch_wide(const double* rows, const double p[3], double out[4]) noexcept;

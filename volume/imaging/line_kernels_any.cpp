@@ -1,6 +1,7 @@
 // LineKernels for any x86-64, as plain loops over the lanes.
 #include <bit>
 
+#include "volume/base/cpu.h"
 #include "volume/imaging/line_kernels.h"
 
 namespace trephine::volume {
@@ -145,7 +146,7 @@ struct Lanes {
 const LineKernels k_line_kernels_any{exact, joseph};
 
 const LineKernels& best_line_kernels() noexcept {
-  return __builtin_cpu_supports("avx2") ? k_line_kernels_wide : k_line_kernels_any;
+  return uses_avx2() ? k_line_kernels_wide : k_line_kernels_any;
 }
 
 }  // namespace trephine::volume

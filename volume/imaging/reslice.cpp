@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <vector>
 
+#include "volume/base/cpu.h"
 #include "volume/base/parallel.h"
 
 namespace trephine::volume {
@@ -378,7 +379,7 @@ void reslice_slab(const PixelGrid& grid, const Slab& slab, std::int16_t outside,
 }  // namespace
 
 ResliceCode best_reslice_code() noexcept {
-  return __builtin_cpu_supports("avx2") ? ResliceCode::wide : ResliceCode::any;
+  return uses_avx2() ? ResliceCode::wide : ResliceCode::any;
 }
 
 void reslice(const Volume& volume, const ImagePlane& plane, const Slab& slab, std::int16_t outside,
