@@ -10,6 +10,7 @@
 #include "apps/bench/peers.h"
 #include "apps/bench/scenes/scenes.h"
 #include "data-tools/phantoms/phantoms.h"
+#include "haptics/baselines/depth_shell.h"
 #include "haptics/baselines/lomi.h"
 #include "haptics/depth/depth_cube.h"
 #include "haptics/depth/depth_model.h"
@@ -240,6 +241,72 @@ std::vector<ModelRow> run_depth_models(bool is_quick, const std::vector<BenchMod
     if (is_quick) break;
   }
   for (const BenchModel& m : real) rows.push_back(model_row(m, is_quick, false));
+  return rows;
+}
+
+std::vector<DepthShellRow> run_depth_shell(bool is_quick) {
+  struct Published {
+    int triangles;
+    double us[2];  ///< with 350 and with 700 points
+  };
+  constexpr Published k_published[] = {
+      {138'902, {488, 1112}}, {2'175'432, {651, 1386}}, {2'265'660, {660, 1344}}};
+  constexpr std::size_t k_points[] = {350, 700};
+  std::vector<DepthShellRow> rows;
+  for (const Published& published : k_published) {
+    const BenchModel ball = ball_of(published.triangles);
+    ivec3 size;
+    const auto frame = depth::lattice_around(dvec3(-k_ball_radius), dvec3(k_ball_radius), 0.2, size);
+    if (!frame) continue;
+    const auto images = depth::DepthCube::of_triangles(ball.vertices, ball.triangles, frame.value(), size);
+    if (!images) continue;
+    for (std::size_t n = 0; n < std::size(k_points); ++n) {
+      // The spacing that gives this number of points, or as few more as possible.
+      SharedShell shell;
+      for (double low = 0.3, high = 4; high - low > 1e-3;) {
+        const double middle = 0.5 * (low + high);
+        auto made = PointShell::of_profile({{{-10, 5}, {10, 5}}, middle});
+        if (!made) break;
+        const bool has_enough = made.value()->points().size() >= k_points[n];
+        if (has_enough) shell = made.value();
+        (has_enough ? low : high) = middle;
+      }
+      if (!shell) continue;
+      const baselines::DepthShell::Options options;
+      const baselines::DepthShell contact(images.value(), *shell, options);
+      DepthShellRow row;
+      row.triangles = published.triangles;
+      row.points = shell->points().size();
+      row.published_us = published.us[n];
+      MinimumOfRuns times;
+      constexpr int k_poses = 400;
+      for (int run = 0; run < MinimumOfRuns::k_runs; ++run)
+        for (int i = 0; i < k_poses; ++i) {
+          // The tool lies on the ball, 1 mm deep.
+          const double angle = 0.01 * i;
+          const dvec3 out = glm::normalize(dvec3(std::cos(angle), std::sin(angle), 0.4)),
+                      along = glm::normalize(glm::cross(out, dvec3(0.3, 0.2, 1)));
+          const Placement tool{(k_ball_radius + 4) * out, glm::dquat(dvec3(0, 0, 1), along)};
+          const auto start = Clock::now();
+          const PoseForce found = contact.contact(tool);
+          times.add(static_cast<std::size_t>(i), 1e6 * seconds_since(start));
+          if (run > 0) continue;
+          row.pushing += static_cast<double>(found.points) / k_poses;
+          dvec3 exact(0);
+          for (const PointShell::Point& point : shell->points()) {
+            const dvec3 p = tool.world_from_local(point.position);
+            const double depth = k_ball_radius - glm::length(p);
+            if (depth > 0) exact += options.stiffness * depth * glm::normalize(p);
+          }
+          row.error_percent +=
+              100 * glm::length(found.on_tool.force_world - exact) / glm::length(exact) / k_poses;
+        }
+      row.mean_us = times.result().mean;
+      row.p999_us = times.result().p999;
+      rows.push_back(row);
+    }
+    if (is_quick) break;
+  }
   return rows;
 }
 

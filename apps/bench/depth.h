@@ -48,6 +48,18 @@ struct ModelRow {
 /// `is_quick`: only the smallest of the balls, fewer runs, and no FCL. `real`: closed models, in mm.
 std::vector<ModelRow> run_depth_models(bool is_quick, const std::vector<BenchModel>& real);
 
+/// A tool of points touches a ball by depth images: the published table of six degrees of freedom.
+struct DepthShellRow {
+  int triangles = 0;
+  std::size_t points = 0;  ///< of the tool
+  double pushing = 0;      ///< mean number of points in matter
+  double mean_us = 0, p999_us = 0;
+  double published_us = 0;
+  double error_percent = 0;  ///< mean difference of the force from that of the exact ball
+};
+/// `is_quick`: only the smallest ball.
+std::vector<DepthShellRow> run_depth_shell(bool is_quick);
+
 /// Random steps in and around an object with thin walls, and the number of walls passed by each method.
 struct FallRow {
   std::string object;

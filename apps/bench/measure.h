@@ -17,7 +17,7 @@ inline double seconds_since(Clock::time_point start) {
 /// Nearest-rank percentiles, in the unit of the values: us, unless a name states another unit.
 struct StepTimes {
   std::size_t count = 0;
-  double p50 = 0, p99 = 0, p999 = 0, max = 0;
+  double mean = 0, p50 = 0, p99 = 0, p999 = 0, max = 0;
 };
 
 inline StepTimes times_of(std::vector<double> values) {
@@ -25,6 +25,7 @@ inline StepTimes times_of(std::vector<double> values) {
   StepTimes times;
   times.count = values.size();
   if (values.empty()) return times;
+  for (const double value : values) times.mean += value / static_cast<double>(values.size());
   const auto at = [&](double p) {
     return values[static_cast<std::size_t>(std::ceil(p / 100 * static_cast<double>(values.size()))) - 1];
   };

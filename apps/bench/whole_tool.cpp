@@ -184,7 +184,7 @@ std::vector<DenseToolRow> run_dense_tool_benchmark(bool is_quick) {
     const haptics::LayerContact contact = layer_of(scene, state, *shell.value());
     const dvec3 centre = scene.base->frame.world_from_volume(0.5 * dvec3(scene.base->size));
     std::vector<Placement> poses;
-    for (int i = 0; i < (is_quick ? 100 : 1000); ++i) {
+    for (int i = 0; i < (is_quick ? 200 : 1000); ++i) {
       const double angle = 0.002 * i;
       const dvec3 out = glm::normalize(dvec3(std::sin(angle), 0.3 * std::cos(3 * angle), std::cos(angle))),
                   axis = glm::normalize(glm::cross(out, dvec3(1, 0.4, 0.2)));
@@ -208,7 +208,7 @@ std::vector<DenseToolRow> run_dense_tool_benchmark(bool is_quick) {
   const haptics::TouchState state(haptics::uncut_version(scene));
   const haptics::LayerContact contact = layer_of(scene, state, *shell.value());
   std::vector<Placement> poses;
-  for (int i = 0; i < (is_quick ? 20 : 200); ++i)
+  for (int i = 0; i < (is_quick ? 120 : 300); ++i)
     poses.push_back({0.0005 * i * axis, turn_about(axis, 0.01 * i) * rotation_to(axis)});
   rows.push_back(dense_row("in a hole of its size", scene, contact, poses));
   return rows;
@@ -276,6 +276,65 @@ WholeToolResult run_whole_tool_benchmark(bool is_quick) {
     result.rows.push_back(std::move(row));
   }
   return result;
+}
+
+std::vector<PassRow> run_plate_passes(long passes, const std::function<bool(double)>& progress) {
+  constexpr double k_angle = 20 * 3.14159265358979 / 180, k_speed = 1, k_turn = 0.01;  // mm, rad per ms
+  constexpr double k_low = -2, k_high = 28;                                            // mm, of the rod
+  data_tools::PhantomOptions options;
+  options.size = glm::ivec3(96);
+  options.parameters = {{"thickness", 1}, {"angle", k_angle * 180 / 3.14159265358979}};
+  TouchScene scene = scenes::phantom_scene("plate", options);
+  const auto shell = haptics::PointShell::of_profile({{{k_low, 1.2}, {k_high, 1.2}}, 0.5});
+  if (!shell || haptics::set_tool(scene, std::make_shared<const haptics::ToolShape>(shell.value())))
+    return {};
+  const dvec3 normal(std::sin(k_angle), 0, std::cos(k_angle));
+  const auto map = haptics::baselines::VoxMap::of(*scene.items[0].bits, scene.base->frame, 1);
+  const haptics::baselines::VoxelSampling sampling(map, *shell.value());
+  const haptics::TouchState state(haptics::uncut_version(scene));
+  haptics::ShellProxy method;
+  if (method.prepare(scene)) return {};
+
+  // Moves a rod from 35 mm before the plate to 15 mm behind it. `step` returns the rod's pose.
+  const auto is_through = [&](std::uint64_t seed, const auto& step) {
+    std::mt19937_64 random(seed);
+    const auto between = [&](double a, double b) {
+      return a + (b - a) * (double(random() >> 11) / 9007199254740992.0);
+    };
+    const dvec3 axis = glm::normalize(dvec3(between(-1, 1), between(-1, 1), between(-1, 1)));
+    Placement hand{35.0 * normal + dvec3(between(-10, 10), between(-10, 10), 0),
+                   turn_about({1, 0, 0}, between(-1.5, 1.5)) * turn_about({0, 1, 0}, between(-1.5, 1.5))};
+    Placement tool = step(hand);
+    for (int i = 0; i < 50; ++i) {
+      hand = {hand.position_world - k_speed * normal,
+              glm::normalize(turn_about(axis, k_turn) * hand.rotation)};
+      tool = step(hand);
+    }
+    for (int i = 0; i <= 10; ++i)
+      if (glm::dot(tool.world_from_local({0, 0, k_low + 0.1 * i * (k_high - k_low)}), normal) < 0)
+        return true;
+    return false;
+  };
+
+  PassRow ours{"shell"}, published{"published voxel sampling"};
+  for (; ours.passes < passes; ++ours.passes) {
+    haptics::ProxyState memory;
+    ours.through += is_through(static_cast<std::uint64_t>(ours.passes), [&](const Placement& hand) {
+      const auto result = method.step(scene, state, memory, {hand.position_world, {}, hand.rotation});
+      return Placement{result.proxy_world, memory.tool_turn};
+    });
+    if (progress && ours.passes % 100 == 0 &&
+        !progress(static_cast<double>(ours.passes) / static_cast<double>(passes)))
+      break;
+  }
+  for (; published.passes < std::min(passes, 1000L); ++published.passes) {
+    haptics::baselines::DynamicTool tool(sampling, {}, 1e-3);
+    published.through += is_through(static_cast<std::uint64_t>(published.passes), [&](const Placement& hand) {
+      tool.step(hand);
+      return tool.pose();
+    });
+  }
+  return {ours, published};
 }
 
 std::vector<IntegratorRow> compare_integrators() {

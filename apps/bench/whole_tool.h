@@ -2,6 +2,7 @@
 // compared with published voxel sampling and FCL.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,15 @@ struct DenseToolRow {
 /// A cylinder that lies on the head phantom, so that about 5 % of its points are near matter, and a cylinder
 /// that fills a hole, so that all are. `is_quick`: coarser volumes.
 std::vector<DenseToolRow> run_dense_tool_benchmark(bool is_quick);
+
+/// Random passes of a rod at 1 m/s and 10 rad/s against a plate of one voxel.
+struct PassRow {
+  std::string method;  ///< "shell", or "published voxel sampling" for comparison
+  long passes = 0;
+  long through = 0;  ///< passes after which a part of the rod's axis is behind the plate
+};
+/// `passes`: of method shell; 1000 at most of the other.
+std::vector<PassRow> run_plate_passes(long passes, const std::function<bool(double)>& progress);
 
 /// Mean and noise (Kadlecek 2013, eq. 3.20) of the force of a dynamic tool in free motion, for one
 /// integrator, as in figure 3.16.

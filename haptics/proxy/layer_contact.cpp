@@ -8,9 +8,9 @@ namespace trephine::haptics {
 using glm::dvec3;
 
 namespace {
-constexpr int k_steps = 4;             // of Newton's method toward the surface
-constexpr double k_converged = 0.004;  // of the layer; a shorter step ends the search
-constexpr double k_margin = 2;         // layers; a node of the tree within this distance is not skipped
+constexpr int k_steps = 4;            // of Newton's method toward the surface
+constexpr double k_converged = 0.02;  // of the layer; a shorter step ends the search
+constexpr double k_margin = 2;        // layers; a node of the tree within this distance is not skipped
 }  // namespace
 
 /// Returns the depth of p below the surface on which the function of the wall is 0, along its gradient.
@@ -75,7 +75,6 @@ PoseForce LayerContact::contact(const Placement& tool, bool uses_tree) const noe
     ++result.tests;
     const PointShell::Point& point = shell_.points()[i];
     const dvec3 arm = rotation * point.position, p = frame.volume_from_world(tool.position_world + arm);
-    if (is_free_within(p, margin)) return true;
     Depth deepest;
     for (int s = walls.next_shape(0); s < ShapeSet::k_max; s = walls.next_shape(s + 1)) {
       if (!walls.blocks(s, Side::front)) continue;

@@ -4,6 +4,7 @@
 #include <glm/geometric.hpp>
 
 #include "haptics/device/wrench.h"
+#include "haptics/scene/touch_scene.h"
 #include "haptics/tool/point_shell.h"
 
 namespace trephine::haptics {

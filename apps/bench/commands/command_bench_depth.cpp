@@ -90,6 +90,24 @@ void report_images(bool is_quick, Outcome& outcome) {
       "drawn again and read, ms = {drawn_again_ms:.1f} | search of all triangles, ms = {feedback_ms:.2f}");
 }
 
+void report_shell(bool is_quick, Outcome& outcome) {
+  Json& rows = outcome.json["shell"] = Json::array();
+  for (const bench::DepthShellRow& row : bench::run_depth_shell(is_quick))
+    rows.push_back({{"triangles", row.triangles},
+                    {"points", row.points},
+                    {"pushing", row.pushing},
+                    {"mean_us", row.mean_us},
+                    {"p999_us", row.p999_us},
+                    {"published_us", row.published_us},
+                    {"force_error_percent", row.error_percent}});
+  outcome.print("\nA tool of points (six degrees of freedom) on a ball, 1 mm deep, pixels of 0.2 mm");
+  outcome.print_table(
+      rows,
+      "triangles = {triangles} | points = {points} | in matter = {pushing:.0f} | mean, us = {mean_us:.0f} | "
+      "p99.9, us = {p999_us:.0f} | published mean, us = {published_us:.0f} | "
+      "error of the force, % = {force_error_percent:.2f}");
+}
+
 void report_falls(bool is_quick, Outcome& outcome) {
   Json& rows = outcome.json["falls"] = Json::array();
   std::string columns = "object = {object} | wall, mm = {wall_mm:.1f} | steps = {steps}";
@@ -181,6 +199,7 @@ Status bench_depth(const BenchArguments& arguments, Outcome& outcome) {
                       "n = {level} | 0.2/3^n mm (text) = {step_mm:.5f} | "
                       "2/3^n mm (table) = {published_step_mm:.5f} | "
                       "us (published) = {us:.2f} ({published_us:.0f}) | error, mm = {error_rms_mm:.4f}");
+  report_shell(arguments.is_quick, outcome);
   const auto real = real_models(arguments.source);
   if (!real) return real.error();
   outcome.print(

@@ -11,6 +11,7 @@ namespace {
 
 struct ToolArguments {
   bool is_quick = false;
+  long passes = 2000;
 };
 
 Status run_tool(const ToolArguments& arguments, Outcome& outcome) {
@@ -61,6 +62,19 @@ Status run_tool(const ToolArguments& arguments, Outcome& outcome) {
         row.sampling_us.p50, row.sampling_us.p99, row.sampling_us.p999, row.layer_us.p50, row.layer_us.p99,
         row.layer_us.p999));
   }
+  ProgressLine progress("passes against a plate");
+  bool is_stopped = false;
+  const auto passes =
+      run_plate_passes(arguments.passes, [&](double share) { return !(is_stopped = !progress(share)); });
+  if (is_stopped) return interrupted("the passes");
+  for (const PassRow& row : passes) {
+    outcome.json["passes"].push_back(
+        {{"method", row.method}, {"passes", row.passes}, {"through", row.through}});
+    outcome.print(
+        format_text("1 m/s and 10 rad/s against a plate of one voxel, %s: %ld of %ld passes go through",
+                    row.method.c_str(), row.through, row.passes));
+  }
+  if (passes.empty() || passes.front().through > 0) outcome.exit_code = exit_check_failed;
   outcome.print(format_text("VoxMap: %.1f s, %.0f MB", result.voxmap_seconds, result.voxmap_mb));
   for (const IntegratorRow& row : compare_integrators()) {
     outcome.json["integrators"][row.name] = {{"mean_n", row.mean}, {"noise_n", row.noise}};
@@ -80,7 +94,13 @@ Status run_tool(const ToolArguments& arguments, Outcome& outcome) {
 Run build_tool(Options& options) {
   auto a = std::make_shared<ToolArguments>();
   options.add("--quick", a->is_quick, "A coarser phantom and fewer steps");
+  options.add("--passes", a->passes, "Passes of a rod against a plate of one voxel (default 2000)").type("N");
   return [a]() -> Result<Outcome> {
+    if (a->passes < 1 || a->passes > 100'000'000)
+      return Error{.what = "the number of passes is out of range",
+                   .where = "--passes",
+                   .found = std::to_string(a->passes),
+                   .expected = "1 to 100000000"};
     Outcome outcome("bench-whole-tool");
     if (Status error = run_tool(*a, outcome)) return *error;
     return outcome;

@@ -1,5 +1,5 @@
-// VoxMap and VoxelSampling: the published method for whole tools, compared with its definition point by
-// point.
+// VoxMap, VoxelSampling and DepthShell: published methods for whole tools, compared with their definitions
+// point by point.
 #include "haptics/baselines/voxel_sampling.h"
 
 #include <cmath>
@@ -8,6 +8,7 @@
 #include <random>
 
 #include "apps/bench/scenes/closed_models.h"
+#include "haptics/baselines/depth_shell.h"
 #include "tests/haptics/servo/servo_fixture.h"
 
 namespace trephine::haptics::baselines {
@@ -270,6 +271,44 @@ TEST(DynamicTool, SemiImplicitIntegrationIsCalmer) {
   EXPECT_LT(by_implicit, 1.5 * by_semi);
   RecordProperty("explicit", std::to_string(by_explicit));
   RecordProperty("semi", std::to_string(by_semi));
+}
+
+// The published tool of points on depth images: over a flat box each point is pushed out by its depth.
+TEST(DepthShell, PointsArePushedOutByTheirDepth) {
+  const depth::Model box = depth::box({-10, -10, -10}, {10, 10, 10});
+  glm::ivec3 size;
+  const volume::Frame frame = depth::lattice_around(dvec3(-10), dvec3(10), 0.2, size).value();
+  const auto images = depth::DepthCube::of_triangles(box.vertices, box.triangles, frame, size).value();
+  const SharedShell shell = rod(-5, 5, 2, 0.5);
+  const DepthShell contact(images, *shell, {.stiffness = 0.5});
+  std::mt19937 random(6);
+  const auto between = [&](double a, double b) { return a + (b - a) * (double(random()) / 4294967296.0); };
+  double worst = 0;
+  for (int n = 0; n < 100; ++n) {
+    const Placement tool{{between(-3, 3), between(-3, 3), 10 + between(0.8, 1.6)},
+                         glm::normalize(glm::dquat(1, between(-0.1, 0.1), 1, between(-0.1, 0.1)))};
+    const PoseForce found = contact.contact(tool);
+    dvec3 force(0);
+    double torque = 0;
+    int count = 0;
+    for (const PointShell::Point& point : shell->points()) {
+      const dvec3 p = tool.world_from_local(point.position);
+      if (!(p.z < 10)) continue;
+      ++count;
+      force.z += 0.5 * (10 - p.z);
+      torque += glm::length(glm::cross(p - tool.position_world, dvec3(0, 0, 0.5 * (10 - p.z))));
+    }
+    ASSERT_GT(count, 3);
+    EXPECT_NEAR(found.points, count,
+                0.2 * count + 2);  // points at the surface are decided by the nearest pixel
+    worst = std::max(worst, glm::length(found.on_tool.force_world - force) / force.z);
+    EXPECT_LT(glm::length(found.on_tool.torque_world), torque);
+  }
+  // The search along the normal of a tilted tool can end too far from the nearest free position.
+  EXPECT_LT(worst, 0.35);
+  RecordProperty("worst_percent", std::to_string(100 * worst));
+  EXPECT_EQ(contact.contact({{0, 0, 40}, {1, 0, 0, 0}}).points, 0);
+  EXPECT_GT(contact.contact({{0, 0, 0}, {1, 0, 0, 0}}).interior, 0) << "deep points do not push";
 }
 
 }  // namespace

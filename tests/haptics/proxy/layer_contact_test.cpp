@@ -14,7 +14,7 @@
 #include "tests/haptics/proxy/shell_fixture.h"
 #include "volume/cuts/removal.h"
 
-namespace trephine::haptics {
+namespace trephine::haptics::layer_tests {
 namespace {
 
 using glm::dquat;
@@ -198,7 +198,7 @@ TEST(LayerContact, TheTreeChangesNoBit) {
     touching += fast.points > 0;
     tree_tests += fast.tests, all_tests += slow.tests;
   }
-  EXPECT_GT(touching, 200);
+  EXPECT_GT(touching, 100);
   EXPECT_LT(tree_tests, all_tests);
 }
 
@@ -243,4 +243,4 @@ TEST(LayerContact, APressedRodComesToRest) {
 }
 
 }  // namespace
-}  // namespace trephine::haptics
+}  // namespace trephine::haptics::layer_tests
