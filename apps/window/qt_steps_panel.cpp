@@ -155,13 +155,19 @@ void StepsPanel::update_from(const StepGuide& guide) {
   const bool has_same_buttons = step == shown_step_ && buttons_.size() == guide.next().size();
   if (!has_same_buttons) show_step(guide);
   shown_step_ = step;
+  const auto needs_empty_hand = [](const StepGuide::Next& next) { return next.needs_empty_hand; };
+  const bool is_same_for_all =
+      buttons_.size() > 1 && std::all_of(guide.next().begin(), guide.next().end(), needs_empty_hand);
   for (std::size_t i = 0; i < buttons_.size(); ++i) {
     const StepGuide::Next& next = guide.next()[i];
     buttons_[i].button->setEnabled(next.is_allowed);
-    const QString reason =
-        next.needs_empty_hand
-            ? tr("That step does not allow the tool in the hand: the tool is removed when you go on.")
-            : localized(next.reason);
+    QString reason = localized(next.reason);
+    if (!is_same_for_all && next.needs_empty_hand)
+      reason = tr("That step does not allow the tool in the hand: the tool is removed when you go on.");
+    else if (is_same_for_all)  // once, below all buttons
+      reason = i + 1 < buttons_.size()
+                   ? QString()
+                   : tr("None of these steps allows the tool in the hand: it is removed when you go on.");
     buttons_[i].reason->setText(reason);
     buttons_[i].reason->setVisible(!reason.isEmpty());
   }

@@ -4860,6 +4860,10 @@ Lizenz: Apache-2.0</translation>
         <source>Show the score</source>
         <translation>Bewertung zeigen</translation>
     </message>
+    <message>
+        <source>None of these steps allows the tool in the hand: it is removed when you go on.</source>
+        <translation>Keiner dieser Schritte erlaubt das Instrument in der Hand: Es wird abgelegt, wenn Sie fortfahren.</translation>
+    </message>
 </context>
 <context>
     <name>trephine::view::StructurePanel</name>
