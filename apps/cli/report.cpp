@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <glm/common.hpp>
@@ -173,7 +174,15 @@ ProgressLine::~ProgressLine() {
 
 bool ProgressLine::operator()(double share) {
   static const double k_start = monotonic();
+  static const int k_file = [] {
+    const char* const number = std::getenv(k_progress_variable);
+    return number ? std::atoi(number) : -1;
+  }();
   const double now = monotonic();
+  if (k_file >= 0 && now - last_ > 0.1) {
+    last_ = now;
+    if (::pwrite(k_file, &share, sizeof share, 0) != sizeof share) return !is_interrupted();
+  }
   if (isatty(STDERR_FILENO) && now - k_start > 1 && now - last_ > 0.1) {
     std::fprintf(stderr, "\r%s %3.0f %%", label_.c_str(), 100 * share);
     last_ = now;

@@ -82,6 +82,11 @@ std::string with_dashes(std::string text);
 workbench::Listener terminal_listener();
 /// Prints the bounding box of the first shape and the models, and that of a path that touched nothing.
 void print_shape_location(const haptics::TouchScene& scene, const haptics::PosePath& path);
+/// Environment variable with the number of a file that receives the shares of progress lines, as a double at
+/// its start, and the number that run_own_program() uses.
+inline constexpr const char* k_progress_variable = "TREPHINE_PROGRESS_FILE";
+inline constexpr int k_progress_file = 3;
+
 /// Progress line on a terminal, rewritten at most ten times per second. Prints nothing on other outputs, and
 /// nothing in the first second after the first call of any progress line. Returns false after an interrupt.
 class ProgressLine {

@@ -171,6 +171,8 @@ class OperationController {
   bool is_guided() const noexcept { return guide_.is_holding() || line_.is_holding(); }
   /// True if a probe, a catheter or a perforator is in its track.
   bool is_inserted() const noexcept { return line_.inserted_depth() > 0; }
+  /// Returns true while a tool is in a structure that it must not enter.
+  bool is_in_structure() const { return entered_structure().has_value(); }
   /// Returns the guide of a tool with a foot.
   const ToolGuide& guide() const noexcept { return guide_; }
   /// Returns the name and the duration of the job that is computed, such as "cut flap, 3 s so far ..."; empty

@@ -328,6 +328,8 @@ bool OperationController::follow_guide(const Ray& ray, double hit) {
   if (!guide_.edge().empty() && seconds() - guide_refused_at_ < Notices::k_refusal_seconds)
     notices_.dismiss(seconds()), guide_refused_at_ = -1e9;
   if (was_holding && !pose) is_lifted_ = true;
+  if (!was_holding && pose && tool.kind == FootTool::Kind::kerrison)
+    add_notice("The foot goes under the marked edge. Press again to bite.", EventLevel::outcome);
   if (!pose) return false;
   mouse_.set(pose->at_world, pose->turn, pose->is_pressed,
              pose->is_jump ? std::optional(pose->at_world) : std::nullopt);

@@ -28,9 +28,9 @@ bool is_refusal_in(const std::vector<sim::Event>& events, const Error& refusal) 
 }  // namespace
 
 std::uint32_t OperationController::latched_faults() const noexcept {
-  std::uint32_t faults = 0;
-  for (const haptics::ServoRecord& hand : state_.hands) faults |= hand.faults & haptics::k_latched_faults;
-  return faults;
+  std::uint32_t faults = live_.servo_faults();
+  for (const haptics::ServoRecord& hand : state_.hands) faults |= hand.faults;
+  return faults & haptics::k_latched_faults;
 }
 
 std::string OperationController::fault_text() const {

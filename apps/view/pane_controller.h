@@ -25,7 +25,7 @@ struct PaneInput {
   const haptics::ServoRecord& newest;
   double touch_radius = 0;        ///< mm, of the ball with which the tool touches; 0: a point
   bool is_tool_at_object = true;  ///< the tool touches or is over an object
-  bool is_inserted = false;       ///< the tool is in its track, where it may touch nothing
+  bool is_inserted = false;       ///< the tool is in its track or in a structure, where it may touch nothing
   double elapsed = 0;             ///< s, since the last frame
   volume::Camera camera;          ///< camera of the 3-D view
   std::optional<volume::Openings::Plane> clip;

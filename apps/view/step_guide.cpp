@@ -134,4 +134,11 @@ std::string StepGuide::reason_against(const sim::ValueType& command) const {
   return error ? workbench::describe_prohibition(step(), "command", *error) : std::string();
 }
 
+bool StepGuide::is_ever_allowed(const sim::ValueType& command) const {
+  const auto& steps = procedure().steps;
+  return std::any_of(steps.begin(), steps.end(), [&](const volume::ProcedureStep& one) {
+    return !sim::check_command(procedure(), one, command);
+  });
+}
+
 }  // namespace trephine::view

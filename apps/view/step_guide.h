@@ -59,6 +59,8 @@ class StepGuide {
   /// Returns a sentence with the reason why the current step does not allow a command; empty if it is
   /// allowed.
   std::string reason_against(const sim::ValueType& command) const;
+  /// Returns true if any step allows the command.
+  bool is_ever_allowed(const sim::ValueType& command) const;
 
   /// Returns a number that grows when the current step, the visited steps or the next steps change.
   std::uint64_t revision() const noexcept { return revision_; }

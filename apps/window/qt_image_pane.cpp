@@ -85,6 +85,7 @@ ImagePane::ImagePane(imaging::Panes& panes, std::size_t index, QWidget* parent)
   preset_->setObjectName(QString("xray_view_%1").arg(index));
   preset_->setFocusPolicy(Qt::NoFocus);
   preset_->setToolTip(tr("Select a pose of the C-arm"));
+  preset_->setPlaceholderText(tr("Other pose"));
   for (const std::string_view name : fluoroscopy::k_presets)
     preset_->addItem(name == "ap" ? QString("AP") : words_of(name));
   connect(preset_, QOverload<int>::of(&QComboBox::activated), this, [this](int i) { on_preset(i); });
@@ -173,6 +174,8 @@ void ImagePane::refresh(const std::array<dvec3, 2>* tool) {
                          (tool != nullptr && (*tool)[0] != shown_tip_);
   if (const QSignalBlocker quiet(live_); live_->isChecked() != panes_->is_live())
     live_->setChecked(panes_->is_live());
+  if (const int preset = fluoroscopy::preset_of(panes_->arm()); preset_->currentIndex() != preset)
+    preset_->setCurrentIndex(preset);  // a resumed session, or a command, has set the pose
   const bool is_new_image = panes_->changes(index_) != shown_changes_;
   if (!is_new_image && !has_moved) return;
   shown_changes_ = panes_->changes(index_);

@@ -335,7 +335,9 @@ const std::vector<const char*>& message_patterns() {
           "Close the window and choose an operation. Its steps, hints and score work as these did."),
       QT_TRANSLATE_NOOP("messages", "Laminectomy with pedicle screws"),
       QT_TRANSLATE_NOOP("messages", "Remove bone"),
-      QT_TRANSLATE_NOOP("messages", "Thin the lamina with the burr, and open the canal with the Kerrison."),
+      QT_TRANSLATE_NOOP(
+          "messages",
+          "Thin the lamina with the burr, and open the canal with the Kerrison: choose Rongeur, and Kerrison as its kind."),
       QT_TRANSLATE_NOOP("messages",
                         "The dural sac lies under the lamina. Facets and pars keep the spine stable."),
       QT_TRANSLATE_NOOP("messages", "Probe the pedicles"),
@@ -516,7 +518,7 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "Type"),
       QT_TRANSLATE_NOOP("messages", "Without irrigation"),
       QT_TRANSLATE_NOOP("messages", "or a position in its canal"),
-      QT_TRANSLATE_NOOP("messages", "Drawn anchors, or the only outline"),
+      QT_TRANSLATE_NOOP("messages", "Anchors; without anchors, the only outline"),
       QT_TRANSLATE_NOOP("messages", "First of the plan"),
       QT_TRANSLATE_NOOP("messages", "Nearest outline"),
       QT_TRANSLATE_NOOP("messages", "Nearest planned trajectory"),
@@ -897,6 +899,7 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages",
                         "cut the flap first, with the craniotome or along the outline (cut-flap)"),
       QT_TRANSLATE_NOOP("messages", "%1 mm deep"),
+      QT_TRANSLATE_NOOP("messages", "The foot goes under the marked edge. Press again to bite."),
   };
   return k_patterns;
 }

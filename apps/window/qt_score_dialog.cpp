@@ -3,6 +3,7 @@
 #include <QDialogButtonBox>
 #include <QFile>
 #include <QFileDialog>
+#include <QFileInfo>
 #include <QHeaderView>
 #include <QLabel>
 #include <QPainter>
@@ -215,6 +216,9 @@ void ScoreDialog::poll() {
   Result<sim::Score> done = work_.get();
   work_ = {};
   report_button_->setEnabled(score_ || done);
+  if (is_report_ && !isVisible())
+    on_report(done ? tr("The report was written: %1").arg(QFileInfo(page_).fileName())
+                   : tr("The report was not written: %1").arg(text_of(done.error().message())));
   if (!done) {
     status_->setText(text_of(done.error().message()));
   } else if (is_report_) {

@@ -36,6 +36,8 @@ class ScoreDialog : public QDialog {
   /// Writes the report of the judged copy.
   void write_report(const QString& page);
   bool is_working() const { return work_.valid(); }
+  /// Called with the result of a report that ended while the dialog was closed.
+  std::function<void(const QString& text)> on_report = [](const QString&) {};
   /// The findings; empty until they are known.
   const std::optional<sim::Score>& score() const noexcept { return score_; }
 

@@ -83,6 +83,7 @@ MainWindow::MainWindow(std::shared_ptr<const haptics::TouchScene> scene, const W
   if (options_.replay) panes_.apply = nullptr;
   begin(options.start ? options.start->scene() : std::move(scene));
   restore_layout();
+  close_unusable_xray_pane();
   help_ = new HelpOverlay(this);
   connect(&timer_, &QTimer::timeout, this, &MainWindow::tick);
   timer_.start(16);
@@ -153,8 +154,8 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   // Start after the camera is aimed, because a haptic device begins in front of the camera.
   if (operation_)
     if (const Status error = operation_->start()) show_error(*error);
-  if (options_.side == 0 && !is_from_back && options_.summary.work_position)
-    picture->look_at_work(*options_.summary.work_position);
+  if (options_.side == 0 && !is_from_back)
+    if (const std::optional<glm::dvec3> work = work_position()) picture->look_at_work(*work);
   if (const Status error = picture->set_opacities(std::exchange(options_.opacities, {}))) show_error(*error);
   picture->view().set_display(options_.display, options_.head_tracker, options_.hmd);
   structures_->show_list(picture->structures());

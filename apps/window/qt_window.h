@@ -145,6 +145,8 @@ class MainWindow : public QMainWindow {
   void ask_and_compare();
   const StepGuide* steps() const;
   void begin_steps();
+  void close_unusable_xray_pane();
+  std::optional<glm::dvec3> work_position() const;
   void show_steps();
   void allow_everything();
   void set_xray_refusal(const QString& reason);

@@ -221,7 +221,7 @@ void MainWindow::show_panes(double elapsed) {
     overlays = operation_->state().overlays.get();
     settings = operation_->state().settings;
     is_changed = operation_->state().changed.low.x <= operation_->state().changed.high.x;
-    is_inserted = operation_->is_inserted();
+    is_inserted = operation_->is_inserted() || operation_->is_in_structure();
   } else {
     replay_overlays = replay_->engine().overlays();
     overlays = &replay_overlays;

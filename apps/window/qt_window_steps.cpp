@@ -29,7 +29,34 @@ void MainWindow::begin_steps() {
   };
   if (operation_ && options_.host.score) steps_panel_->on_score = [this] { show_score(); };
   addDockWidget(Qt::LeftDockWidgetArea, steps_panel_);
+  close_unusable_xray_pane();
   show_steps();
+}
+
+/// Shows the picture alone if the layout of the last run has an X-ray pane that no step allows to use.
+void MainWindow::close_unusable_xray_pane() {
+  const StepGuide* guide = steps();
+  if (operation_ && guide != nullptr && grid_->arrangement() == Layout::xray &&
+      !guide->is_ever_allowed(sim::value_type<fluoroscopy::Shoot>()))
+    grid_->arrange(Layout::picture);
+}
+
+/// Returns the position that the first picture shows: that of the last work, or if a step cuts a flap, the
+/// middle of the planned outline.
+std::optional<glm::dvec3> MainWindow::work_position() const {
+  if (options_.summary.work_position) return options_.summary.work_position;
+  const StepGuide* guide = steps();
+  if (!operation_ || guide == nullptr || !options_.plan || options_.plan->outlines.empty())
+    return std::nullopt;
+  const auto cuts_flap = [](const volume::ProcedureStep& step) {
+    return std::find(step.commands.begin(), step.commands.end(), "cut-flap") != step.commands.end();
+  };
+  const auto& all = guide->procedure().steps;
+  if (std::none_of(all.begin(), all.end(), cuts_flap)) return std::nullopt;
+  glm::dvec3 middle(0);
+  const auto& points = options_.plan->outlines.front().points_world;
+  for (const glm::dvec3& p : points) middle += p / static_cast<double>(points.size());
+  return middle;
 }
 
 /// Returns the steps of the operation or of the replayed session; null without a procedure.
@@ -111,11 +138,13 @@ void MainWindow::show_score() {
         tr("This operation is not recorded, so there is no score. Start it from the simulator, or record it "
            "(option record FILE)."));
   operation_->press(false);
-  if (score_ == nullptr)
+  if (score_ == nullptr) {
     score_ = new ScoreDialog(
         options_.host,
         [this](const std::string& file) { return check_save(file, data_tools::OutputKind::any); }, stage_,
         this);
+    score_->on_report = [this](const QString& text) { show_message(text); };
+  }
   score_->show();
   score_->raise();
   // Wait until the recorder has written the last ticks.

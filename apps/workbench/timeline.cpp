@@ -17,6 +17,22 @@ std::string step_of(const sim::Value& event) {
   return entered ? entered->step : "";
 }
 
+/// Rounds numbers with more than two decimals in a text for people.
+std::string with_rounded_numbers(const std::string& text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t end = text.find_first_not_of("0123456789.", i);
+    const std::string part = text.substr(i, end == std::string::npos ? end : end - i);
+    const std::size_t point = part.find('.');
+    const bool is_long =
+        point != std::string::npos && point > 0 && part.rfind('.') == point && part.size() > point + 3;
+    out += is_long ? format_text("%.2f", std::strtod(part.c_str(), nullptr)) : part;
+    i += part.size();
+    if (i < text.size()) out += text[i++];
+  }
+  return out;
+}
+
 /// Collects rows from the items of a session's log.
 class Rows {
  public:
@@ -38,9 +54,9 @@ class Rows {
       const bool is_result = request.as<sim::AdoptJob>();
       if (request.is_empty() || request.as<sim::Adopt>() || (is_result && open_command_ > 0)) return;
       end_stroke();
-      const std::string words = request.words();
+      const std::string words = with_rounded_numbers(request.words());
       add({last_tick_, Kind::command, command->command.hand,
-           is_result ? "result of a job"
+           is_result ? "result of the running command"
                      : std::string(request.name()).append(words.empty() ? "" : " ").append(words)});
       open_command_ = rows_.size();
       open_request_ = sim::request_name(command->command), branches_before_ = branches_;

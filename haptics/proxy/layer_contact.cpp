@@ -67,7 +67,8 @@ PoseForce LayerContact::contact(const Placement& tool, bool uses_tree) const noe
   const glm::dmat3 rotation = glm::mat3_cast(tool.rotation);
   const auto is_free_within = [&](const dvec3& p, double mm) {
     for (int s = walls.next_shape(0); s < ShapeSet::k_max; s = walls.next_shape(s + 1))
-      if (!walls.is_free_within(s, p, mm / finest, mm)) return false;
+      if (!walls.is_free_within(s, p, mm / finest, mm) && !walls.is_air_within(s, p, mm / finest))
+        return false;
     return true;
   };
   dvec3 force(0), torque(0);

@@ -68,6 +68,8 @@ class ServoLoop {
   /// Clears latched faults of all hands at the next tick; their proxies start again at the HIP, the force
   /// from zero. Call on the user's request, after the cause is removed.
   void request_reset() noexcept { wants_reset_ = true; }
+  /// Returns the present faults of all hands. Cost: one read.
+  std::uint32_t faults() const noexcept { return faults_.load(std::memory_order_relaxed); }
   ServoReport report() const;
 
  private:

@@ -1,3 +1,4 @@
+// One file: all queries share the cache of patches and the tests of occupancy.
 #include "haptics/walls/smooth_walls.h"
 
 #include <algorithm>
@@ -127,6 +128,16 @@ bool SmoothWalls::is_free_within(int shape, const dvec3& p, double steps, double
   // The smooth distance to removed matter deviates from the sampled one by less than a step of its lattice.
   const dvec3& spacing = version_->lattice().frame().spacing();
   return -version_->distance(p) - std::max({spacing.x, spacing.y, spacing.z}) >= mm;
+}
+
+bool SmoothWalls::is_air_within(int shape, const dvec3& p, double steps) const noexcept {
+  constexpr double k_most = 16;
+  if (!(steps <= k_most)) return false;
+  const TouchItem& item = scene_->items[static_cast<std::size_t>(shape)];
+  // The cubes within `steps` of p, and one more, because the smooth solid extends to neighbours of solid
+  // voxels.
+  const int overlap = item.soft && item.soft->is_extended() ? volume::SoftField::k_overlap : 0;
+  return are_air(*item.bits, volume_->size, volume::voxel_of(p), static_cast<int>(steps) + 2 + overlap);
 }
 
 int SmoothWalls::empty_distance(int shape, const ivec3& v) const noexcept {

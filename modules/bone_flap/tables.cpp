@@ -36,7 +36,7 @@ namespace {
 constexpr std::string_view k_saws[] = {"0.8", "1.2", "1.6", "2.0", "2.4"};
 constexpr sim::FieldInfo k_outline{.help = "outline of the plan, instead of anchors",
                                    .names = sim::FieldInfo::Names::outline,
-                                   .empty_choice = "Drawn anchors, or the only outline"};
+                                   .empty_choice = "Anchors; without anchors, the only outline"};
 constexpr sim::FieldInfo k_anchors{.unit = "mm",
                                    .low = -1e5,
                                    .high = 1e5,

@@ -64,18 +64,30 @@ const sim::Schema& CArm::schema() {
   return table;
 }
 
+namespace {
+
+struct PresetAngles {
+  double primary, secondary;  // degrees
+};
+// In the order of k_presets. Inlet and outlet of a pelvis: 40 degrees (Pennal et al. 1980).
+constexpr PresetAngles k_preset_angles[] = {{0, 0}, {90, 0}, {45, 0}, {-45, 0}, {0, 40}, {0, -40}};
+
+}  // namespace
+
 bool set_preset(CArm& arm, std::string_view name) noexcept {
-  struct Pose {
-    double primary, secondary;
-  };
-  // In the order of k_presets. Inlet and outlet of a pelvis: 40 degrees (Pennal et al. 1980).
-  static constexpr Pose poses[] = {{0, 0}, {90, 0}, {45, 0}, {-45, 0}, {0, 40}, {0, -40}};
-  for (std::size_t i = 0; i < std::size(poses); ++i)
+  for (std::size_t i = 0; i < std::size(k_preset_angles); ++i)
     if (name == k_presets[i]) {
-      arm.primary = poses[i].primary, arm.secondary = poses[i].secondary;
+      arm.primary = k_preset_angles[i].primary, arm.secondary = k_preset_angles[i].secondary;
       return true;
     }
   return false;
+}
+
+int preset_of(const CArm& arm) noexcept {
+  for (std::size_t i = 0; i < std::size(k_preset_angles); ++i)
+    if (arm.primary == k_preset_angles[i].primary && arm.secondary == k_preset_angles[i].secondary)
+      return static_cast<int>(i);
+  return -1;
 }
 
 Status check(const CArm& arm) {

@@ -29,6 +29,8 @@ inline constexpr std::string_view k_presets[] = {"ap",    "lateral", "left-obliq
                                                  "inlet", "outlet"};
 /// Sets the angles of a named pose; lengths and sizes stay. Returns false if the name is unknown.
 bool set_preset(CArm& arm, std::string_view name) noexcept;
+/// Returns the index in k_presets of the pose with the angles of this arm; -1 if none has them.
+int preset_of(const CArm& arm) noexcept;
 /// Returns an error if a field is out of range, the isocentre is not between source and detector, the
 /// collimators leave no pixel open, or the detector has more than 2^26 pixels.
 Status check(const CArm& arm);

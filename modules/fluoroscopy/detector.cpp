@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "volume/base/deterministic_math.h"
 #include "volume/base/parallel.h"
@@ -116,6 +117,78 @@ double attenuation_of(float received) noexcept {
   return std::min(15.99, -deterministic_log(std::max(1e-30, static_cast<double>(received))));
 }
 
+namespace {
+
+/// Mean brightness around each pixel, from cells of 8 x 8 pixels that are smoothed and interpolated.
+class Surround {
+ public:
+  /// `use(pixel)` returns true for the pixels that count; `brightness(pixel)` their value.
+  template <class Use, class Brightness>
+  Surround(const View& view, const Use& use, const Brightness& brightness)
+      : across_((view.columns + k_cell - 1) / k_cell), down_((view.rows + k_cell - 1) / k_cell) {
+    const auto count = static_cast<std::size_t>(across_) * static_cast<std::size_t>(down_);
+    sums_.assign(count, 0);
+    weights_.assign(count, 0);
+    for (int row = 0; row < view.rows; ++row)
+      for (int column = 0; column < view.columns; ++column) {
+        const std::size_t pixel = static_cast<std::size_t>(column) +
+                                  static_cast<std::size_t>(view.columns) * static_cast<std::size_t>(row);
+        if (!use(pixel)) continue;
+        const std::size_t cell = index(column / k_cell, row / k_cell);
+        sums_[cell] += brightness(pixel), weights_[cell] += 1;
+      }
+    const int radius = std::max(1, static_cast<int>(std::lround(k_radius * across_)));
+    for (int pass = 0; pass < 3; ++pass)  // three passes approximate a Gaussian
+      for (std::vector<double>* values : {&sums_, &weights_}) {
+        smooth(*values, across_, down_, 1, across_, radius);
+        smooth(*values, down_, across_, across_, 1, radius);
+      }
+  }
+  double at(int column, int row) const {
+    const double x = std::clamp((column + 0.5) / k_cell - 0.5, 0.0, across_ - 1.0),
+                 y = std::clamp((row + 0.5) / k_cell - 0.5, 0.0, down_ - 1.0);
+    const int i = std::min(static_cast<int>(x), std::max(0, across_ - 2)),
+              j = std::min(static_cast<int>(y), std::max(0, down_ - 2));
+    double sum = 0, weight = 0;
+    for (int dy = 0; dy < std::min(2, down_); ++dy)
+      for (int dx = 0; dx < std::min(2, across_); ++dx) {
+        const double share = (dx == 0 ? 1 - (x - i) : x - i) * (dy == 0 ? 1 - (y - j) : y - j);
+        sum += share * sums_[index(i + dx, j + dy)], weight += share * weights_[index(i + dx, j + dy)];
+      }
+    return weight > 0 ? sum / weight : 0;
+  }
+
+ private:
+  static constexpr int k_cell = 8;           // pixels
+  static constexpr double k_radius = 0.035;  // of the width
+  std::size_t index(int column, int row) const {
+    return static_cast<std::size_t>(column) +
+           static_cast<std::size_t>(across_) * static_cast<std::size_t>(row);
+  }
+  /// Replaces each value of `lines` lines of `length` values by the mean of its neighbours within `radius`.
+  static void smooth(std::vector<double>& values, int length, int lines, int step, int line_step,
+                     int radius) {
+    std::vector<double> line(static_cast<std::size_t>(length));
+    for (int l = 0; l < lines; ++l) {
+      const auto value = [&](int i) -> double& {
+        return values[static_cast<std::size_t>(l) * static_cast<std::size_t>(line_step) +
+                      static_cast<std::size_t>(i) * static_cast<std::size_t>(step)];
+      };
+      for (int i = 0; i < length; ++i) {
+        double sum = 0;
+        for (int k = std::max(0, i - radius); k <= std::min(length - 1, i + radius); ++k) sum += value(k);
+        line[static_cast<std::size_t>(i)] = sum / (2 * radius + 1);
+      }
+      for (int i = 0; i < length; ++i) value(i) = line[static_cast<std::size_t>(i)];
+    }
+  }
+
+  int across_, down_;
+  std::vector<double> sums_, weights_;
+};
+
+}  // namespace
+
 std::vector<std::uint8_t> show(std::span<const float> received, const View& view, const Display& display,
                                std::span<const std::uint8_t> hidden) {
   const auto is_open = [&](std::size_t pixel) {
@@ -151,10 +224,32 @@ std::vector<std::uint8_t> show(std::span<const float> received, const View& view
       if (b <= thin) body.push_back(b);
     if (body.size() > attenuated.size() / 4) attenuated = std::move(body);
   }
+  // Thick and thin parts of the body differ more than bone and soft tissue. A part of the mean brightness of
+  // the surround is subtracted, as in the processing of digital fluoroscopes, so that bone is visible in
+  // both.
+  std::optional<Surround> surround;
+  const auto column_of = [&](std::size_t pixel) {
+    return static_cast<int>(pixel % static_cast<std::size_t>(view.columns));
+  };
+  const auto row_of = [&](std::size_t pixel) {
+    return static_cast<int>(pixel / static_cast<std::size_t>(view.columns));
+  };
+  const auto shown = [&](std::size_t pixel) {
+    const double b = brightness(pixel);
+    return surround ? b - display.equalization * surround->at(column_of(pixel), row_of(pixel)) : b;
+  };
+  if (display.is_logarithmic && display.equalization > 0) {
+    const double brightest = percentile(1);
+    surround.emplace(view, is_open,
+                     [&](std::size_t pixel) { return std::min(brightness(pixel), brightest); });
+    attenuated.clear();
+    for (std::size_t pixel = 0; pixel < received.size(); ++pixel)
+      if (is_open(pixel) && brightness(pixel) <= brightest) attenuated.push_back(shown(pixel));
+  }
   const double low = percentile(display.low_share), high = percentile(display.high_share);
   for (std::size_t pixel = 0; pixel < received.size(); ++pixel) {
     if (!is_open(pixel)) continue;
-    double share = high > low ? std::clamp((brightness(pixel) - low) / (high - low), 0.0, 1.0) : 1.0;
+    double share = high > low ? std::clamp((shown(pixel) - low) / (high - low), 0.0, 1.0) : 1.0;
     if (display.is_inverted) share = 1 - share;
     grey[pixel] = static_cast<std::uint8_t>(std::lround(255 * share));
   }

@@ -106,6 +106,8 @@ class LiveSession {
   /// Returns the current state, and clears the members described as "new". Any thread.
   LiveState fetch_state();
   haptics::ServoReport servo_report() const { return servo_.report(); }
+  /// Returns the present faults of all hands. Records in the state are older if the edit thread is late.
+  std::uint32_t servo_faults() const noexcept { return servo_.faults(); }
   /// Detaches disconnected pieces of at least `smallest` mm3 at the ends of strokes. Call before start().
   void watch_pieces(double smallest) { pieces_.emplace(smallest); }
   /// Keeps the records of up to `ticks` ticks for trace(); by default none are kept. Call before start().

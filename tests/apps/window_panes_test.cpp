@@ -237,6 +237,13 @@ TEST_F(WindowPanes, TheLastXrayIsHeldUntilTheNextOne) {
   view->setCurrentIndex(1);
   emit view->activated(1);
   ASSERT_TRUE(QTest::qWaitFor([&] { return std::abs(c_arm(window)->primary) > 80; }, k_patience));
+  // The box shows the pose of the C-arm, however it was set.
+  for (const auto& [primary, index] : {std::pair(45.0, 2), std::pair(12.0, -1), std::pair(90.0, 1)}) {
+    fluoroscopy::CArm arm = panes.arm();
+    arm.primary = primary;
+    window.operation()->apply(arm);
+    EXPECT_TRUE(QTest::qWaitFor([&, i = index] { return view->currentIndex() == i; }, k_patience)) << primary;
+  }
   child<QAction>(window, "open_at_section")->trigger();
   let_run(100);
   EXPECT_EQ(window.operation()->viewport().clip().axis, ClipChoice::Axis::plane);

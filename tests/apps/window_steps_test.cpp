@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "apps/window/qt_pane_grid.h"
 #include "apps/window/qt_steps_panel.h"
 #include "modules/bone_flap/bone_flap.h"
 #include "sim/session/session_reader.h"
@@ -164,6 +165,23 @@ TEST_F(WindowSteps, WithoutAProcedureThereAreNoStepsAndAllToolsAreEnabled) {
   EXPECT_EQ(tool_item(window, "No tool"), nullptr);
   EXPECT_TRUE(tool_item(window, "Perforator")->isEnabled());
   window.close();
+}
+
+/// The layout of the last run is not restored if it would show an X-ray pane that no step allows to use.
+TEST_F(WindowSteps, NoXrayPaneIsRestoredIfNoStepAllowsXrays) {
+  options_.layout_file = (folder_ / "panes").string();
+  std::ofstream(options_.layout_file) << "1 xray sagittal xray section 600 500 500\n";
+  for (const bool is_allowed : {true, false}) {
+    volume::SurgicalProcedure procedure = burr_hole();
+    procedure.steps.back().commands = {is_allowed ? "*" : "add-anchor"};
+    fs::remove(folder_ / "steps.session");
+    use(procedure);
+    MainWindow window(scene_, options_);
+    ASSERT_TRUE(open(window));
+    ASSERT_NE(window.findChild<PaneGrid*>(), nullptr);
+    EXPECT_EQ(window.findChild<PaneGrid*>()->arrangement(), is_allowed ? Layout::xray : Layout::picture);
+    window.close();
+  }
 }
 
 /// Goes through all steps by buttons and by the action for the next step, and back by undo. The panel shows

@@ -59,6 +59,16 @@ TEST(CArm, PosesFollowDicom) {
   EXPECT_FALSE(set_preset(arm, "sideways"));
 }
 
+TEST(CArm, PresetsAreIdentifiedByTheirAngles) {
+  CArm arm;
+  for (std::size_t i = 0; i < std::size(k_presets); ++i) {
+    ASSERT_TRUE(set_preset(arm, k_presets[i]));
+    EXPECT_EQ(preset_of(arm), static_cast<int>(i));
+  }
+  arm.primary = 12;
+  EXPECT_EQ(preset_of(arm), -1);
+}
+
 TEST(CArm, RefusesImpossibleGeometries) {
   const auto refused = [](auto&& change) {
     CArm arm;
@@ -238,6 +248,30 @@ TEST(Detector, CountsPhotonsBlursAndConvertsToGreys) {
   EXPECT_GT(grey[20 + 120 * 60], grey[100 + 120 * 60]);
   EXPECT_LT(film[20 + 120 * 60], film[100 + 120 * 60]);
   EXPECT_EQ(grey[20 + 120 * 60] + film[20 + 120 * 60], 255);
+}
+
+// Bone adds the same attenuation in a thick and in a thin part of the body. Both must be visible: the greys
+// of the whole range are not used up by the difference of the parts.
+TEST(Detector, BoneIsVisibleInThickAndThinParts) {
+  const View view(small_arm(160, 1));
+  std::vector<double> sums(160 * 160);
+  const auto is_bone = [](int i, int j) { return i % 40 >= 16 && i % 40 < 24 && j > 40 && j < 120; };
+  for (int j = 0; j < 160; ++j)
+    for (int i = 0; i < 160; ++i)
+      sums[static_cast<std::size_t>(i + 160 * j)] = (i < 80 ? 8 : 2) + (is_bone(i, j) ? 0.5 : 0);
+  const std::vector<float> received = receive(sums, view, 1, {});
+  const auto contrast = [&](const Display& display, int column) {
+    const auto grey = show(received, view, display, {});
+    return grey[static_cast<std::size_t>(column - 10 + 160 * 80)] -
+           grey[static_cast<std::size_t>(column + 160 * 80)];
+  };
+  Display plain;
+  plain.equalization = 0;
+  for (const int column : {20, 140}) {
+    EXPECT_GT(contrast({}, column), 25) << column;
+    EXPECT_LT(contrast(plain, column), 23) << column;
+  }
+  EXPECT_EQ(show(received, view, {}, {}), show(received, view, {}, {}));
 }
 
 TEST(Fluoroscopy, DoseFollowsDistanceFieldAndTime) {

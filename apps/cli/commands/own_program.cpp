@@ -10,6 +10,9 @@
 #include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
+#include <vector>
+
+#include "apps/cli/report.h"
 
 extern char** environ;
 
@@ -54,24 +57,33 @@ void end(pid_t process) {
 
 Status run_own_program(const std::vector<std::string>& arguments,
                        const std::function<bool(double share)>& progress) {
-  const File errors(std::tmpfile(), &std::fclose);
-  if (!errors) return failed("no temporary file");
+  const File errors(std::tmpfile(), &std::fclose), shares(std::tmpfile(), &std::fclose);
+  if (!errors || !shares) return failed("no temporary file");
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
   posix_spawn_file_actions_adddup2(&actions, fileno(errors.get()), STDERR_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, fileno(shares.get()), k_progress_file);
   std::string program = "/proc/self/exe";
   std::vector<std::string> words = arguments;
   std::vector<char*> pointers{program.data()};
   for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
   pid_t process = 0;
-  const int spawned = posix_spawn(&process, program.c_str(), &actions, nullptr, pointers.data(), environ);
+  std::string setting = std::string(k_progress_variable) + "=" + std::to_string(k_progress_file);
+  std::vector<char*> environment;
+  for (char** one = environ; *one != nullptr; ++one) environment.push_back(*one);
+  environment.push_back(setting.data());
+  environment.push_back(nullptr);
+  const int spawned =
+      posix_spawn(&process, program.c_str(), &actions, nullptr, pointers.data(), environment.data());
   posix_spawn_file_actions_destroy(&actions);
   if (spawned != 0) return failed("the process could not be started");
   int result = 0;
   while (waitpid(process, &result, WNOHANG) == 0) {
-    if (!progress(0)) {
+    double share = 0;  // 0 until the process has written one
+    if (::pread(fileno(shares.get()), &share, sizeof share, 0) != sizeof share) share = 0;
+    if (!progress(share)) {
       end(process);
       return Error{.what = "the work was interrupted", .kind = ErrorKind::interrupted};
     }

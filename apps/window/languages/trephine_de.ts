@@ -1125,8 +1125,8 @@
         <translation>Knochen abtragen</translation>
     </message>
     <message>
-        <source>Thin the lamina with the burr, and open the canal with the Kerrison.</source>
-        <translation>Die Lamina mit der Fräse ausdünnen und den Kanal mit der Kerrison-Stanze öffnen.</translation>
+        <source>Thin the lamina with the burr, and open the canal with the Kerrison: choose Rongeur, and Kerrison as its kind.</source>
+        <translation>Die Lamina mit der Fräse ausdünnen und den Kanal mit der Kerrison-Stanze öffnen: Instrument Rongeur, Art Kerrison.</translation>
     </message>
     <message>
         <source>The dural sac lies under the lamina. Facets and pars keep the spine stable.</source>
@@ -1797,7 +1797,7 @@
         <translation>oder eine Position in seinem Kanal</translation>
     </message>
     <message>
-        <source>Drawn anchors, or the only outline</source>
+        <source>Anchors; without anchors, the only outline</source>
         <translation>Gesetzte Ankerpunkte oder der einzige Umriss</translation>
     </message>
     <message>
@@ -3192,6 +3192,10 @@
         <source>%1 mm deep</source>
         <translation>%1 mm tief</translation>
     </message>
+    <message>
+        <source>The foot goes under the marked edge. Press again to bite.</source>
+        <translation>Der Fuß gleitet unter den markierten Rand. Zum Abbeißen nochmals drücken.</translation>
+    </message>
 </context>
 <context>
     <name>trephine::view::CasePanel</name>
@@ -3716,6 +3720,10 @@
     <message>
         <source>Press Shoot, or switch Live on.</source>
         <translation>Auslösen drücken oder Live einschalten.</translation>
+    </message>
+    <message>
+        <source>Other pose</source>
+        <translation>Andere Stellung</translation>
     </message>
 </context>
 <context>
@@ -4737,6 +4745,14 @@ Lizenz: Apache-2.0</translation>
     <message>
         <source>Limits and weights are those of the case and its procedure.</source>
         <translation>Grenzen und Gewichte sind die des Falls und seines Eingriffs.</translation>
+    </message>
+    <message>
+        <source>The report was written: %1</source>
+        <translation>Der Bericht ist geschrieben: %1</translation>
+    </message>
+    <message>
+        <source>The report was not written: %1</source>
+        <translation>Der Bericht wurde nicht geschrieben: %1</translation>
     </message>
 </context>
 <context>
