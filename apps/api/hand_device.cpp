@@ -51,7 +51,7 @@ HandDevice::~HandDevice() {
 
 std::optional<Pose> HandDevice::read(double t) noexcept {
   Pose pose;
-  if (!device_ || !device_->read(t, pose)) return std::nullopt;
+  if (!device_ || !std::isfinite(t) || !device_->read(t, pose)) return std::nullopt;
   return pose;
 }
 

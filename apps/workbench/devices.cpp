@@ -1,5 +1,6 @@
 #include "apps/workbench/devices.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <dlfcn.h>
 #include <utility>
@@ -26,6 +27,13 @@ struct DeviceName {
     has_selector = colon != std::string::npos;
     if (has_selector) selector = name.substr(colon + 1);
   }
+  /// Returns the name with its number written out: "falcon" and "falcon:00" are "falcon:0".
+  std::string full() const {
+    const bool is_number = selector.find_first_not_of("0123456789") == std::string::npos;
+    if (!is_number) return kind + ":" + selector;
+    const std::size_t digit = std::min(selector.find_first_not_of('0'), selector.size());
+    return kind + ":" + (digit == selector.size() ? "0" : selector.substr(digit));
+  }
 };
 
 Result<DevicePointer> open_path_device(const DeviceName& name) {
@@ -47,7 +55,8 @@ Result<DevicePointer> open_path_device(const DeviceName& name) {
 Result<DevicePointer> make_hardware(const std::string& text, bool has_pose, const Listener& listener) {
   const DeviceName name(text);
   const auto kinds = hardware_kinds();
-  std::string known = has_pose ? "mouse, playback:PATH.csv, virtual:PATH.csv" : "";
+  std::string known =
+      has_pose ? "mouse, playback:PATH.csv, virtual:PATH.csv" : "pedal:/dev/input/event5, pedal:/dev/hidraw3";
   if (kinds)
     for (const haptics::DeviceKind& kind : kinds.value()) {
       if (kind.has_pose != has_pose) continue;
@@ -57,7 +66,8 @@ Result<DevicePointer> make_hardware(const std::string& text, bool has_pose, cons
         return Error{.what = "the device has no selector after its colon",
                      .where = "device",
                      .found = text,
-                     .expected = kind.name + ", or " + kind.name + ":1"};
+                     .expected = kind.name + ", or " + kind.name + (kind.name == "touch" ? ":NAME" : ":1"),
+                     .remedy = "add the selector, or remove the colon"};
       return kind.make(name.selector, device_host(listener));
     }
   else
@@ -114,8 +124,9 @@ Result<DeviceChoice> completed(DeviceChoice choice, const Listener& listener) {
   if (!settings.value()->device.empty()) choice.device = settings.value()->device;
   if (choice.pedal.empty()) choice.pedal = settings.value()->pedal;
   if (choice.scale == 1 && choice.device != "mouse") choice.scale = settings.value()->scale;
-  listener.notice("note: devices.toml selects " + choice.device +
-                  (choice.pedal.empty() ? "" : " and " + choice.pedal) + " (override it with --device)");
+  if (choice.device != "mouse" || !choice.pedal.empty())
+    listener.notice("note: devices.toml selects " + choice.device +
+                    (choice.pedal.empty() ? "" : " and " + choice.pedal) + " (override it with --device)");
   return choice;
 }
 
@@ -147,9 +158,15 @@ Result<ChosenDevices> make_devices(const DeviceChoice& requested, const Listener
   if (!completed_choice) return completed_choice.error();
   const DeviceChoice& choice = completed_choice.value();
   ChosenDevices chosen;
+  // Returns the error with the option, or the file, that names the device.
+  const bool is_of_file = requested.device.empty() && choice.device != "mouse";
+  const auto at = [](Error error, const char* option) {
+    if (error.where == "device") error.where = option;
+    return error;
+  };
   if (!choice.pedal.empty()) {
     auto pedal = make_hardware(choice.pedal, false, listener);
-    if (!pedal) return pedal.error();
+    if (!pedal) return at(pedal.error(), requested.pedal.empty() ? "devices.toml" : "pedal");
     chosen.pedal = std::move(pedal).value();
   }
   const DeviceName name(choice.device);
@@ -157,30 +174,37 @@ Result<ChosenDevices> make_devices(const DeviceChoice& requested, const Listener
   const bool is_mouse = choice.device == "mouse";
   if ((is_mouse || is_path) && choice.scale != 1)
     return Error{.what = "only hardware has a scale",
-                 .where = "device",
+                 .where = "device scale",
                  .found = name.kind,
                  .remedy = "omit the scale, or choose another device"};
   if (choice.left == "mouse")
     return Error{.what = "the mouse can drive the right hand only",
-                 .where = "left device",
+                 .where = "left",
                  .found = "mouse",
                  .expected = "a haptic device, a 3-D mouse, playback:PATH.csv or virtual:PATH.csv",
                  .remedy = "choose another device for the left hand"};
-  if (!choice.left.empty() && choice.left == choice.device && !is_path)
+  const DeviceName left_name(choice.left);
+  if (left_name.kind == "touch" && name.kind == "touch")
+    return Error{.what = "only one hand can have a Touch",
+                 .where = "left",
+                 .found = choice.left,
+                 .expected = "a device of another kind",
+                 .remedy = "choose another device for one hand"};
+  if (!choice.left.empty() && left_name.full() == name.full() && !is_path)
     return Error{.what = "both hands have the same device",
-                 .where = "left device",
+                 .where = "left",
                  .found = choice.left,
                  .expected = "two devices, such as falcon and falcon:1",
                  .remedy = "choose another device for one hand"};
   if (!choice.left.empty()) {
     // The scale is that of hardware; a path is followed as it is.
     auto left = make_device(choice.left, choice.scale, nullptr, listener);
-    if (!left) return left.error();
+    if (!left) return at(left.error(), "left");
     chosen.left = std::move(left).value();
   }
   if (is_mouse) return chosen;
   auto device = make_device(choice.device, choice.scale, std::exchange(chosen.pedal, {}), listener);
-  if (!device) return device.error();
+  if (!device) return at(device.error(), is_of_file ? "devices.toml" : "device");
   chosen.device = std::move(device).value();
   return chosen;
 }

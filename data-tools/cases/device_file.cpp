@@ -8,8 +8,10 @@
 namespace trephine::data_tools {
 
 Result<std::optional<DeviceSettings>> read_device_settings(const std::string& path) {
+  // A link to a missing file is reported by read_toml_text().
   std::error_code missing;
-  if (!std::filesystem::exists(path, missing)) return std::optional<DeviceSettings>();
+  if (!std::filesystem::exists(std::filesystem::symlink_status(path, missing)))
+    return std::optional<DeviceSettings>();
   const std::string where = file_name(path);
   const auto text = read_toml_text(path, where, "list of devices");
   if (!text) return text.error();

@@ -77,18 +77,31 @@ Result<toml::value> parse_toml(const std::string& text, const std::string& where
 
 Result<std::string> read_toml_text(const std::string& path, const std::string& where,
                                    const std::string& what) {
+  constexpr std::size_t k_largest = 64u << 20;  // bytes
+  const auto unreadable = [&](const std::string& found) {
+    return Error{.what = "the " + what + " cannot be read",
+                 .where = where,
+                 .found = found,
+                 .expected = "a TOML file",
+                 .remedy = "pass a file that you may read"};
+  };
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    return unreadable("a folder, or another thing that is not a file");
   std::ifstream file(path, std::ios::binary);
+  if (!file && std::filesystem::exists(status)) return unreadable("");
   if (!file)
     return Error{.what = "the " + what + " does not exist",
                  .where = where,
                  .expected = "a TOML file",
                  .remedy = "check the spelling"};
-  std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  if (std::error_code error; file.bad() || std::filesystem::is_directory(path, error))
-    return Error{.what = "the " + what + " cannot be read",
-                 .where = where,
-                 .expected = "a TOML file",
-                 .remedy = "pass a file that you may read"};
+  const auto size = std::filesystem::file_size(path, error);
+  if (error || size > k_largest) return unreadable("more than 64 MB");
+  std::string text(static_cast<std::size_t>(size), '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (file.bad()) return unreadable("");
   return text;
 }
 

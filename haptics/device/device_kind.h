@@ -45,6 +45,9 @@ struct DeviceKind {
   std::function<Result<std::shared_ptr<Device>>(const std::string& selector, const DeviceHost& host)> make;
   /// Checks what is plugged in and what prevents its use. Opens nothing.
   std::function<std::vector<DeviceCheck>(const DeviceHost& host)> check;
+  /// Returns a sentence with the software of the vendor that is missing on this machine, whether or not a
+  /// device is plugged in; empty if nothing is missing.
+  std::function<std::string(const DeviceHost& host)> missing_software;
 };
 
 /// Function that a library of drivers exports as "trephine_device_kinds". Returns the first kind, and sets

@@ -1,6 +1,8 @@
 #include "haptics/device/mapped_device.h"
 
 #include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
 #include <string>
 #include <utility>
 
@@ -9,6 +11,17 @@
 namespace trephine::haptics {
 
 using glm::dvec3;
+
+namespace {
+
+/// Returns false for a pose that is not finite, or farther than any device reaches.
+bool is_plausible(const Pose& pose) noexcept {
+  constexpr double k_farthest = 1e6;  // mm
+  const glm::dquat& q = pose.orientation;
+  return glm::length(pose.position_world) < k_farthest && std::isfinite(q.w + q.x + q.y + q.z);
+}
+
+}  // namespace
 
 MappedDevice::MappedDevice(std::shared_ptr<Device> device, const WorkspaceMap& map)
     : device_(std::move(device)), map_(map) {}
@@ -24,7 +37,7 @@ Status check(const WorkspaceMap& map) {
 Status MappedDevice::open() {
   if (Status error = check(map_)) return error;
   has_anchor_ = is_clutched_ = is_lost_ = false;
-  released_at_ = -1e9;
+  time_ = released_at_ = -1e9;
   workspace_.set({});
   if (Status error = device_->open()) return error;
   radius_ = capabilities().workspace_radius;
@@ -45,11 +58,11 @@ void MappedDevice::set_view(const DeviceView& view) noexcept { view_.set(view); 
 
 bool MappedDevice::read(double t, Pose& pose) noexcept {
   Pose raw;
-  if (!device_->read(t, raw)) {
+  if (!std::isfinite(t) || !device_->read(t, raw) || !is_plausible(raw)) {
     is_lost_ = true;
     return false;
   }
-  if (std::exchange(is_lost_, false)) released_at_ = t;
+  if (std::exchange(is_lost_, false) || t < time_) released_at_ = t;  // t < time_: the clock began again
   const bool is_clutched = (raw.buttons & map_.clutch_mask) != 0;
   bool is_moved = !has_anchor_;  // the workspace
   const auto anchor = [&](const dvec3& world) {
@@ -60,6 +73,7 @@ bool MappedDevice::read(double t, Pose& pose) noexcept {
     if (!has_anchor_) {
       anchor_device_ = dvec3(0), anchor_world_ = view->start_world;
       world_from_device_ = unit_of(view->world_from_device);
+      position_world_ = anchor_world_ + world_from_device_ * (map_.scale * raw.position_world);
       has_anchor_ = true;
     } else if (const glm::dquat axes = unit_of(view->world_from_device); axes != world_from_device_) {
       world_from_device_ = axes;

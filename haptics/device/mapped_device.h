@@ -20,8 +20,9 @@ Status check(const WorkspaceMap& map);
 
 /// Maps poses of a device (origin in the centre of its workspace; x to the right, y up, z toward the user) to
 /// the world, and forces back. The tool stays in place when the axes change. While the clutch is pressed the
-/// hand moves without the tool: no force, and the first button counts as released. Sessions record poses
-/// after this map, so a replay does not depend on it. set_view() may run on any one thread.
+/// hand moves without the tool, which turns with the hand: no force, and the first button counts as released.
+/// A pose that is not finite counts as no pose. Sessions record poses after this map, so a replay does not
+/// depend on it. set_view() may run on any one thread.
 class MappedDevice final : public Device {
  public:
   MappedDevice(std::shared_ptr<Device> device, const WorkspaceMap& map);

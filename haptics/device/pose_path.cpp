@@ -195,7 +195,7 @@ Result<PosePath> PosePath::read_csv(std::istream& in, const std::string& where) 
 }
 
 Pose PosePath::at(double t) const noexcept {
-  if (t <= samples_.front().t) return samples_.front().pose;
+  if (!(t > samples_.front().t)) return samples_.front().pose;  // also for a time that is not a number
   if (t >= samples_.back().t) return samples_.back().pose;
   const auto after = std::upper_bound(samples_.begin(), samples_.end(), t,
                                       [](double time, const Sample& s) { return time < s.t; });

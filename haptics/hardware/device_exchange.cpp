@@ -1,16 +1,21 @@
 #include "haptics/hardware/device_exchange.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace trephine::haptics {
 
 namespace {
 
 constexpr double k_stalled_seconds = 0.05;  // age of the servo's last wrench at which the force ends
+constexpr double k_resume_seconds = 0.1;
 
 }  // namespace
 
 void DeviceExchange::restart() noexcept {
   sent_ = last_ = {};
   newest_ = {};
+  is_paused_ = false, resumed_at_ = -1e9;
   report_.set(sent_);
   request_.set(newest_);
   silence_.restart();
@@ -29,7 +34,13 @@ void DeviceExchange::report_loss() noexcept {
 
 Wrench DeviceExchange::wrench() noexcept {
   if (const auto request = request_.get()) newest_ = *request;
-  return seconds_now() - newest_.seconds <= k_stalled_seconds ? newest_.wrench : Wrench();
+  const double now = seconds_now();
+  // Before the first write there is no pause: the force of the servo begins gradually by itself.
+  const bool has_begun = newest_.seconds > -1e8, is_paused = now - newest_.seconds > k_stalled_seconds;
+  if (std::exchange(is_paused_, has_begun && is_paused) && !is_paused) resumed_at_ = now;
+  if (is_paused) return {};
+  const double share = std::min(1.0, (now - resumed_at_) / k_resume_seconds);
+  return {share * newest_.wrench.force_world, share * newest_.wrench.torque_world};
 }
 
 bool DeviceExchange::read(double t, Pose& pose) noexcept {

@@ -20,7 +20,7 @@ class DeviceExchange {
   /// Reports that the device was unplugged.
   void report_loss() noexcept;
   /// Returns the servo's newest wrench. It is zero before the first write, and from 50 ms after the last
-  /// write.
+  /// write. After such a pause it returns gradually, within 0.1 s.
   Wrench wrench() noexcept;
 
   // The servo's thread.
@@ -46,6 +46,8 @@ class DeviceExchange {
   // The driver's thread.
   Report sent_;
   Request newest_;
+  double resumed_at_ = -1e9;  ///< end of the last pause of the servo, s
+  bool is_paused_ = false;
   // The servo's thread.
   Report last_;
   ReportTimeout silence_{0.1};

@@ -34,7 +34,9 @@ Result<std::size_t> index_of(const std::string& selector, const std::string& kin
     return Error{.what = "the index of the device is invalid",
                  .where = "device",
                  .found = kind + ":" + selector,
-                 .expected = kind + ", or " + kind + ":1 for the second one"};
+                 .expected = kind + ", or " + kind + ":1 for the second one" +
+                             (kind == "pedal" ? ", or a file: pedal:/dev/input/event5" : ""),
+                 .remedy = "'trephine doctor --devices' lists the connected devices"};
   return index;
 }
 
@@ -45,8 +47,11 @@ std::filesystem::path firmware_file(const DeviceHost& host) {
 
 Result<std::vector<std::uint8_t>> read_firmware(const DeviceHost& host) {
   const std::filesystem::path file = firmware_file(host);
-  std::ifstream in(file, std::ios::binary);
-  if (!in)
+  std::error_code error;
+  const bool is_file = std::filesystem::is_regular_file(file, error);
+  std::ifstream in;
+  if (is_file) in.open(file, std::ios::binary);
+  if (!is_file || !in)
     return Error{
         .what = "the Falcon has no firmware, and its firmware file is missing",
         .where = "falcon: firmware",
@@ -56,7 +61,9 @@ Result<std::vector<std::uint8_t>> read_firmware(const DeviceHost& host) {
             "copy the firmware image of the device's own software to $XDG_CONFIG_HOME/trephine/falcon.bin "
             "(~/.config/trephine/falcon.bin if the variable is not set)",
         .kind = ErrorKind::missing_here};
-  std::vector<std::uint8_t> image{std::istreambuf_iterator<char>(in), {}};
+  std::vector<std::uint8_t> image(k_largest_firmware + 1);
+  in.read(reinterpret_cast<char*>(image.data()), static_cast<std::streamsize>(image.size()));
+  image.resize(static_cast<std::size_t>(in.gcount()));
   if (image.empty() || image.size() > k_largest_firmware)
     return Error{.what = "the firmware file of the Falcon has an impossible size",
                  .where = "falcon: firmware",
@@ -229,6 +236,24 @@ std::vector<DeviceCheck> check_inverse3(const DeviceHost&) {
   return checks;
 }
 
+std::string nothing_missing(const DeviceHost&) { return {}; }
+
+std::string missing_for_falcon(const DeviceHost& host) {
+  std::error_code error;
+  return std::filesystem::is_regular_file(firmware_file(host), error)
+             ? ""
+             : "its firmware file falcon.bin is missing";
+}
+std::string missing_for_touch(const DeviceHost&) {
+  return check_touch_library() ? "OpenHaptics is not installed" : "";
+}
+std::string missing_for_omega(const DeviceHost&) {
+  return check_dhd_library() ? "the SDK of Force Dimension is not installed" : "";
+}
+std::string missing_for_inverse3(const DeviceHost&) {
+  return count_inverse3(Inverse3Choice().port) ? "" : "the Haply Inverse Service does not run";
+}
+
 }  // namespace
 
 }  // namespace trephine::haptics
@@ -238,16 +263,17 @@ extern "C" __attribute__((visibility("default"))) const trephine::haptics::Devic
     std::size_t* count) {
   using namespace trephine::haptics;
   static const DeviceKind kinds[] = {
-      {"falcon", "Novint Falcon: 3 degrees of freedom, 8 N", true, make_falcon, check_falcon},
+      {"falcon", "Novint Falcon: 3 degrees of freedom, 8 N", true, make_falcon, check_falcon,
+       missing_for_falcon},
       {"touch", "3D Systems Touch, Omni, Phantom: 6 degrees of freedom, with OpenHaptics", true, make_touch,
-       check_touch},
+       check_touch, missing_for_touch},
       {"omega", "Force Dimension omega, delta, sigma, lambda: 3 or 6 degrees of freedom, with its SDK", true,
-       make_force_dimension, check_force_dimension},
+       make_force_dimension, check_force_dimension, missing_for_omega},
       {"inverse3", "Haply Inverse3: 6 degrees of freedom, 8 N, with its service", true, make_inverse3,
-       check_inverse3},
+       check_inverse3, missing_for_inverse3},
       {"spacemouse", "3Dconnexion SpaceMouse: 6 degrees of freedom, no force", true, make_spacemouse,
-       check_spacemice},
-      {"pedal", "foot pedal: buttons and axes", false, make_pedal, check_pedals},
+       check_spacemice, nothing_missing},
+      {"pedal", "foot pedal: buttons and axes", false, make_pedal, check_pedals, nothing_missing},
   };
   *count = std::size(kinds);
   return kinds;

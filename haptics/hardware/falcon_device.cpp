@@ -114,8 +114,7 @@ Status FalconDevice::open() {
 void FalconDevice::close() noexcept {
   thread_.stop();
   if (!link_) return;
-  // Otherwise the motors would keep their last values.
-  for (int i = 0; i < 3; ++i) link_->write(encode({}), k_frame_ms);
+  end_force();
   link_.reset();
 }
 
@@ -266,18 +265,28 @@ bool FalconDevice::step() {
   const LinkResult result = exchange_frame(force_request(), state, k_frame_ms);
   if (result == LinkResult::disconnected || result == LinkResult::failed) {
     exchange_.report_loss();
+    end_force();  // the error may be that of a device that is still plugged in
     return false;
   }
-  if (state) adopt(*state);
+  // After a drop of its supply the device has to be homed again; until then its counts have no meaning.
+  if (state && state->is_homed()) adopt(*state);
   return true;
+}
+
+/// Sends frames without force: the motors would keep their last values.
+void FalconDevice::end_force() noexcept {
+  constexpr int k_frames = 3;
+  for (int i = 0; i < k_frames; ++i) (void)link_->write(encode({}), k_frame_ms);
 }
 
 /// Reports the position of a state. Returns false if its counts fit no position.
 bool FalconDevice::adopt(const FalconState& state) {
-  for (std::size_t i = 0; i < 3; ++i) angles_[i] = FalconKinematics::angle_of(state.counts[i]);
-  auto position = FalconKinematics::forward(angles_, position_);
-  if (!position) position = FalconKinematics::forward(angles_);
+  FalconAngles angles;
+  for (std::size_t i = 0; i < 3; ++i) angles[i] = FalconKinematics::angle_of(state.counts[i]);
+  auto position = FalconKinematics::forward(angles, position_);
+  if (!position) position = FalconKinematics::forward(angles);
   if (!position) return false;
+  angles_ = angles;
   position_ = *position;
   exchange_.report(position_ - FalconKinematics::k_centre, {1, 0, 0, 0}, state.buttons);
   return true;

@@ -40,6 +40,7 @@ class FalconDevice final : public ExchangeDevice {
   Status load();
   Status load_once(const std::vector<std::uint8_t>& image);
   Status home();
+  void end_force() noexcept;
   LinkResult exchange_frame(const FalconRequest& request, std::optional<FalconState>& state, int timeout_ms);
   bool step();
   bool adopt(const FalconState& state);

@@ -1,6 +1,7 @@
 #include "haptics/hardware/hid_link.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <hidapi/hidapi.h>
 #include <unistd.h>
 
@@ -29,7 +30,8 @@ class HidapiLink final : public HidLink {
   LinkResult read(std::span<std::uint8_t> report, std::size_t& count, int timeout_ms) noexcept override {
     const int read = hid_read_timeout(device_, report.data(), report.size(), timeout_ms);
     count = read > 0 ? static_cast<std::size_t>(read) : 0;
-    return read < 0 ? LinkResult::disconnected : read == 0 ? LinkResult::timed_out : LinkResult::done;
+    if (read < 0) return errno == EINTR ? LinkResult::timed_out : LinkResult::disconnected;
+    return read == 0 ? LinkResult::timed_out : LinkResult::done;
   }
 
  private:

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
@@ -18,10 +20,10 @@ namespace trephine::haptics {
 
 namespace {
 
-/// Returns true for pedals that report themselves as keyboards. `vendor`, `product`: as sysfs writes them.
-bool is_pedal(const std::string& vendor, const std::string& product) {
+/// Returns true for pedals with this kind of node. `vendor`, `product`: as sysfs writes them.
+bool is_pedal(NodeKind kind, const std::string& vendor, const std::string& product) {
   for (const UsbIds& ids : usb_ids())
-    if (ids.device == "pedal" && ids.node == NodeKind::input && hex_of(ids.vendor) == vendor)
+    if (ids.device == "pedal" && ids.node == kind && hex_of(ids.vendor) == vendor)
       for (const std::uint16_t known : ids.products)
         if (hex_of(known) == product) return true;
   return false;
@@ -51,20 +53,88 @@ bool has_report_number(std::span<const std::uint8_t> descriptor) noexcept {
   return false;
 }
 
-std::vector<PedalNode> find_pedals() {
-  std::vector<PedalNode> found;
+namespace {
+
+/// Returns the number at the end of a name such as "event12".
+int number_of(const std::string& name) {
+  const std::size_t digit = name.find_first_of("0123456789");
+  return digit == std::string::npos ? 0 : std::atoi(name.c_str() + digit);
+}
+
+template <class Each>
+void for_entries(const char* folder, const Each& each) {
   std::error_code error;
-  for (std::filesystem::directory_iterator it("/sys/class/input", error), end; !error && it != end;
-       it.increment(error)) {
-    const std::string event = it->path().filename();
-    if (!event.starts_with("event")) continue;
-    const std::filesystem::path device = it->path() / "device";
-    if (!is_pedal(line_of(device / "id/vendor"), line_of(device / "id/product"))) continue;
-    const std::string node = "/dev/input/" + event;
-    found.push_back({node, line_of(device / "name"), ::access(node.c_str(), R_OK) == 0});
+  for (std::filesystem::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
+    each(it->path());
+}
+
+struct FoundPedal {
+  PedalNode node;
+  int number = 0;            ///< of the node
+  std::string physical;      ///< path of the USB device that the node belongs to
+  bool is_keyboard = false;  ///< the node that reports keys; a pedal may have others, such as a mouse
+};
+
+/// Nodes of pedals that report themselves as keyboards.
+void add_input_nodes(std::vector<FoundPedal>& found) {
+  for_entries("/sys/class/input", [&](const std::filesystem::path& entry) {
+    const std::string event = entry.filename();
+    if (!event.starts_with("event")) return;
+    const std::filesystem::path device = entry / "device";
+    if (!is_pedal(NodeKind::input, line_of(device / "id/vendor"), line_of(device / "id/product"))) return;
+    const std::string node = "/dev/input/" + event, name = line_of(device / "name"),
+                      path = line_of(device / "phys");
+    found.push_back({{node, name, ::access(node.c_str(), R_OK) == 0},
+                     number_of(event),
+                     path.empty() ? node : path.substr(0, path.find('/')),
+                     name.find("eyboard") != std::string::npos});
+  });
+}
+
+/// Nodes of pedals with raw reports.
+void add_raw_nodes(std::vector<FoundPedal>& found) {
+  for_entries("/sys/class/hidraw", [&](const std::filesystem::path& entry) {
+    // A line such as HID_ID=0003:000005F3:000000FF: bus, vendor, product.
+    std::ifstream file(entry / "device/uevent");
+    std::string name, vendor, product;
+    for (std::string line; std::getline(file, line);) {
+      std::transform(line.begin(), line.end(), line.begin(), [](unsigned char c) { return std::tolower(c); });
+      constexpr std::size_t k_id = 7, k_bus = 5, k_long = 8, k_short = 4;
+      if (line.starts_with("hid_id=") && line.size() == k_id + k_bus + 2 * k_long + 1) {
+        vendor = line.substr(k_id + k_bus + k_long - k_short, k_short);
+        product = line.substr(k_id + k_bus + 2 * k_long + 1 - k_short, k_short);
+      }
+      if (line.starts_with("hid_name=")) name = line.substr(line.find('=') + 1);
+    }
+    if (!is_pedal(NodeKind::hidraw, vendor, product)) return;
+    const std::string number = entry.filename(), node = "/dev/" + number;
+    found.push_back({{node, name, ::access(node.c_str(), R_OK) == 0}, number_of(number), node, true});
+  });
+}
+
+}  // namespace
+
+std::vector<PedalNode> find_pedals() {
+  std::vector<FoundPedal> found, raw;
+  add_input_nodes(found);
+  add_raw_nodes(raw);
+  const auto by_number = [](const FoundPedal& a, const FoundPedal& b) { return a.number < b.number; };
+  std::sort(found.begin(), found.end(), by_number);
+  std::sort(raw.begin(), raw.end(), by_number);
+  found.insert(found.end(), raw.begin(), raw.end());
+  // One node for each pedal: that of its keys.
+  std::vector<FoundPedal> pedals;
+  for (const FoundPedal& one : found) {
+    const auto same = std::find_if(pedals.begin(), pedals.end(),
+                                   [&](const FoundPedal& other) { return other.physical == one.physical; });
+    if (same == pedals.end())
+      pedals.push_back(one);
+    else if (one.is_keyboard && !same->is_keyboard)
+      *same = one;
   }
-  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.node < b.node; });
-  return found;
+  std::vector<PedalNode> nodes;
+  for (FoundPedal& one : pedals) nodes.push_back(std::move(one.node));
+  return nodes;
 }
 
 Result<InputFile> open_input(const std::string& node) {

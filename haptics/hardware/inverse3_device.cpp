@@ -59,7 +59,7 @@ Status Inverse3Device::open() {
   device_ = state->device;
   zero_force_ = inverse3_force(device_, {0, 0, 0});
   centre_ = state->position;
-  is_waiting_ = false;
+  is_waiting_ = has_force_ = false;
   exchange_.restart();
   exchange_.report({0, 0, 0}, state->orientation, state->buttons);
   thread_.start([this] {
@@ -99,11 +99,15 @@ void Inverse3Device::close() noexcept {
 /// the connection ended.
 bool Inverse3Device::step() {
   using namespace std::chrono;
-  if (!is_waiting_) {
-    const LinkResult sent = socket_->send(inverse3_force(device_, exchange_.wrench().force_world), k_send_ms);
+  const glm::dvec3 force = exchange_.wrench().force_world;
+  const bool is_ending =
+      force == glm::dvec3(0) && has_force_;  // an end of the force does not wait for an answer
+  if (!is_waiting_ || is_ending) {
+    const LinkResult sent = socket_->send(inverse3_force(device_, force), k_send_ms);
     if (sent == LinkResult::timed_out) return true;
     if (sent != LinkResult::done) return false;
     is_waiting_ = true, sent_at_ = steady_clock::now();
+    has_force_ = force != glm::dvec3(0);
   }
   std::string message;
   LinkResult result = socket_->receive(message, k_state_ms);
@@ -117,9 +121,13 @@ bool Inverse3Device::step() {
     if ((result = socket_->receive(newer, 0)) == LinkResult::done) message.swap(newer);
   }
   if (result != LinkResult::timed_out) return false;
-  const auto state = parse_inverse3(message, choice_.index);
-  if (state && state->device == device_)
+  // The number of this device changes when another one is unplugged.
+  for (std::size_t i = 0; i < k_most_devices; ++i) {
+    const auto state = parse_inverse3(message, (choice_.index + i) % k_most_devices);
+    if (!state || state->device != device_) continue;
     exchange_.report(state->position - centre_, state->orientation, state->buttons);
+    break;
+  }
   return true;
 }
 

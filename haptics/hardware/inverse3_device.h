@@ -40,6 +40,7 @@ class Inverse3Device final : public ExchangeDevice {
   std::string zero_force_;                         ///< message that ends the force
   std::chrono::steady_clock::time_point sent_at_;  ///< time of the last force
   bool is_waiting_ = false;                        ///< the service has not answered the last force
+  bool has_force_ = false;                         ///< the last force was not zero
   glm::dvec3 centre_{0.0};
   DeviceThread thread_;
 };

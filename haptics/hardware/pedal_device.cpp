@@ -21,6 +21,7 @@ Status PedalDevice::open() {
   file_ = std::move(file).value();
   state_ = {}, last_ = {};
   key_count_ = 0;
+  report_number_.reset();
   // An axis at rest may be beyond half its range: before it moves, it is no button.
   for (std::size_t i = 0; i < std::min(file_.axes.size(), state_.axes.size()); ++i)
     set_axis(i, file_.axes[i].value);
@@ -84,6 +85,11 @@ bool PedalDevice::receive_report() {
   if (count == 0) return true;
   if (count < 0) return lose();
   const std::size_t first = file_.has_report_number ? 1 : 0;
+  // Reports with other numbers than the first one have other contents.
+  if (file_.has_report_number) {
+    if (!report_number_) report_number_ = report[0];
+    if (*report_number_ != report[0]) return true;
+  }
   state_.buttons = 0;
   for (std::size_t i = 0; i < 3 && first + i < static_cast<std::size_t>(count); ++i)
     state_.buttons |= static_cast<std::uint32_t>(report[first + i]) << (8 * i);
@@ -103,7 +109,11 @@ bool PedalDevice::receive() {
   if (event.type == EV_SYN && event.code == SYN_DROPPED) {
     state_.buttons = 0;  // the kernel lost events, such as the release of a key
   } else if (event.type == EV_KEY && event.value != 2) {  // 2: automatic repetition of a held key
-    set_button(bit_of_key(event.code), event.value != 0);
+    // A pedal that was held when the device was opened has no bit yet: its release gives it none.
+    const bool is_known =
+        std::find(keys_.begin(), keys_.begin() + static_cast<std::ptrdiff_t>(key_count_), int{event.code}) !=
+        keys_.begin() + static_cast<std::ptrdiff_t>(key_count_);
+    if (event.value != 0 || is_known) set_button(bit_of_key(event.code), event.value != 0);
   } else if (event.type == EV_ABS) {
     for (std::size_t i = 0; i < std::min(file_.axes.size(), state_.axes.size()); ++i) {
       if (file_.axes[i].code != event.code || file_.axes[i].high <= file_.axes[i].low) continue;

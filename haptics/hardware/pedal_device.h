@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <sys/types.h>
 
@@ -61,6 +62,7 @@ class PedalDevice final : public Device {
   Shared state_;
   std::array<int, 24> keys_{};  ///< codes in the order of their first press
   std::size_t key_count_ = 0;
+  std::optional<std::uint8_t> report_number_;  ///< of the first raw report
   DeviceThread thread_;
   Latest<Shared> shared_;
   Shared last_;  ///< used by the servo

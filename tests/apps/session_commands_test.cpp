@@ -456,6 +456,20 @@ TEST_F(Command, TheDevicesOfAUserAreRead) {
   const ProcessResult misspelt = run("view head --screenshot t.png");
   EXPECT_EQ(misspelt.exit_code, 2);
   EXPECT_NE(misspelt.err.find("unknown key"), std::string::npos) << misspelt.err;
+  // A folder in place of the file, and a link to a missing file.
+  fs::remove(folder_ / ".config/trephine/devices.toml");
+  fs::create_directory(folder_ / ".config/trephine/devices.toml");
+  EXPECT_EQ(run("view head --screenshot t.png").exit_code, 2);
+  fs::remove(folder_ / ".config/trephine/devices.toml");
+  fs::create_symlink("nothing", folder_ / ".config/trephine/devices.toml");
+  EXPECT_EQ(run("view head --screenshot t.png").exit_code, 2);
+  fs::remove(folder_ / ".config/trephine/devices.toml");
+  for (const char* pair :
+       {"inverse3 --left inverse3:0", "falcon:1 --left falcon:01", "touch --left touch:B"}) {
+    const ProcessResult refused = run(std::string("view head --screenshot t.png --device ") + pair);
+    EXPECT_EQ(refused.exit_code, 2) << pair;
+    EXPECT_NE(refused.err.find("for one hand"), std::string::npos) << refused.err;
+  }
 }
 
 TEST_F(Command, DoctorReportsFaultsWithRemediesAndDrawsTheTimer) {

@@ -378,9 +378,7 @@ void reslice_slab(const PixelGrid& grid, const Slab& slab, std::int16_t outside,
 
 }  // namespace
 
-ResliceCode best_reslice_code() noexcept {
-  return uses_avx2() ? ResliceCode::wide : ResliceCode::any;
-}
+ResliceCode best_reslice_code() noexcept { return uses_avx2() ? ResliceCode::wide : ResliceCode::any; }
 
 void reslice(const Volume& volume, const ImagePlane& plane, const Slab& slab, std::int16_t outside,
              int threads, std::span<std::int16_t> pixels, ResliceCode code) {

@@ -357,9 +357,13 @@ Result<Outcome> audit_session(const AuditArguments& arguments) {
   outcome.json["is_damaged"] = is_damaged;
   outcome.json["is_certified"] = is_certified;
   outcome.print(
+      std::string("{ticks} ticks with {method}") +
+      // The path of a whole tool is judged by its poses, below.
+      (tools.judged > 0 && outcome.json["ticks_judged"] == 0
+           ? ": "
+           : ", {ticks_judged} of them judged: fell through {fall_throughs} times; ") +
       std::string(
-          "{ticks} ticks with {method}, {ticks_judged} of them judged: fell through {fall_throughs} "
-          "times; {wrong_forces} forces differ from their law (worst {worst_force_n:.1e} N); energy ledger within "
+          "{wrong_forces} forces differ from their law (worst {worst_force_n:.1e} N); energy ledger within "
           "{worst_energy_nmm:.1e} N mm; ") +
       (is_same ? "the same bits" : "not the same") + " as recorded");
   if (friction.judged > 0)

@@ -126,8 +126,12 @@ std::vector<CheckResult> find_devices() {
   if (kinds)
     for (const haptics::DeviceKind& kind : kinds.value()) {
       const std::vector<haptics::DeviceCheck> checks = kind.check(host);
-      if (checks.empty())
-        found.push_back({kind.name, "not plugged in (" + kind.description + ")", "", false});
+      if (checks.empty()) {
+        const std::string missing = kind.missing_software(host);
+        found.push_back(
+            {kind.name, "not plugged in (" + kind.description + ")" + (missing.empty() ? "" : "; " + missing),
+             missing.empty() ? "" : "see docs/devices.md, Setup by device", false});
+      }
       for (const haptics::DeviceCheck& check : checks) {
         found.push_back({kind.name, check.found, check.remedy, check.is_fault});
         if (check.node.empty()) continue;
@@ -135,6 +139,12 @@ std::vector<CheckResult> find_devices() {
           found.push_back({kind.name, "used by " + users, "close that program", true});
       }
     }
+  // The choice of devices.toml is made without opening the devices.
+  if (const auto chosen = workbench::make_devices({}, {.notice = [](const std::string&) {}}); !chosen)
+    found.push_back({"devices.toml",
+                     chosen.error().what + (chosen.error().found.empty() ? "" : ": " + chosen.error().found),
+                     chosen.error().remedy.empty() ? "correct or remove the file" : chosen.error().remedy,
+                     true});
   found.push_back({"devices", "without hardware: mouse, playback:PATH.csv, virtual:PATH.csv", "", false});
   return found;
 }
@@ -170,8 +180,9 @@ Result<Outcome> examine_device(const DoctorArguments& arguments) {
                  .expected = "a haptic device or a 3-D mouse",
                  .remedy = "choose one that trephine doctor --devices lists"};
   haptics::Device& device = *chosen.value().device;
-  notice(format_text("Move the hand for %.1f s ...", arguments.seconds));
-  auto checks = measure_device(device, arguments.seconds);
+  auto checks = measure_device(device, arguments.seconds, [&] {
+    notice(format_text("Move the hand for %.1f s ...", arguments.seconds));
+  });
   if (!checks) return checks.error();
   if (is_interrupted()) return interrupted("the check of the device");
   if (arguments.has_feel_test) {

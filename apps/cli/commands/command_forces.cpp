@@ -191,14 +191,15 @@ Result<Outcome> run_compare_forces(const ForcesArguments& arguments) {
   json["difference_n"] = {{"mean", sum / static_cast<double>(a.size())}, {"largest", largest}, {"at_s", at}};
   outcome.print_table(
       json["rows"],
-      "quantity = {quantity} | unit = {unit} | mean = {first/mean:.3f} | second = "
-      "{second/mean:.3f} | deviation = {first/deviation:.3f} | second = {second/deviation:.3f} | "
-      "peak = {first/peak:.3f} | second = {second/peak:.3f} | largest change in a step = "
-      "{first/jump:.3f} | second = {second/jump:.3f}");
-  outcome.print("work on the hand: {a:.3f} N mm, second {b:.3f} N mm",
+      "quantity = {quantity} | unit = {unit} | mean 1 = {first/mean:.3f} | mean 2 = "
+      "{second/mean:.3f} | deviation 1 = {first/deviation:.3f} | deviation 2 = {second/deviation:.3f} | "
+      "peak 1 = {first/peak:.3f} | peak 2 = {second/peak:.3f} | largest change in a step 1 = "
+      "{first/jump:.3f} | largest change 2 = {second/jump:.3f}");
+  outcome.print("1: the first recording, 2: the second");
+  outcome.print("work on the hand (negative: done by the hand): 1: {a:.3f} N mm, 2: {b:.3f} N mm",
                 {{"a", json["work_nmm"][0]}, {"b", json["work_nmm"][1]}});
   outcome.print(
-      "the forces differ by {mean:.4f} N in the mean, and by {largest:.3f} N at most, at {at_s:.3f} s",
+      "the force vectors differ by {mean:.4f} N in the mean, and by {largest:.3f} N at most, at {at_s:.3f} s",
       json["difference_n"]);
   constexpr double k_same_motion = 1e-3;  // mm
   if (apart > k_same_motion)

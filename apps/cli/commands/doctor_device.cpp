@@ -37,8 +37,10 @@ bool run_at_1_khz(const std::function<bool(double t, double late_us)>& tick) {
   return is_realtime;
 }
 
-Result<std::vector<CheckResult>> measure_device(haptics::Device& device, double seconds) {
+Result<std::vector<CheckResult>> measure_device(haptics::Device& device, double seconds,
+                                                const std::function<void()>& on_open) {
   if (Status error = device.open()) return *error;
+  on_open();
   const haptics::DeviceCapabilities able = device.capabilities();
   const auto ticks = static_cast<std::size_t>(1000 * seconds) + 1;
   std::vector<double> read_us, interval_ms;

@@ -21,9 +21,10 @@ struct CheckResult {
 /// system allowed the priority.
 bool run_at_1_khz(const std::function<bool(double t, double late_us)>& tick);
 
-/// Opens a device, reads it 1000 times per second for `seconds` while its force is 0, and closes it. Returns
-/// the measured intervals and durations. Error: the device cannot be opened.
-Result<std::vector<CheckResult>> measure_device(haptics::Device& device, double seconds);
+/// Opens a device, calls on_open(), reads the device 1000 times per second for `seconds` while its force is
+/// 0, and closes it. Returns the measured intervals and durations. Error: the device cannot be opened.
+Result<std::vector<CheckResult>> measure_device(haptics::Device& device, double seconds,
+                                                const std::function<void()>& on_open);
 
 /// Pushes the hand to the right, upward and toward the user with 1 N, or with a quarter of the device's
 /// largest force if that is less. After each push, asks whether the hand was pushed in that direction. `ask`:

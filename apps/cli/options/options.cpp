@@ -421,7 +421,8 @@ Option add_rate(Options& options, double& rate) {
 Option add_method(Options& options, std::string& method) {
   return options
       .add("--method", method,
-           "Contact method: " + haptics::user_method_names() + "; baselines: docs/accuracy.md")
+           "Contact method: " + haptics::user_method_names() +
+               " (chain: tools of several balls, shell: whole tools); baselines: docs/accuracy.md")
       .shows_default();
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <limits>
 #include <numbers>
 #include <thread>
 
@@ -99,6 +100,55 @@ TEST(MappedDevice, TheForceReturnsGraduallyAfterADropout) {
   EXPECT_EQ(force_at(0.4), 4);
 }
 
+/// The force does not wait for the former time.
+TEST(MappedDevice, AClockThatBeginsAgainDoesNotWithholdTheForce) {
+  const auto hand = std::make_shared<HandDevice>();
+  MappedDevice device(hand, {});
+  device.set_view({});
+  ASSERT_FALSE(device.open());
+  Pose pose;
+  const auto force_at = [&](double t) {
+    device.read(t, pose);
+    device.write(Wrench(dvec3(0, 0, 4)));
+    return hand->written.force_world.z;
+  };
+  hand->responds = false;
+  EXPECT_EQ(force_at(100), 0);
+  hand->responds = true;
+  EXPECT_EQ(force_at(100.1), 0);
+  EXPECT_EQ(force_at(101), 4);
+  EXPECT_EQ(force_at(0), 0) << "it begins from zero";
+  EXPECT_NEAR(force_at(0.05), 2, 1e-12);
+  EXPECT_EQ(force_at(0.2), 4);
+}
+
+TEST(MappedDevice, APoseThatIsNotFiniteIsNoPose) {
+  const auto hand = std::make_shared<HandDevice>();
+  MappedDevice device(hand, {});
+  device.set_view({dvec3(1, 2, 3), {1, 0, 0, 0}});
+  ASSERT_FALSE(device.open());
+  Pose pose;
+  ASSERT_TRUE(device.read(0, pose));
+  for (const double bad : {std::nan(""), 1e300, -std::numeric_limits<double>::infinity()}) {
+    hand->pose.position_world = {0, bad, 0};
+    EXPECT_FALSE(device.read(0.1, pose));
+    device.write(Wrench(dvec3(0, 0, 4)));
+    EXPECT_TRUE(hand->written.is_zero());
+    device.set_view({dvec3(1, 2, 3), quarter()});  // the tool stays in place, at its last valid position
+    hand->pose.position_world = {};
+    ASSERT_TRUE(device.read(0.2, pose));
+    expect_near(pose.position_world, {1, 2, 3});
+    device.set_view({dvec3(1, 2, 3), {1, 0, 0, 0}});
+    ASSERT_TRUE(device.read(0.3, pose));
+  }
+  hand->pose.orientation = {std::nan(""), 0, 0, 0};
+  EXPECT_FALSE(device.read(0.4, pose));
+  hand->pose.orientation = {1, 0, 0, 0};
+  EXPECT_FALSE(device.read(std::nan(""), pose)) << "a time that is not a number";
+  device.write(Wrench(dvec3(0, 0, 4)));
+  EXPECT_TRUE(std::isfinite(hand->written.force_world.z));
+}
+
 /// The workspace lies around the tool, and moves with the clutch.
 TEST(MappedDevice, ReportsTheWorkspaceInTheWorld) {
   const auto hand = std::make_shared<HandDevice>();
@@ -161,6 +211,27 @@ TEST(MappedDevice, TheClutchMovesTheHandWithoutTheTool) {
   hand->pose.position_world.x += 1;
   ASSERT_TRUE(device.read(0.3, pose));
   expect_near(pose.position_world, {2, 2, 3});
+}
+
+/// The tool starts where the view places it, even if the clutch is pressed from the first pose on.
+TEST(MappedDevice, AClutchThatIsPressedAtTheStartDoesNotMoveTheTool) {
+  const auto hand = std::make_shared<HandDevice>();
+  MappedDevice device(hand, {});
+  Pose pose;
+  for (const dvec3& start : {dvec3(100, 200, 300), dvec3(-50, 0, 0)}) {
+    device.set_view({start, quarter()});
+    ASSERT_FALSE(device.open());
+    hand->pose.buttons = 2;
+    hand->pose.position_world = {0, 0, 0};
+    ASSERT_TRUE(device.read(0, pose));
+    expect_near(pose.position_world, start);
+    hand->pose.position_world = {7, 0, 0};
+    ASSERT_TRUE(device.read(0.1, pose));
+    hand->pose.buttons = 0;
+    ASSERT_TRUE(device.read(0.2, pose));
+    expect_near(pose.position_world, start);
+    device.close();
+  }
 }
 
 TEST(MappedDevice, AnImpossibleScaleIsRefused) {

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "tests/haptics/hardware/waiting.h"
 
@@ -27,6 +28,8 @@ struct Falcon {
   int bad_block = -1;         ///< this block is echoed wrongly, once
   int unplug_block = -1;      ///< unplugged while this block is loaded
   int unplug_frame = -1;      ///< unplugged at this frame
+  bool has_error = false;     ///< the next read fails, once
+  bool loses_home = false;    ///< the arms are no longer homed
   bool falls_silent = false;  ///< sends no more frames
   int homes_after = 3;        ///< frames with a request to home until the arms are homed; -1: never
   // State, shared with the thread of the test.
@@ -91,6 +94,7 @@ class Peer final : public UsbLink {
         std::chrono::microseconds(answer_.empty() ? 1000 * std::min(timeout_ms, 2) : 300));
     const std::lock_guard guard(falcon_.lock);
     if (is_gone_) return LinkResult::disconnected;
+    if (std::exchange(falcon_.has_error, false)) return LinkResult::failed;
     // Packets of 64 bytes: two bytes of status, then data.
     std::size_t at = 0;
     do {
@@ -126,7 +130,7 @@ class Peer final : public UsbLink {
     for (const int count : falcon_.counts)
       for (int digit = 0; digit < 4; ++digit)
         answer_.push_back(static_cast<std::uint8_t>('A' + ((count + 65536) >> 4 * digit & 15)));
-    const bool is_homed = falcon_.homes_after >= 0 && homing_ >= falcon_.homes_after;
+    const bool is_homed = falcon_.homes_after >= 0 && homing_ >= falcon_.homes_after && !falcon_.loses_home;
     answer_.push_back(static_cast<std::uint8_t>('A' + (is_homed ? 0x70 : 0x30) + falcon_.buttons));
     answer_.push_back('A');
     answer_.push_back('>');
@@ -269,12 +273,13 @@ TEST(FalconDevice, TheMotorsRenderTheForceAndNothingElse) {
   Pose pose;
   ASSERT_TRUE(eventually([&] { return device.read(0, pose) && std::abs(pose.position_world.x) < 1e-6; }));
   // Writes a force until the motor values differ from zero and from `before`, and returns these values.
+  // The values are constant when the force has returned after a pause of this thread.
   const auto rendered = [&](const dvec3& force, const std::array<int, 3>& before) {
     std::array<int, 3> values{};
     EXPECT_TRUE(eventually([&] {
-      device.write(Wrench(force));
-      values = motors();
-      return values != none && values != before;
+      for (int i = 0; i < 5; ++i) device.write(Wrench(force)), wait_ms(2);
+      const std::array<int, 3> last = std::exchange(values, motors());
+      return values == last && values != none && values != before;
     }));
     return values;
   };
@@ -306,6 +311,58 @@ TEST(FalconDevice, TheMotorsRenderTheForceAndNothingElse) {
   for (int i = 0; i < 10; ++i) device.write(Wrench(dvec3(0, 0, 4))), wait_ms(1);
   device.close();
   EXPECT_EQ(motors(), none);
+}
+
+/// The error of a link whose device is still plugged in: the motors do not keep their last values.
+TEST(FalconDevice, AnErrorOfTheLinkEndsTheForce) {
+  Falcon falcon;
+  falcon.has_firmware = true;
+  FalconDevice device(choice_of(falcon));
+  ASSERT_FALSE(device.open());
+  Pose pose;
+  const auto motors = [&] {
+    const std::lock_guard guard(falcon.lock);
+    return falcon.motors.back();
+  };
+  const std::array<int, 3> none{};
+  ASSERT_TRUE(eventually([&] {
+    device.write(Wrench(dvec3(0, 0, 4)));
+    return motors() != none;
+  }));
+  {
+    const std::lock_guard guard(falcon.lock);
+    falcon.has_error = true;
+  }
+  EXPECT_TRUE(eventually([&] {
+    device.write(Wrench(dvec3(0, 0, 4)));
+    return !device.read(0, pose);
+  }));
+  EXPECT_TRUE(eventually([&] { return motors() == none; }));
+}
+
+/// After a drop of the supply the counts begin again at 0: without homing they are no position.
+TEST(FalconDevice, CountsThatAreNotHomedAreNotAPosition) {
+  Falcon falcon;
+  falcon.has_firmware = true;
+  FalconDevice device(choice_of(falcon));
+  ASSERT_FALSE(device.open());
+  Pose before, pose;
+  ASSERT_TRUE(device.read(0, before));
+  std::size_t frames = 0;
+  {
+    const std::lock_guard guard(falcon.lock);
+    falcon.loses_home = true;
+    falcon.counts = {900, 900, 900};
+    frames = falcon.motors.size();
+  }
+  ASSERT_TRUE(eventually([&] {
+    const std::lock_guard guard(falcon.lock);
+    return falcon.motors.size() > frames + 10;
+  }));
+  ASSERT_TRUE(device.read(0.05, pose));
+  EXPECT_LT(glm::length(pose.position_world - before.position_world), 1e-9);
+  double t = 1;
+  EXPECT_TRUE(eventually([&] { return !device.read(t += 0.11, pose); }));
 }
 
 TEST(FalconDevice, LossIsReportedAndTheServoNeverWaits) {

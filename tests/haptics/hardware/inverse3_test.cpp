@@ -343,6 +343,24 @@ TEST(Inverse3, NoForcesQueueUpWhileTheServiceStalls) {
   EXPECT_LE(service.most_waiting(), 5);
 }
 
+/// The end of the force does not wait for an answer of the service.
+TEST(Inverse3, TheForceEndsAlthoughTheServiceIsSilent) {
+  Service service;
+  Inverse3Device device({.port = service.port});
+  ASSERT_FALSE(device.open());
+  ASSERT_TRUE(eventually([&] {
+    device.write(Wrench(dvec3(0, 0, 4)));
+    return service.force() != dvec3(0);
+  }));
+  service.is_silent = true;
+  const int before = service.messages();
+  EXPECT_TRUE(eventually([&] {
+    device.write(Wrench());
+    return service.force() == dvec3(0);
+  }));
+  EXPECT_LE(service.messages(), before + 3) << "without further forces in between";
+}
+
 TEST(Inverse3, WithoutAServiceTheErrorNamesIt) {
   std::uint16_t port = 0;
   {

@@ -193,6 +193,29 @@ TEST(DeviceExchange, ForceExpiresWithTheAgeOfItsWrite) {
   }));
 }
 
+/// After a pause of the servo the force returns gradually, not in one step.
+TEST(DeviceExchange, ForceReturnsGraduallyAfterAPause) {
+  DeviceExchange exchange;
+  exchange.restart();
+  exchange.write(Wrench(dvec3(0, 0, 8)));
+  ASSERT_TRUE(eventually([&] {
+    exchange.write(Wrench(dvec3(0, 0, 8)));
+    return exchange.wrench().force_world.z == 8;
+  }));
+  wait_ms(80);
+  ASSERT_TRUE(exchange.wrench().is_zero());
+  const double begin = seconds_now();
+  double last = 0;
+  ASSERT_TRUE(eventually([&] {
+    exchange.write(Wrench(dvec3(0, 0, 8)));
+    const double force = exchange.wrench().force_world.z, most = 8 * (seconds_now() - begin) / 0.1;
+    EXPECT_LE(force, most + 1e-9);
+    last = force;
+    return force == 8;
+  }));
+  EXPECT_EQ(last, 8);
+}
+
 TEST(TouchDevice, FailuresNameTheirCause) {
   auto& state = touch_state();
   const auto failure = [](TouchChoice choice) {
