@@ -580,7 +580,7 @@ Result<Image<std::uint8_t>> Operation::xray(const XrayPose& pose) {
   arm.pixel = pose.pixel;
   arm.columns = pose.columns, arm.rows = pose.rows;
   if (Status error = fluoroscopy::check(arm)) return *error;
-  const Result<imaging::Panel> panel = data_->camera.shoot(data_->subject(), arm, 0);
+  const Result<imaging::Panel> panel = data_->camera.shoot(data_->subject(), arm, 0, fluoroscopy::Display());
   if (!panel) return panel.error();
   const Image<Colour> colours = image_of(panel.value());
   Image<std::uint8_t> image{pose.columns, pose.rows, {}};

@@ -348,7 +348,8 @@ class Operation {
   Result<std::vector<ForcePart>> explain_force(std::uint64_t tick, int hand = 0);
   /// Intensities in a plane, with the cuts; -32768 outside the scan.
   Result<Image<std::int16_t>> slice(const ImagePlane& plane) const;
-  /// X-ray of a CT with bodies and models, in grey values. Further images reuse unchanged parts.
+  /// X-ray of a CT with bodies and models. The greys follow the logarithm of the signal. Further images reuse
+  /// unchanged parts.
   Result<Image<std::uint8_t>> xray(const XrayPose& pose);
   /// Volume rendering with the cuts, bodies and models (docs/rendering.md). A scan without Hounsfield units
   /// is always drawn by "grey". Further images reuse unchanged parts.

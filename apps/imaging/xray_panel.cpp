@@ -70,7 +70,8 @@ std::vector<fluoroscopy::XrayObject> xray_objects(const Subject& subject, double
   return objects;
 }
 
-Result<Panel> XrayCamera::shoot(const Subject& subject, const fluoroscopy::CArm& arm, int threads) {
+Result<Panel> XrayCamera::shoot(const Subject& subject, const fluoroscopy::CArm& arm, int threads,
+                                const fluoroscopy::Display& display) {
   if (scan_ != subject.scan || !xray_) {
     scan_ = subject.scan;
     xray_ = std::make_unique<fluoroscopy::VolumeXray>(scan_, k_energy, threads);
@@ -89,7 +90,7 @@ Result<Panel> XrayCamera::shoot(const Subject& subject, const fluoroscopy::CArm&
   std::vector<double> sums = xray_->sums();
   for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += beyond_[i];
   const std::vector<float> received = fluoroscopy::receive(sums, view, 1, {}, threads);
-  Panel panel = xray_panel(received, view, arm.pixel, {}, hidden_);
+  Panel panel = xray_panel(received, view, arm.pixel, display, hidden_);
   panel.title =
       workbench::format_text("X-ray: primary %.0f\u00b0, secondary %.0f\u00b0", arm.primary, arm.secondary);
   if (subject.plan) draw_plan(panel, *subject.plan, view, arm.pixel);

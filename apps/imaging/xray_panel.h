@@ -27,7 +27,8 @@ std::vector<fluoroscopy::XrayObject> xray_objects(const Subject& subject, double
 class XrayCamera {
  public:
   /// Returns the image of a subject by a detector without noise. Error: an object reaches the source.
-  Result<Panel> shoot(const Subject& subject, const fluoroscopy::CArm& arm, int threads);
+  Result<Panel> shoot(const Subject& subject, const fluoroscopy::CArm& arm, int threads,
+                      const fluoroscopy::Display& display = fluoroscopy::k_fluoroscope_display);
   /// Numbers of rays traced so far, by kind.
   fluoroscopy::VolumeXray::Counters counters() const;
 

@@ -57,7 +57,7 @@ MainWindow::MainWindow(std::shared_ptr<const haptics::TouchScene> scene, const W
   servo_ = new QLabel;
   servo_->setObjectName("servo");
   servo_->setContentsMargins(0, 0, 2 * fontMetrics().averageCharWidth(), 0);
-  state_text_ = new QLabel;
+  state_text_ = new ElidedLabel;
   state_text_->setObjectName("fault");
   state_text_->setMinimumWidth(state_text_->fontMetrics().horizontalAdvance(tr("drawing, %1 %").arg(99)));
   notice_ = new ElidedLabel;

@@ -234,14 +234,16 @@ std::vector<std::uint8_t> show(std::span<const float> received, const View& view
   const auto row_of = [&](std::size_t pixel) {
     return static_cast<int>(pixel / static_cast<std::size_t>(view.columns));
   };
+  // Metal, which is darker than all bone, neither darkens its surround nor uses up the range.
+  constexpr double k_metal = 1.35, k_dense_share = 0.05;
+  const double brightest = percentile(1), darkest = k_metal * percentile(k_dense_share);
+  const auto limited = [&](std::size_t pixel) { return std::clamp(brightness(pixel), darkest, brightest); };
   const auto shown = [&](std::size_t pixel) {
-    const double b = brightness(pixel);
-    return surround ? b - display.equalization * surround->at(column_of(pixel), row_of(pixel)) : b;
+    return surround ? limited(pixel) - display.equalization * surround->at(column_of(pixel), row_of(pixel))
+                    : brightness(pixel);
   };
   if (display.is_logarithmic && display.equalization > 0) {
-    const double brightest = percentile(1);
-    surround.emplace(view, is_open,
-                     [&](std::size_t pixel) { return std::min(brightness(pixel), brightest); });
+    surround.emplace(view, is_open, limited);
     attenuated.clear();
     for (std::size_t pixel = 0; pixel < received.size(); ++pixel)
       if (is_open(pixel) && brightness(pixel) <= brightest) attenuated.push_back(shown(pixel));

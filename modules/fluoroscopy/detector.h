@@ -26,10 +26,13 @@ struct Display {
   bool is_inverted = false;    ///< bone is bright, as on film
   /// Quantiles (0 to 1) of the brightness of pixels with matter in the beam: `low_share` is shown black,
   /// `high_share` white (inverted: white, black).
-  double low_share = 0.01, high_share = 0.995;
+  double low_share = 0.03, high_share = 0.995;
   /// Share of the mean brightness of the surround that is subtracted; logarithmic displays only. 0: none.
-  double equalization = 0.8;
+  double equalization = 0;
 };
+/// Display for people: bone is visible in thick and in thin parts of the body, but the grey of a pixel
+/// depends on its surround.
+inline constexpr Display k_fluoroscope_display{.low_share = 0.01, .equalization = 0.8};
 /// Returns one byte per pixel. `hidden`: pixels that are shown like closed ones; may be empty.
 std::vector<std::uint8_t> show(std::span<const float> received, const View& view, const Display& display,
                                std::span<const std::uint8_t> hidden);

@@ -265,13 +265,10 @@ TEST(Detector, BoneIsVisibleInThickAndThinParts) {
     return grey[static_cast<std::size_t>(column - 10 + 160 * 80)] -
            grey[static_cast<std::size_t>(column + 160 * 80)];
   };
-  Display plain;
-  plain.equalization = 0;
   for (const int column : {20, 140}) {
-    EXPECT_GT(contrast({}, column), 25) << column;
-    EXPECT_LT(contrast(plain, column), 23) << column;
+    EXPECT_GT(contrast(k_fluoroscope_display, column), 25) << column;
+    EXPECT_LT(contrast({}, column), 23) << column;
   }
-  EXPECT_EQ(show(received, view, {}, {}), show(received, view, {}, {}));
 }
 
 TEST(Fluoroscopy, DoseFollowsDistanceFieldAndTime) {

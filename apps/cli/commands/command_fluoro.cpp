@@ -344,7 +344,7 @@ Result<Outcome> run_fluoro(const FluoroArguments& a) {
         (hidden_count > 0 ? ", {rays_past_the_last_slices_not_shown_percent:.1f} % past its first and last "
                             "slices, where nothing is shown"
                           : ""));
-  fluoroscopy::Display display;
+  fluoroscopy::Display display = fluoroscopy::k_fluoroscope_display;
   display.is_logarithmic = !a.is_linear, display.is_inverted = a.is_film;
   imaging::Panel panel = imaging::xray_panel(received, view, arm.pixel, display, hidden);
   panel.title = format_text("X-ray: primary %.0f\u00b0, secondary %.0f\u00b0", arm.primary, arm.secondary);
