@@ -239,7 +239,8 @@ std::vector<std::uint8_t> show(std::span<const float> received, const View& view
   const double brightest = percentile(1), darkest = k_metal * percentile(k_dense_share);
   const auto limited = [&](std::size_t pixel) { return std::clamp(brightness(pixel), darkest, brightest); };
   const auto shown = [&](std::size_t pixel) {
-    return surround ? limited(pixel) - display.equalization * surround->at(column_of(pixel), row_of(pixel))
+    return surround ? std::max(brightness(pixel), darkest) -
+                          display.equalization * surround->at(column_of(pixel), row_of(pixel))
                     : brightness(pixel);
   };
   if (display.is_logarithmic && display.equalization > 0) {
