@@ -170,7 +170,8 @@ std::vector<DenseToolRow> run_dense_tool_benchmark(bool is_quick) {
   std::vector<DenseToolRow> rows;
   constexpr double k_radius = 10, k_length = 60, k_share = 0.05;  // mm
   const auto shell = haptics::PointShell::of_profile(
-      {{{-0.5 * k_length, k_radius}, {0.5 * k_length, k_radius}}, is_quick ? 0.5 : 0.23});
+      {{{-0.5 * k_length, k_radius}, {0.5 * k_length, k_radius}}, is_quick ? 0.5 : 0.23},
+      haptics::PointShell::Areas::computed);
   if (!shell) return rows;
   const auto rotation_to = [](const dvec3& axis) {
     return turn_about(glm::cross(dvec3(0, 0, 1), axis), std::acos(axis.z));
@@ -251,7 +252,9 @@ WholeToolResult run_whole_tool_benchmark(bool is_quick) {
     const haptics::baselines::VoxelSampling sampling(map, *shell.value());
     row.sampling_us = times_at(poses, sampling);
     const haptics::TouchState state(haptics::uncut_version(scene));
-    row.layer_us = times_at(poses, layer_of(scene, state, *shell.value()));
+    if (const auto weighted =
+            haptics::PointShell::of_profile(burr_profile(spacing), haptics::PointShell::Areas::computed))
+      row.layer_us = times_at(poses, layer_of(scene, state, *weighted.value()));
     long tests = 0;
     for (const Placement& pose : poses) tests += sampling.contact(pose).tests;
     row.tested =

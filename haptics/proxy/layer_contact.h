@@ -13,7 +13,7 @@ namespace trephine::haptics {
 /// jump at the borders of voxels. A point deeper than `deepest_mm` does not push, because the smooth field is
 /// constant there; a coupling must limit the force before. Only shapes of volumes push, not models.
 ///
-/// Borrows scene, state and shell. Servo thread: no allocation, every loop bounded.
+/// Borrows scene, state and shell, whose points have areas. Servo thread: no allocation, every loop bounded.
 class LayerContact final : public PoseContact {
  public:
   struct Options {

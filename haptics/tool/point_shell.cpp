@@ -59,7 +59,16 @@ class CellGrid {
  public:
   explicit CellGrid(double cell) : cell_(cell) {}
   /// Returns true if a sample is nearer than `distance`, at most one cell.
-  bool has_within(const dvec3& p, double distance) const { return nearest(p, distance).has_value(); }
+  bool has_within(const dvec3& p, double distance) const {
+    const glm::ivec3 c = cell_of(p);
+    for (int z = -1; z <= 1; ++z)
+      for (int y = -1; y <= 1; ++y)
+        for (int x = -1; x <= 1; ++x)
+          if (const auto found = cells_.find(key(c + glm::ivec3(x, y, z))); found != cells_.end())
+            for (const auto& [q, number] : found->second)
+              if (glm::dot(p - q, p - q) < distance * distance) return true;
+    return false;
+  }
   /// Returns the number of the nearest sample within `distance`, at most one cell.
   std::optional<std::size_t> nearest(const dvec3& p, double distance) const {
     const glm::ivec3 c = cell_of(p);
@@ -94,8 +103,12 @@ struct Edge {
 
 class Sampler {
  public:
-  Sampler(std::span<const dvec3> vertices, std::span<const std::uint32_t> triangles, double spacing)
-      : vertices_(vertices), triangles_(triangles), spacing_(spacing) {}
+  Sampler(std::span<const dvec3> vertices, std::span<const std::uint32_t> triangles, double spacing,
+          PointShell::Areas areas)
+      : vertices_(vertices),
+        triangles_(triangles),
+        spacing_(spacing),
+        has_areas_(areas == PointShell::Areas::computed) {}
 
   Status run(std::vector<PointShell::Point>& points) {
     if (Status error = find_edges()) return error;
@@ -207,7 +220,7 @@ class Sampler {
       for (std::size_t i = begin; i < all.size(); ++i) all[i].area *= glm::length(normal) / total;
     }
     take(all, k_apart * spacing_, grid, points);
-    for (const Candidate& candidate : all)
+    for (const Candidate& candidate : has_areas_ ? all : std::vector<Candidate>())
       if (const auto nearest = grid.nearest(candidate.position, spacing_))
         points[*nearest].area += candidate.area;
     return points.size() > PointShell::k_max_points ? Status(too_many_points(spacing_)) : std::nullopt;
@@ -232,6 +245,7 @@ class Sampler {
   std::span<const dvec3> vertices_;
   std::span<const std::uint32_t> triangles_;
   double spacing_;
+  bool has_areas_;
   std::vector<Sharp> sharp_;
 };
 
@@ -308,7 +322,8 @@ void PointShell::build_tree() {
 }
 
 Result<SharedShell> PointShell::of_mesh(std::span<const dvec3> vertices,
-                                        std::span<const std::uint32_t> triangles, double spacing) {
+                                        std::span<const std::uint32_t> triangles, double spacing,
+                                        Areas areas) {
   if (!(spacing >= k_finest))
     return Error{.what = "the spacing of the tool's points is too small",
                  .where = "spacing",
@@ -329,7 +344,7 @@ Result<SharedShell> PointShell::of_mesh(std::span<const dvec3> vertices,
                    .remedy = "move the origin of the mesh to the tip of the tool"};
   std::shared_ptr<PointShell> shell(new PointShell);
   shell->spacing_ = spacing;
-  if (Status error = Sampler(vertices, triangles, spacing).run(shell->points_)) return *error;
+  if (Status error = Sampler(vertices, triangles, spacing, areas).run(shell->points_)) return *error;
   shell->solid_ = solid_of(vertices, triangles);
   if (!(shell->solid_.volume > 0))
     return Error{.what = "the mesh of the tool encloses no volume",
@@ -371,7 +386,7 @@ Status PointShell::check(const ToolProfile& profile) {
   return std::nullopt;
 }
 
-Result<SharedShell> PointShell::of_profile(const ToolProfile& profile) {
+Result<SharedShell> PointShell::of_profile(const ToolProfile& profile, Areas areas) {
   if (Status error = check(profile)) return *error;
   double widest = 0;
   std::vector<volume::TurnedRing> rings;
@@ -384,7 +399,7 @@ Result<SharedShell> PointShell::of_profile(const ToolProfile& profile) {
       static_cast<int>(std::clamp(std::ceil(2 * 3.1416 * widest / profile.spacing), 24.0, 512.0));
   const volume::TurnedSolid solid =
       volume::turned_solid(rings.front().along, rings, rings.back().along, facets);
-  return of_mesh(solid.vertices, solid.triangles, profile.spacing);
+  return of_mesh(solid.vertices, solid.triangles, profile.spacing, areas);
 }
 
 }  // namespace trephine::haptics

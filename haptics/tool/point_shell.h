@@ -22,7 +22,7 @@ class PointShell {
   struct Point {
     glm::dvec3 position{0.0};  ///< mm
     glm::dvec3 inward{0.0};    ///< unit; the mean of the adjacent faces at edges and corners
-    double area = 0;           ///< mm2 of the surface that is nearest to this point
+    double area = 0;           ///< mm2 of the surface that is nearest to this point; 0 if areas are omitted
   };
   /// Node of the tree: bounding sphere of successive points. The points of an inner node are those of its
   /// child nodes.
@@ -39,6 +39,8 @@ class PointShell {
     glm::dmat3 inertia{0.0};  ///< kg mm2, about the centre
   };
   static constexpr std::size_t k_max_points = 200'000;
+  /// Whether points get areas, which doubles the time to sample the surface.
+  enum class Areas : std::uint8_t { omitted, computed };
   static constexpr std::size_t k_leaf = 8, k_children = 8;
   /// Upper bound of the number of nodes that wait during a traversal.
   static constexpr std::size_t k_max_stack = 64;
@@ -48,9 +50,10 @@ class PointShell {
   /// at corners where sharp edges meet. Error if the mesh is open or empty, faces inward, or needs too many
   /// points. Cost: n log n for n candidates, about nine per point.
   static Result<SharedShell> of_mesh(std::span<const glm::dvec3> vertices,
-                                     std::span<const std::uint32_t> triangles, double spacing_mm);
+                                     std::span<const std::uint32_t> triangles, double spacing_mm,
+                                     Areas areas = Areas::omitted);
   /// Samples a body of revolution. Errors as of of_mesh() and check().
-  static Result<SharedShell> of_profile(const ToolProfile& profile);
+  static Result<SharedShell> of_profile(const ToolProfile& profile, Areas areas = Areas::omitted);
   /// Returns an error if the rings do not enclose a solid, or if its surface needs far too many points.
   static Status check(const ToolProfile& profile);
 

@@ -43,7 +43,9 @@ TouchScene scene_of(const Solid& solid, double half_size, double spacing) {
 }
 
 SharedShell rod_shell(const Rod& rod, double spacing) {
-  return PointShell::of_profile({{{rod.low, rod.radius}, {rod.high, rod.radius}}, spacing}).value();
+  return PointShell::of_profile({{{rod.low, rod.radius}, {rod.high, rod.radius}}, spacing},
+                                PointShell::Areas::computed)
+      .value();
 }
 SharedShell ball_shell(double radius, double spacing) {
   ToolProfile profile;
@@ -53,7 +55,7 @@ SharedShell ball_shell(double radius, double spacing) {
     const double angle = k_pi * (0.01 + 0.98 * i / k_rings);
     profile.rings.push_back({-radius * std::cos(angle), radius * std::sin(angle)});
   }
-  return PointShell::of_profile(profile).value();
+  return PointShell::of_profile(profile, PointShell::Areas::computed).value();
 }
 
 /// Integrates the pressure over the surface of a rod, with 300 x 300 elements of its side and of its ends.

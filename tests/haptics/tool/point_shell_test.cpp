@@ -65,7 +65,9 @@ TEST(PointShell, ContainsCornersAndTheirNormalsPointInward) {
 TEST(PointShell, AreasIntegrateOverTheSurface) {
   const Mesh mesh = box({1, 2, 3}, {5, 8, 6});  // 4 x 6 x 3 mm
   for (const double spacing : {0.2, 0.5}) {
-    const SharedShell shell = PointShell::of_mesh(mesh.vertices, mesh.triangles, spacing).value();
+    const SharedShell shell =
+        PointShell::of_mesh(mesh.vertices, mesh.triangles, spacing, PointShell::Areas::computed).value();
+    EXPECT_EQ(PointShell::of_mesh(mesh.vertices, mesh.triangles, spacing).value()->points()[0].area, 0);
     double area = 0, largest = 0;
     dvec3 first(0), second(0);
     for (const PointShell::Point& point : shell->points()) {
