@@ -12,7 +12,6 @@
 #include <unistd.h>
 
 #include "apps/view/structures.h"
-#include "sim/api/forbidden.h"
 #include "volume/base/axes.h"
 #include "volume/cuts/removal.h"
 #include "volume/scan/traversal.h"
@@ -33,7 +32,6 @@ constexpr double k_level = 27;
 constexpr int k_membrane = 3;          // voxels; removed structure of at most this depth counts as a membrane
 constexpr double k_normal_voxels = 6;  // radius around a vertex in which labels determine its normal
 constexpr int k_torn_near = 3;         // voxels around a deep cut within which shallow cuts are drawn too
-const dvec3 k_blood(0.30, 0.02, 0.03);  // colour of torn structures
 constexpr double k_two_pi = 6.283185307179586;
 constexpr int k_backing = k_membrane + 1;  // voxels within which a membrane needs intact matter
 
@@ -92,16 +90,11 @@ struct OpenedStructures::Solid {
     return std::max(k_normal_voxels * std::cbrt(base->frame.voxel_mm3()),
                     1.5 * std::max({spacing.x, spacing.y, spacing.z}));
   }
-  /// The first structure below a point of the surface.
-  struct Below {
-    int label;
-    bool is_torn;  ///< a cut is deeper than sim::k_tear_depth; shallower cuts push a structure aside
-  };
-  /// Searches within two voxels; nullopt if there is no structure.
-  std::optional<Below> structure_below(const dvec3& at, const dvec3& normal,
-                                       const volume::Version& version) const;
-  /// Sets the colours of the vertices from the structures below the surface. Torn ones are dark red.
-  void paint(DrawMesh& mesh, const volume::Version& version) const;
+  /// Returns the label of the first structure within two voxels below a point of the surface; nullopt if
+  /// there is no structure.
+  std::optional<int> label_below(const dvec3& at, const dvec3& normal) const;
+  /// Sets the colours of the vertices from the labels below the surface.
+  void paint(DrawMesh& mesh) const;
   /// Sets the normals of a mesh from the drawn labels within normal_reach(), and its openness from bone
   /// alone: the surface of the labels is terraced and would shade itself. `light`: the bone.
   void shade(DrawMesh& mesh, const haptics::TouchScene& light, const volume::Version& version) const;
@@ -260,8 +253,8 @@ std::vector<ChunkMesh> OpenedStructures::Solid::mesh_parts(const volume::Version
     if (bits->empty_distance(middle) > volume::k_chunk / 8 + 2) continue;
     ChunkMesh result = make_chunk_mesh(scene, 0, version, chunk, &scratch, CutsOfShape::ignored);
     result.shape = shape;
-    paint(result.fine, version);
-    paint(result.coarse, version);
+    paint(result.fine);
+    paint(result.coarse);
     shade(result.fine, light, version);
     shade(result.coarse, light, version);
     set_changed(result, base->frame, changed);
@@ -270,19 +263,16 @@ std::vector<ChunkMesh> OpenedStructures::Solid::mesh_parts(const volume::Version
   return meshes;
 }
 
-std::optional<OpenedStructures::Solid::Below> OpenedStructures::Solid::structure_below(
-    const dvec3& at, const dvec3& normal, const volume::Version& version) const {
+std::optional<int> OpenedStructures::Solid::label_below(const dvec3& at, const dvec3& normal) const {
   const double step = 0.5 * std::cbrt(base->frame.voxel_mm3());
   for (int deep = 1; deep <= 4; ++deep) {
     const ivec3 v = volume::voxel_of(base->frame.volume_from_world(at - deep * step * normal));
-    if (!is_structure(v)) continue;
-    const bool is_torn = version.distance(base->frame.volume_from_world(at - sim::k_tear_depth * normal)) < 0;
-    return Below{base->labels[base->index(v.x, v.y, v.z)], is_torn};
+    if (is_structure(v)) return base->labels[base->index(v.x, v.y, v.z)];
   }
   return std::nullopt;
 }
 
-void OpenedStructures::Solid::paint(DrawMesh& mesh, const volume::Version& version) const {
+void OpenedStructures::Solid::paint(DrawMesh& mesh) const {
   // Labels change in steps of a voxel. Mixing the colours by the shares of the labels around a vertex makes
   // the borders smooth. The third power of the shares keeps the borders narrow.
   struct Near {
@@ -307,26 +297,16 @@ void OpenedStructures::Solid::paint(DrawMesh& mesh, const volume::Version& versi
     const dvec3 other = volume::non_parallel_axis(normal), right = glm::normalize(glm::cross(normal, other)),
                 up = glm::cross(right, normal);
     std::fill(shares.begin(), shares.end(), 0.0);
-    double torn = 0, all = 0;
     for (const Near& near : k_near)
-      if (const auto below =
-              structure_below(at + voxel * (near.right * right + near.up * up), normal, version)) {
-        shares[static_cast<std::size_t>(below->label)] += near.weight;
-        all += near.weight;
-        if (below->is_torn) torn += near.weight;
-      }
+      if (const auto label = label_below(at + voxel * (near.right * right + near.up * up), normal))
+        shares[static_cast<std::size_t>(*label)] += near.weight;
     dvec3 colour(0);
     double sum = 0;
     for (std::size_t label = 0; label < shares.size(); ++label) {
       const double weight = shares[label] * shares[label] * shares[label];
       colour += weight * colours[label], sum += weight;
     }
-    if (!(sum > 0)) {
-      mesh.colours.emplace_back(colours[static_cast<std::size_t>(labels.front())]);
-      continue;
-    }
-    const double blood = std::min(1.0, 1.6 * torn / all);
-    mesh.colours.emplace_back((1 - blood) * (colour / sum) + blood * k_blood);
+    mesh.colours.emplace_back(sum > 0 ? colour / sum : colours[static_cast<std::size_t>(labels.front())]);
   }
 }
 
