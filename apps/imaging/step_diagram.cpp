@@ -349,7 +349,7 @@ std::string svg_of(const StepDiagram& diagram) {
         text.is_at_right ? text.area.high.x : text.area.low.x, text.area.high.y - k_descent * text.size,
         text.size, text.is_bold ? " font-weight=\"bold\"" : "", text.is_grey ? " fill=\"#606060\"" : "",
         text.is_at_right ? " text-anchor=\"end\"" : "");
-    svg += escape_svg(text.words) + "</text>\n";
+    svg += workbench::escape_svg(text.words) + "</text>\n";
   }
   return svg + "</svg>\n";
 }

@@ -26,6 +26,7 @@
 
 namespace trephine::view {
 
+using workbench::escape_svg;
 using workbench::format_text;
 
 namespace {

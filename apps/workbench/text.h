@@ -1,4 +1,4 @@
-// Formatting of texts with numbers.
+// Formatting of texts with numbers, and of text in SVG.
 #pragma once
 
 #include <algorithm>
@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <string>
+#include <string_view>
 
 namespace trephine::workbench {
 
@@ -29,6 +30,24 @@ inline std::string words_of(std::string name) {
 /// Formats a content hash as 16 hexadecimal digits, for reports.
 inline std::string hash_text(std::uint64_t hash) {
   return format_text("%016llx", static_cast<unsigned long long>(hash));
+}
+
+/// Returns the text with &, <, > and \" replaced by the entities of SVG.
+inline std::string escape_svg(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '&')
+      out += "&amp;";
+    else if (c == '<')
+      out += "&lt;";
+    else if (c == '>')
+      out += "&gt;";
+    else if (c == '"')
+      out += "&quot;";
+    else
+      out += c;
+  }
+  return out;
 }
 
 }  // namespace trephine::workbench

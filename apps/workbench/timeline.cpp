@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <glm/geometric.hpp>
 
 #include "apps/workbench/text.h"
 #include "sim/engine/step_rules.h"
+#include "volume/base/text.h"
 
 namespace trephine::workbench {
 
@@ -17,16 +19,16 @@ std::string step_of(const sim::Value& event) {
   return entered ? entered->step : "";
 }
 
-/// Rounds numbers with more than two decimals in a text for people.
+/// Rounds decimal numbers to six significant digits in a text for people; shorter numbers stay as they are.
 std::string with_rounded_numbers(const std::string& text) {
+  constexpr std::size_t k_long = 8;  // characters with the point
   std::string out;
   for (std::size_t i = 0; i < text.size();) {
     const std::size_t end = text.find_first_not_of("0123456789.", i);
     const std::string part = text.substr(i, end == std::string::npos ? end : end - i);
     const std::size_t point = part.find('.');
-    const bool is_long =
-        point != std::string::npos && point > 0 && part.rfind('.') == point && part.size() > point + 3;
-    out += is_long ? format_text("%.2f", std::strtod(part.c_str(), nullptr)) : part;
+    const bool is_number = point != std::string::npos && point > 0 && part.rfind('.') == point;
+    out += is_number && part.size() > k_long ? rounded_text(std::strtod(part.c_str(), nullptr)) : part;
     i += part.size();
     if (i < text.size()) out += text[i++];
   }

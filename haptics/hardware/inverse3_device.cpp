@@ -6,7 +6,7 @@ namespace trephine::haptics {
 
 namespace {
 
-constexpr int k_connect_ms = 500, k_first_ms = 1000, k_state_ms = 20, k_send_ms = 20, k_lost_ms = 500;
+constexpr int k_connect_ms = 500, k_first_ms = 1000, k_state_ms = 20, k_send_ms = 20;
 constexpr std::size_t k_most_devices = 16;
 
 }  // namespace
@@ -112,8 +112,8 @@ bool Inverse3Device::step() {
   std::string message;
   LinkResult result = socket_->receive(message, k_state_ms);
   if (result == LinkResult::timed_out) {
-    // A force without an answer for k_lost_ms counts as lost: the next call sends another one.
-    is_waiting_ = steady_clock::now() - sent_at_ < milliseconds(k_lost_ms);
+    // If the last force counts as lost, the next call sends another one.
+    is_waiting_ = steady_clock::now() - sent_at_ < milliseconds(choice_.lost_ms);
     return true;
   }
   for (std::string newer; result == LinkResult::done;) {

@@ -13,6 +13,7 @@ namespace trephine::haptics {
 struct Inverse3Choice {
   std::size_t index = 0;  ///< index among the devices that the service reports
   std::uint16_t port = 10001;
+  int lost_ms = 500;  ///< a force that was not answered for this time counts as lost
 };
 
 /// Returns the number of Inverse3 devices in the first state that the service on a port sends, at most 16.

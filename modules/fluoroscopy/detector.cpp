@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "volume/base/deterministic_math.h"
 #include "volume/base/parallel.h"
@@ -198,14 +197,16 @@ std::vector<std::uint8_t> show(std::span<const float> received, const View& view
            row < view.open.row_high && (hidden.empty() || !hidden[pixel]);
   };
   // Bright is more radiation.
-  const auto brightness = [&](std::size_t pixel) {
-    return display.is_logarithmic ? -attenuation_of(received[pixel]) : static_cast<double>(received[pixel]);
-  };
+  std::vector<double> brightness(received.size());
+  for (std::size_t pixel = 0; pixel < received.size(); ++pixel)
+    if (is_open(pixel))
+      brightness[pixel] =
+          display.is_logarithmic ? -attenuation_of(received[pixel]) : static_cast<double>(received[pixel]);
   // Pixels with matter in the beam; the rest is bright anyway.
   std::vector<double> attenuated, unattenuated;
   for (std::size_t pixel = 0; pixel < received.size(); ++pixel)
     if (is_open(pixel))
-      (received[pixel] < k_empty_beam ? attenuated : unattenuated).push_back(brightness(pixel));
+      (received[pixel] < k_empty_beam ? attenuated : unattenuated).push_back(brightness[pixel]);
   if (attenuated.size() < unattenuated.size() / 20)
     attenuated.insert(attenuated.end(), unattenuated.begin(), unattenuated.end());
   std::vector<std::uint8_t> grey(received.size(), k_closed_grey);
@@ -224,35 +225,30 @@ std::vector<std::uint8_t> show(std::span<const float> received, const View& view
       if (b <= thin) body.push_back(b);
     if (body.size() > attenuated.size() / 4) attenuated = std::move(body);
   }
-  // Thick and thin parts of the body differ more than bone and soft tissue. A part of the mean brightness of
-  // the surround is subtracted, as in the processing of digital fluoroscopes, so that bone is visible in
-  // both.
-  std::optional<Surround> surround;
-  const auto column_of = [&](std::size_t pixel) {
-    return static_cast<int>(pixel % static_cast<std::size_t>(view.columns));
-  };
-  const auto row_of = [&](std::size_t pixel) {
-    return static_cast<int>(pixel / static_cast<std::size_t>(view.columns));
-  };
-  // Metal, which is darker than all bone, neither darkens its surround nor uses up the range.
-  constexpr double k_metal = 1.35, k_dense_share = 0.05;
-  const double brightest = percentile(1), darkest = k_metal * percentile(k_dense_share);
-  const auto limited = [&](std::size_t pixel) { return std::clamp(brightness(pixel), darkest, brightest); };
-  const auto shown = [&](std::size_t pixel) {
-    return surround ? std::max(brightness(pixel), darkest) -
-                          display.equalization * surround->at(column_of(pixel), row_of(pixel))
-                    : brightness(pixel);
-  };
   if (display.is_logarithmic && display.equalization > 0) {
-    surround.emplace(view, is_open, limited);
+    // Thick and thin parts of the body differ more than bone and soft tissue. A part of the mean brightness
+    // of the surround is subtracted, as in the processing of digital fluoroscopes, so that bone is visible in
+    // both. Metal, which is darker than all bone, neither darkens its surround nor uses up the range.
+    constexpr double k_metal = 1.35, k_dense_share = 0.05;
+    const double brightest = percentile(1),
+                 darkest = std::min(k_metal * percentile(k_dense_share), brightest);
+    const Surround surround(
+        view, is_open, [&](std::size_t pixel) { return std::clamp(brightness[pixel], darkest, brightest); });
     attenuated.clear();
-    for (std::size_t pixel = 0; pixel < received.size(); ++pixel)
-      if (is_open(pixel) && brightness(pixel) <= brightest) attenuated.push_back(shown(pixel));
+    for (std::size_t pixel = 0; pixel < received.size(); ++pixel) {
+      if (!is_open(pixel)) continue;
+      const bool is_body = brightness[pixel] <= brightest;
+      const int column = static_cast<int>(pixel % static_cast<std::size_t>(view.columns)),
+                row = static_cast<int>(pixel / static_cast<std::size_t>(view.columns));
+      brightness[pixel] =
+          std::max(brightness[pixel], darkest) - display.equalization * surround.at(column, row);
+      if (is_body) attenuated.push_back(brightness[pixel]);
+    }
   }
   const double low = percentile(display.low_share), high = percentile(display.high_share);
   for (std::size_t pixel = 0; pixel < received.size(); ++pixel) {
     if (!is_open(pixel)) continue;
-    double share = high > low ? std::clamp((shown(pixel) - low) / (high - low), 0.0, 1.0) : 1.0;
+    double share = high > low ? std::clamp((brightness[pixel] - low) / (high - low), 0.0, 1.0) : 1.0;
     if (display.is_inverted) share = 1 - share;
     grey[pixel] = static_cast<std::uint8_t>(std::lround(255 * share));
   }

@@ -114,7 +114,7 @@ TEST(OperationApi, DrillsTheHeadExactlyAsLockstep) {
   lockstep.engine().freeze();
   subject.version = lockstep.engine().version();
   imaging::XrayCamera camera;
-  const auto panel = camera.shoot(subject, arm, 1);
+  const auto panel = camera.shoot(subject, arm, 1, fluoroscopy::Display());
   ASSERT_TRUE(panel.is_ok());
   ASSERT_EQ(xray.value().pixels.size(), 96u * 80u);
   std::size_t differing = 0, dark = 0;

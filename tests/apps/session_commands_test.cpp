@@ -442,36 +442,6 @@ TEST_F(Command, DoctorMeasuresADevice) {
   }
 }
 
-/// devices.toml selects the devices of a user unless the command line does.
-TEST_F(Command, TheDevicesOfAUserAreRead) {
-  std::filesystem::create_directories(folder_ / ".config/trephine");
-  const auto settings = [&](const std::string& text) { write(".config/trephine/devices.toml", text); };
-  settings("device = \"falcon:first\"\n");
-  EXPECT_NE(run("view head --screenshot t.png").err.find("index of the device is invalid"),
-            std::string::npos);
-  EXPECT_EQ(run("view head --device mouse --screenshot t.png").exit_code, 0);
-  settings("device = \"spacemouse\"\nscale = 20\n");
-  EXPECT_NE(run("view head --screenshot t.png").err.find("from 0.1 to 10"), std::string::npos);
-  settings("devise = \"falcon\"\n");
-  const ProcessResult misspelt = run("view head --screenshot t.png");
-  EXPECT_EQ(misspelt.exit_code, 2);
-  EXPECT_NE(misspelt.err.find("unknown key"), std::string::npos) << misspelt.err;
-  // A folder in place of the file, and a link to a missing file.
-  fs::remove(folder_ / ".config/trephine/devices.toml");
-  fs::create_directory(folder_ / ".config/trephine/devices.toml");
-  EXPECT_EQ(run("view head --screenshot t.png").exit_code, 2);
-  fs::remove(folder_ / ".config/trephine/devices.toml");
-  fs::create_symlink("nothing", folder_ / ".config/trephine/devices.toml");
-  EXPECT_EQ(run("view head --screenshot t.png").exit_code, 2);
-  fs::remove(folder_ / ".config/trephine/devices.toml");
-  for (const char* pair :
-       {"inverse3 --left inverse3:0", "falcon:1 --left falcon:01", "touch --left touch:B"}) {
-    const ProcessResult refused = run(std::string("view head --screenshot t.png --device ") + pair);
-    EXPECT_EQ(refused.exit_code, 2) << pair;
-    EXPECT_NE(refused.err.find("for one hand"), std::string::npos) << refused.err;
-  }
-}
-
 TEST_F(Command, DoctorReportsFaultsWithRemediesAndDrawsTheTimer) {
   const ProcessResult r = run("doctor --seconds 0.3 --json -o t.svg");
   EXPECT_EQ(r.exit_code, 3) << "there is no display here";

@@ -1,10 +1,9 @@
-// Numbers as text, identical on every machine; text for SVG.
+// Numbers as text, identical on every machine.
 #pragma once
 
 #include <charconv>
 #include <cstdint>
 #include <string>
-#include <string_view>
 
 namespace trephine {
 
@@ -23,24 +22,6 @@ inline std::string hexadecimal(std::uint64_t v) {
   std::string text(16, '0');
   for (std::size_t i = 16; i-- > 0; v >>= 4) text[i] = "0123456789abcdef"[v & 15u];
   return text;
-}
-
-/// Returns the text with &, <, > and \" replaced by the entities of SVG.
-inline std::string escape_svg(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '"')
-      out += "&quot;";
-    else
-      out += c;
-  }
-  return out;
 }
 
 }  // namespace trephine

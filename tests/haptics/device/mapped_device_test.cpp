@@ -39,6 +39,23 @@ struct HandDevice final : Device {
 /// Returns a quarter turn about z: the device's x is the world's y.
 glm::dquat quarter() { return glm::angleAxis(std::numbers::pi / 2, dvec3(0, 0, 1)); }
 
+/// A device that the servo pushes with 4 N.
+struct PushedDevice {
+  std::shared_ptr<HandDevice> hand = std::make_shared<HandDevice>();
+  std::unique_ptr<MappedDevice> device = std::make_unique<MappedDevice>(hand, WorkspaceMap());
+  PushedDevice() {
+    device->set_view({});
+    EXPECT_FALSE(device->open());
+  }
+  /// Reads and writes at a time. Returns the force that the device received, N.
+  double force_at(double t) const {
+    Pose pose;
+    device->read(t, pose);
+    device->write(Wrench(dvec3(0, 0, 4)));
+    return hand->written.force_world.z;
+  }
+};
+
 void expect_near(const dvec3& a, const dvec3& b, double tolerance = 1e-12) {
   EXPECT_LT(glm::length(a - b), tolerance)
       << a.x << " " << a.y << " " << a.z << ", expected " << b.x << " " << b.y << " " << b.z;
@@ -80,46 +97,30 @@ TEST(MappedDevice, TheToolStaysInPlaceWhenTheViewTurns) {
 
 /// While the device does not respond it has no force; afterwards the force returns gradually.
 TEST(MappedDevice, TheForceReturnsGraduallyAfterADropout) {
-  const auto hand = std::make_shared<HandDevice>();
-  MappedDevice device(hand, {});
-  device.set_view({});
-  ASSERT_FALSE(device.open());
-  Pose pose;
-  const auto force_at = [&](double t) {
-    device.read(t, pose);
-    device.write(Wrench(dvec3(0, 0, 4)));
-    return hand->written.force_world.z;
-  };
-  EXPECT_EQ(force_at(0), 4);
+  const PushedDevice pushed;
+  const auto& hand = pushed.hand;
+  EXPECT_EQ(pushed.force_at(0), 4);
   hand->responds = false;
-  EXPECT_EQ(force_at(0.1), 0);
+  EXPECT_EQ(pushed.force_at(0.1), 0);
   hand->responds = true;
-  EXPECT_EQ(force_at(0.2), 0);
-  EXPECT_NEAR(force_at(0.225), 1, 1e-12);
-  EXPECT_NEAR(force_at(0.3), 4, 1e-12);
-  EXPECT_EQ(force_at(0.4), 4);
+  EXPECT_EQ(pushed.force_at(0.2), 0);
+  EXPECT_NEAR(pushed.force_at(0.225), 1, 1e-12);
+  EXPECT_NEAR(pushed.force_at(0.3), 4, 1e-12);
+  EXPECT_EQ(pushed.force_at(0.4), 4);
 }
 
 /// The force does not wait for the former time.
 TEST(MappedDevice, AClockThatBeginsAgainDoesNotWithholdTheForce) {
-  const auto hand = std::make_shared<HandDevice>();
-  MappedDevice device(hand, {});
-  device.set_view({});
-  ASSERT_FALSE(device.open());
-  Pose pose;
-  const auto force_at = [&](double t) {
-    device.read(t, pose);
-    device.write(Wrench(dvec3(0, 0, 4)));
-    return hand->written.force_world.z;
-  };
+  const PushedDevice pushed;
+  const auto& hand = pushed.hand;
   hand->responds = false;
-  EXPECT_EQ(force_at(100), 0);
+  EXPECT_EQ(pushed.force_at(100), 0);
   hand->responds = true;
-  EXPECT_EQ(force_at(100.1), 0);
-  EXPECT_EQ(force_at(101), 4);
-  EXPECT_EQ(force_at(0), 0) << "it begins from zero";
-  EXPECT_NEAR(force_at(0.05), 2, 1e-12);
-  EXPECT_EQ(force_at(0.2), 4);
+  EXPECT_EQ(pushed.force_at(100.1), 0);
+  EXPECT_EQ(pushed.force_at(101), 4);
+  EXPECT_EQ(pushed.force_at(0), 0) << "it begins from zero";
+  EXPECT_NEAR(pushed.force_at(0.05), 2, 1e-12);
+  EXPECT_EQ(pushed.force_at(0.2), 4);
 }
 
 TEST(MappedDevice, APoseThatIsNotFiniteIsNoPose) {

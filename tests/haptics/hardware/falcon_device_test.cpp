@@ -40,6 +40,11 @@ struct Falcon {
   std::vector<int> flags;                  ///< received flags, one entry per frame
   std::vector<std::uint8_t> loaded;        ///< bytes of the firmware
   int loads = 0, links = 0;                ///< attempts to load firmware; open links
+
+  std::array<int, 3> last_motors() {
+    const std::lock_guard guard(lock);
+    return motors.back();
+  }
 };
 
 /// Device's side of the link, byte by byte. Shares no code with the driver.
@@ -253,10 +258,6 @@ TEST(FalconDevice, TheMotorsRenderTheForceAndNothingElse) {
   falcon.has_firmware = true;
   FalconDevice device(choice_of(falcon));
   ASSERT_FALSE(device.open());
-  const auto motors = [&] {
-    const std::lock_guard guard(falcon.lock);
-    return falcon.motors.back();
-  };
   const std::array<int, 3> none{};
   wait_ms(20);
   {
@@ -278,7 +279,7 @@ TEST(FalconDevice, TheMotorsRenderTheForceAndNothingElse) {
     std::array<int, 3> values{};
     EXPECT_TRUE(eventually([&] {
       for (int i = 0; i < 5; ++i) device.write(Wrench(force)), wait_ms(2);
-      const std::array<int, 3> last = std::exchange(values, motors());
+      const std::array<int, 3> last = std::exchange(values, falcon.last_motors());
       return values == last && values != none && values != before;
     }));
     return values;
@@ -306,11 +307,11 @@ TEST(FalconDevice, TheMotorsRenderTheForceAndNothingElse) {
 
   // If the servo stalls, the driver removes the force.
   device.write(Wrench(dvec3(0, 0, 4)));
-  EXPECT_TRUE(eventually([&] { return motors() == none; }));
+  EXPECT_TRUE(eventually([&] { return falcon.last_motors() == none; }));
   // When the device is closed, its last frame has no force.
   for (int i = 0; i < 10; ++i) device.write(Wrench(dvec3(0, 0, 4))), wait_ms(1);
   device.close();
-  EXPECT_EQ(motors(), none);
+  EXPECT_EQ(falcon.last_motors(), none);
 }
 
 /// The error of a link whose device is still plugged in: the motors do not keep their last values.
@@ -320,14 +321,10 @@ TEST(FalconDevice, AnErrorOfTheLinkEndsTheForce) {
   FalconDevice device(choice_of(falcon));
   ASSERT_FALSE(device.open());
   Pose pose;
-  const auto motors = [&] {
-    const std::lock_guard guard(falcon.lock);
-    return falcon.motors.back();
-  };
   const std::array<int, 3> none{};
   ASSERT_TRUE(eventually([&] {
     device.write(Wrench(dvec3(0, 0, 4)));
-    return motors() != none;
+    return falcon.last_motors() != none;
   }));
   {
     const std::lock_guard guard(falcon.lock);
@@ -337,7 +334,7 @@ TEST(FalconDevice, AnErrorOfTheLinkEndsTheForce) {
     device.write(Wrench(dvec3(0, 0, 4)));
     return !device.read(0, pose);
   }));
-  EXPECT_TRUE(eventually([&] { return motors() == none; }));
+  EXPECT_TRUE(eventually([&] { return falcon.last_motors() == none; }));
 }
 
 /// After a drop of the supply the counts begin again at 0: without homing they are no position.

@@ -346,7 +346,7 @@ TEST(Inverse3, NoForcesQueueUpWhileTheServiceStalls) {
 /// The end of the force does not wait for an answer of the service.
 TEST(Inverse3, TheForceEndsAlthoughTheServiceIsSilent) {
   Service service;
-  Inverse3Device device({.port = service.port});
+  Inverse3Device device({.port = service.port, .lost_ms = 1'000'000});  // no other message is sent
   ASSERT_FALSE(device.open());
   ASSERT_TRUE(eventually([&] {
     device.write(Wrench(dvec3(0, 0, 4)));
