@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <filesystem>
 #include <hidapi/hidapi.h>
 #include <unistd.h>
 
+#include "haptics/hardware/input_file.h"
 #include "haptics/hardware/usb_ids.h"
 
 namespace trephine::haptics {
@@ -22,7 +24,12 @@ std::string narrow(const wchar_t* text) {
 
 class HidapiLink final : public HidLink {
  public:
-  explicit HidapiLink(hid_device* device) : device_(device) {}
+  /// `node`: the device's file, such as /dev/hidraw0. The kernel also reports this device as a mouse, whose
+  /// motions would move the cursor while the device moves a tool.
+  HidapiLink(hid_device* device, const std::string& node)
+      : device_(device),
+        grab_(event_files_of("/sys/class/hidraw/" + std::filesystem::path(node).filename().string() +
+                             "/device")) {}
   ~HidapiLink() override { hid_close(device_); }
   LinkResult write(std::span<const std::uint8_t> report) noexcept override {
     return hid_write(device_, report.data(), report.size()) < 0 ? LinkResult::failed : LinkResult::done;
@@ -36,6 +43,7 @@ class HidapiLink final : public HidLink {
 
  private:
   hid_device* device_;
+  InputGrab grab_;
 };
 
 }  // namespace
@@ -48,7 +56,7 @@ Result<std::vector<HidDevice>> find_spacemice() {
                  .kind = ErrorKind::missing_here};
   std::vector<HidDevice> found;
   for (const UsbIds& ids : usb_ids()) {
-    if (ids.device != "spacemouse") continue;
+    if (ids.device != "spacemouse" || ids.node != NodeKind::hidraw) continue;
     hid_device_info* const list = hid_enumerate(ids.vendor, 0);
     for (const hid_device_info* info = list; info != nullptr; info = info->next) {
       if (info->usage_page != k_generic_desktop || info->usage != k_multi_axis) continue;
@@ -87,7 +95,7 @@ Result<std::unique_ptr<HidLink>> open_spacemouse(std::size_t index) {
                       ? "stop spacenavd, or close the other program"
                       : "install packaging/60-trephine.rules in /etc/udev/rules.d, then plug it in again",
         .kind = ErrorKind::missing_here};
-  return std::unique_ptr<HidLink>(std::make_unique<HidapiLink>(opened));
+  return std::unique_ptr<HidLink>(std::make_unique<HidapiLink>(opened, device.node));
 }
 
 }  // namespace trephine::haptics

@@ -114,6 +114,33 @@ void add_raw_nodes(std::vector<FoundPedal>& found) {
 
 }  // namespace
 
+std::vector<std::string> event_files_of(const std::string& device) {
+  std::vector<std::string> files;
+  for_entries((std::filesystem::path(device) / "input").c_str(), [&](const std::filesystem::path& input) {
+    for_entries(input.c_str(), [&](const std::filesystem::path& entry) {
+      const std::string name = entry.filename();
+      if (name.starts_with("event")) files.push_back("/dev/input/" + name);
+    });
+  });
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+InputGrab::InputGrab(const std::vector<std::string>& event_files) {
+  for (const std::string& name : event_files) {
+    const int file = ::open(name.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (file < 0) continue;
+    if (::ioctl(file, EVIOCGRAB, 1) == 0)
+      files_.push_back(file);
+    else
+      ::close(file);
+  }
+}
+
+InputGrab::~InputGrab() {
+  for (const int file : files_) ::close(file);
+}
+
 std::vector<PedalNode> find_pedals() {
   std::vector<FoundPedal> found, raw;
   add_input_nodes(found);

@@ -23,6 +23,8 @@ constexpr UsbIds k_ids[] = {
     {"3D Systems Touch HID", "touch", NodeKind::hidraw, 0x2988, {}},
     {"3Dconnexion SpaceMouse", "spacemouse", NodeKind::hidraw, 0x256f, {}},
     {"3Dconnexion SpaceMouse of Logitech", "spacemouse", NodeKind::hidraw, 0x046d, k_logitech_mice},
+    {"3Dconnexion SpaceMouse as a mouse", "spacemouse", NodeKind::input, 0x256f, {}},
+    {"3Dconnexion SpaceMouse of Logitech as a mouse", "spacemouse", NodeKind::input, 0x046d, k_logitech_mice},
     {"PCsensor foot switch", "pedal", NodeKind::input, 0x0c45, k_foot_switches},
     {"PCsensor foot switch, newer", "pedal", NodeKind::input, 0x3553, k_newer_foot_switches},
     {"Infinity transcription pedal", "pedal", NodeKind::hidraw, 0x05f3, k_transcription_pedal},

@@ -11,6 +11,7 @@
 #include <thread>
 #include <unistd.h>
 
+#include "apps/bench/scenes/scratch.h"
 #include "haptics/hardware/input_file.h"
 #include "haptics/hardware/pedal_device.h"
 #include "haptics/hardware/spacemouse_device.h"
@@ -244,4 +245,15 @@ TEST(PedalDevice, OtherFilesAreNoInputDevices) {
   ASSERT_FALSE(other);
   EXPECT_EQ(other.error().what, "the file is not an input device");
   EXPECT_FALSE(other.error().remedy.empty());
+}
+
+/// A HID device has a folder for each input device that the kernel makes of it. Files that cannot be held are
+/// left alone.
+TEST(InputGrab, EventFilesAreThoseOfTheDevice) {
+  const scenes::Scratch sysfs;
+  for (const char* entry : {"input/input12/event7", "input/input12/mouse1", "input/input9/event3", "hidraw"})
+    std::filesystem::create_directories(sysfs.path / entry);
+  EXPECT_EQ(event_files_of(sysfs.path), (std::vector<std::string>{"/dev/input/event3", "/dev/input/event7"}));
+  EXPECT_TRUE(event_files_of(sysfs / "absent").empty());
+  EXPECT_EQ(InputGrab({"/dev/input/event99999", "/dev/null"}).count(), 0u);
 }
