@@ -8,7 +8,6 @@
 #include "apps/bench/peers.h"
 #include "apps/bench/scenes/scenes.h"
 #include "haptics/baselines/voxel_sampling.h"
-#include "haptics/device/pose_path.h"
 #include "haptics/proxy/layer_contact.h"
 #include "haptics/proxy/shell_proxy.h"
 #include "volume/cuts/removal.h"
@@ -338,72 +337,6 @@ std::vector<PassRow> run_plate_passes(long passes, const std::function<bool(doub
     });
   }
   return {ours, published};
-}
-
-std::vector<IntegratorRow> compare_integrators() {
-  using namespace haptics::baselines;
-  data_tools::PhantomOptions options;
-  options.size = glm::ivec3(16);
-  const TouchScene scene = scenes::phantom_scene("plane", options);
-  const VoxMap map = VoxMap::of(*scene.items[0].bits, scene.base->frame, 1);
-  const auto shell = haptics::PointShell::of_profile({{{0, 2}, {10, 2}}, 0.6});
-  std::vector<IntegratorRow> rows;
-  if (!shell) return rows;
-  const VoxelSampling sampling(map, *shell.value());
-  const std::pair<Integrator, const char*> all[] = {{Integrator::explicit_euler, "explicit"},
-                                                    {Integrator::semi_implicit, "semi-implicit"},
-                                                    {Integrator::implicit, "implicit"}};
-  for (const auto& [integrator, name] : all) {
-    DynamicTool::Options tool_options;
-    tool_options.integrator = integrator;
-    DynamicTool tool(sampling, tool_options, 1e-3);
-    IntegratorRow row{name};
-    constexpr int k_block = 20, k_blocks = 400;  // ticks of a block, blocks (eq. 3.20)
-    for (int block = 0; block < k_blocks; ++block) {
-      double force[k_block], mean = 0;
-      for (int i = 0; i < k_block; ++i) {
-        // The hand moves to and fro at 1 Hz; its sensor has steps of 0.023 mm.
-        const double t = 1e-3 * (block * k_block + i), x = 30 * std::sin(6.2832 * t);
-        tool.step({{0.023 * std::round(x / 0.023), 0, 50}, {1, 0, 0, 0}});
-        force[i] = glm::length(tool.on_hand().force_world);
-        mean += force[i] / k_block;
-      }
-      double square = 0;
-      for (const double f : force) square += (f - mean) * (f - mean) / k_block;
-      row.mean += mean / k_blocks;
-      row.noise += std::sqrt(square) / k_blocks;
-    }
-    rows.push_back(std::move(row));
-  }
-  return rows;
-}
-
-std::vector<LeverRow> run_lever_task() {
-  using namespace haptics::baselines;
-  // Two plates of 4 mm with a gap of 6 mm.
-  const TouchScene scene =
-      scenes::scene_of(scenes::sampled(dvec3(-32), dvec3(32), dvec3(0.5), [](const dvec3& p) {
-        return std::abs(std::abs(p.z) - 5) < 2 ? 1600.0 : -1000.0;
-      }));
-  const VoxMap map = VoxMap::of(*scene.items[0].bits, scene.base->frame, 1);
-  const auto shell = haptics::PointShell::of_profile({{{-25, 1.5}, {25, 1.5}}, 0.4});
-  std::vector<LeverRow> rows;
-  if (!shell) return rows;
-  const VoxelSampling sampling(map, *shell.value());
-  const dquat lying = turn_about({0, 1, 0}, 0.5 * 3.14159265358979);
-  for (const bool is_limited : {false, true}) {
-    DynamicTool::Options options;
-    options.limits_missing_torque = is_limited;
-    DynamicTool tool(sampling, options, 1e-3);
-    LeverRow row{is_limited};
-    for (int i = 0; i < 3000; ++i) {
-      tool.step({dvec3(0), turn_about({0, 1, 0}, 0.6 * std::min(1.0, i / 2000.0)) * lying});
-      row.points = std::max(row.points, tool.contact().interior);
-    }
-    row.turned = glm::length(haptics::turn_between(lying, tool.pose().rotation)) * 180 / 3.14159265358979;
-    rows.push_back(row);
-  }
-  return rows;
 }
 
 }  // namespace trephine::bench

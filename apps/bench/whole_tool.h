@@ -55,21 +55,4 @@ struct PassRow {
 /// `passes`: of method shell; 1000 at most of the other.
 std::vector<PassRow> run_plate_passes(long passes, const std::function<bool(double)>& progress);
 
-/// Mean and noise (Kadlecek 2013, eq. 3.20) of the force of a dynamic tool in free motion, for one
-/// integrator, as in figure 3.16.
-struct IntegratorRow {
-  std::string name;
-  double mean = 0, noise = 0;  ///< N
-};
-std::vector<IntegratorRow> compare_integrators();
-
-/// The lever task of Kadlecek (2013): a hand turns a rod between two plates. The published forces do not push
-/// points in the interior of matter, so the rod passes through the plates if many of its points are there.
-struct LeverRow {
-  bool is_limited;    ///< DynamicTool::Options::limits_missing_torque
-  int points = 0;     ///< largest number of points of the rod in the interior of the plates
-  double turned = 0;  ///< rotation of the rod, degrees, while the hand turned by 34 degrees
-};
-std::vector<LeverRow> run_lever_task();
-
 }  // namespace trephine::bench

@@ -2,6 +2,8 @@
 // surface for matter. Shares no code and no data with haptics.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <functional>
 #include <glm/mat3x3.hpp>
 #include <glm/vec2.hpp>
@@ -20,6 +22,9 @@ class ToolJudge {
   /// along the axis and radius of each ring, mm; adjacent rings are joined by a cone. `spacing`: largest
   /// distance of neighbouring tested positions, mm.
   void add_revolution(std::span<const glm::dvec2> rings, double spacing);
+  /// Adds a closed mesh with outward triangles.
+  void add_mesh(std::span<const glm::dvec3> vertices, std::span<const std::uint32_t> triangles,
+                double spacing);
   /// Adds a ball.
   void add_ball(const glm::dvec3& centre, double radius, double spacing);
 
@@ -38,10 +43,12 @@ class ToolJudge {
     double radius;
   };
   double depth_in_tool(const glm::dvec3& at) const;
+  double distance_to_triangles(const glm::dvec3& at) const;
   void add_circle(double along, double radius, const glm::dvec2& inward, double spacing);
   std::vector<Position> positions_;
   std::vector<Ball> balls_;
-  std::vector<glm::dvec2> profile_;  ///< of the body of revolution; at most one body
+  std::vector<glm::dvec2> profile_;                   ///< of the body of revolution; at most one body
+  std::vector<std::array<glm::dvec3, 3>> triangles_;  ///< of meshes
 };
 
 }  // namespace trephine::verify

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
 #include <utility>
 #include <vtkCellArray.h>
 #include <vtkMatrix4x4.h>
@@ -34,6 +35,16 @@ void place(vtkActor* actor, const dvec3& origin, const dvec3& x, const dvec3& y,
   }
   set_matrix(actor, m);
 }
+/// Returns a surface with normals of its own at edges of more than 40 degrees.
+vtkSmartPointer<vtkPolyData> with_normals(vtkPolyData* data) {
+  vtkNew<vtkPolyDataNormals> normals;
+  normals->SetInputData(data);
+  normals->SetFeatureAngle(40);
+  normals->ConsistencyOff();
+  normals->Update();
+  return normals->GetOutput();
+}
+
 /// Returns two unit vectors perpendicular to a direction.
 std::pair<dvec3, dvec3> perpendiculars(const dvec3& direction) {
   const dvec3 axis = std::abs(direction.z) < 0.9 ? dvec3(0, 0, 1) : dvec3(0, 1, 0);
@@ -67,14 +78,28 @@ vtkSmartPointer<vtkPolyData> make_revolution(const std::vector<glm::dvec2>& prof
   auto data = vtkSmartPointer<vtkPolyData>::New();
   data->SetPoints(points);
   data->SetPolys(faces);
-  vtkNew<vtkPolyDataNormals> normals;
-  normals->SetInputData(data);
-  normals->SetFeatureAngle(40);
-  normals->ConsistencyOff();
-  normals->Update();
-  return normals->GetOutput();
+  return with_normals(data);
 }
 
+vtkSmartPointer<vtkPolyData> make_mesh(const haptics::MeshTree& tree) {
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> faces;
+  for (const dvec3& p : tree.vertices()) points->InsertNextPoint(p.x, p.y, p.z);
+  const std::vector<std::uint32_t>& corners = tree.triangles();
+  for (std::size_t t = 0; t + 2 < corners.size(); t += 3) {
+    const vtkIdType face[3] = {corners[t], corners[t + 1], corners[t + 2]};
+    faces->InsertNextCell(3, face);
+  }
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetPolys(faces);
+  return with_normals(data);
+}
+
+void place(vtkActor* actor, const haptics::Placement& placement) {
+  const glm::dmat3 axes = glm::mat3_cast(placement.rotation);
+  place(actor, placement.position_world, axes[0], axes[1], axes[2]);
+}
 void place(vtkActor* actor, const dvec3& origin, dvec3 direction, double length, double width) {
   direction = glm::length(direction) > 0 ? glm::normalize(direction) : dvec3(1, 0, 0);
   const auto [v, w] = perpendiculars(direction);

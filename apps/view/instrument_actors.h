@@ -9,11 +9,19 @@
 #include <vtkPolyDataMapper.h>
 #include <vtkSmartPointer.h>
 
+#include "haptics/mesh/mesh_tree.h"
+#include "haptics/scene/touch_scene.h"
+
 namespace trephine::view {
 
 /// Returns a solid of revolution around +z from (z, radius) pairs; optionally with helical flutes.
 vtkSmartPointer<vtkPolyData> make_revolution(const std::vector<glm::dvec2>& profile, bool is_fluted);
 
+/// Returns a mesh with normals. Edges of more than 40 degrees are sharp.
+vtkSmartPointer<vtkPolyData> make_mesh(const haptics::MeshTree& tree);
+
+/// Places an actor at a pose.
+void place(vtkActor* actor, const haptics::Placement& placement);
 /// Places an actor whose source has unit size and points along +x: turns it toward `direction`, and scales it
 /// to `length` and `width` (mm).
 void place(vtkActor* actor, const glm::dvec3& origin, glm::dvec3 direction, double length, double width);

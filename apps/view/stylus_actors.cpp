@@ -34,6 +34,8 @@ struct StylusActors::Parts {
   vtkSmartPointer<vtkActor> shaft, grip, proxy, arrow, hip_proxy_line, ring;
   std::vector<ToolPart> drawn;  ///< parts of the tool that the actors in `tool` show
   std::vector<vtkSmartPointer<vtkActor>> tool;
+  std::shared_ptr<const haptics::MeshTree> drawn_mesh;  ///< that `mesh` shows
+  vtkSmartPointer<vtkActor> mesh;
   vtkNew<vtkLineSource> hip_proxy_source;
   vtkSmartPointer<vtkActor> edge;  ///< line that a guide marks: an edge of bone or a trajectory
   vtkNew<vtkPolyData> edge_line;
@@ -114,7 +116,25 @@ void StylusActors::show(const StylusState& s) {
     p.tool[i]->SetVisibility(s.is_visible);
     place(p.tool[i], s.tool_world + s.turn * p.drawn[i].at, s.turn * p.drawn[i].along);
   }
-  p.shaft->SetVisibility(s.is_visible);
+  if (p.drawn_mesh != s.tool.mesh) {
+    if (p.mesh) p.renderer->RemoveActor(p.mesh);
+    p.mesh = nullptr;
+    p.drawn_mesh = s.tool.mesh;
+    if (p.drawn_mesh) {
+      vtkNew<vtkPolyDataMapper> mapper;
+      mapper->SetInputData(make_mesh(*p.drawn_mesh));
+      p.mesh = make_actor(mapper, dvec3(0.45, 0.60, 0.78));
+      p.mesh->GetProperty()->SetSpecular(0.35);
+      p.mesh->PickableOff();
+      p.renderer->AddActor(p.mesh);
+    }
+  }
+  if (p.mesh) {
+    p.mesh->SetVisibility(s.is_visible);
+    place(p.mesh, haptics::Placement{s.tool_world, s.turn});
+  }
+  const bool has_shaft = s.is_visible && s.tool.has_shaft;
+  p.shaft->SetVisibility(has_shaft);
   const double size = s.tool.radius;
   const dvec3 shaft = s.turn * dvec3(0, 0, 1);
   const dvec3 shaft_begin = s.tool_world + s.tool.shaft_from * shaft;
@@ -138,7 +158,7 @@ void StylusActors::show(const StylusState& s) {
   const double grip_depth = std::max(1.0, glm::dot(viewer - grip_end, glm::normalize(viewer)));
   const double grip_share = 2 * grip_radius * glm::length(viewer) / (grip_depth * view_height);
   constexpr double k_wide = 0.06, k_widest = 0.12;
-  p.grip->SetVisibility(s.is_visible && !(is_near && is_end_on) && view_height > 0.5 * k_near &&
+  p.grip->SetVisibility(has_shaft && !(is_near && is_end_on) && view_height > 0.5 * k_near &&
                         grip_share < k_widest);
   p.grip->GetProperty()->SetOpacity(is_near || grip_share > k_wide ? 0.15 : is_end_on ? 0.3 : 1);
   p.shaft->GetProperty()->SetOpacity(is_end_on ? 0.35 : 1);

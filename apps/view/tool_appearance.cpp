@@ -121,6 +121,21 @@ ToolAppearance ball_appearance(double radius) {
   return tool;
 }
 
+ToolAppearance surface_appearance(std::shared_ptr<const haptics::MeshTree> mesh,
+                                  std::span<const dvec2> profile) {
+  ToolAppearance tool;
+  tool.is_ball = tool.has_shaft = false;
+  tool.mesh = std::move(mesh);
+  if (tool.mesh) return tool;
+  // The ends of the body are closed by disks.
+  ToolPart& body = tool.parts.emplace_back();
+  body.is_cutting = false;
+  body.profile.emplace_back(profile.front().x, 0);
+  body.profile.insert(body.profile.end(), profile.begin(), profile.end());
+  body.profile.emplace_back(profile.back().x, 0);
+  return tool;
+}
+
 std::optional<volume::TurnedSolid> solid_of(const ToolAppearance& tool) {
   if (tool.parts.empty()) return std::nullopt;
   constexpr double k_shaft = 110, k_neck = 0.05;  // mm: length of shaft and grip; length of the taper to it

@@ -3,12 +3,18 @@
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "apps/view/foot_place.h"
 #include "sim/api/value.h"
 #include "volume/surface/lathe.h"
+
+namespace trephine::haptics {
+class MeshTree;
+}
 
 namespace trephine::view {
 
@@ -28,9 +34,11 @@ struct ToolAppearance {
   bool is_ball = true;        ///< a ball held at its centre, which looks the same in every orientation
   double shaft_from = 0;      ///< start of the shaft along z, mm
   double shaft_radius = 0.5;  ///< mm
-  FootTool foot;              ///< Kind::none for tools without a foot
-  double insertion = 0;       ///< greatest inserted length, mm; 0: a tool that cannot be inserted
-  bool is_drill = false;      ///< an inserted tool that drills its own hole
+  bool has_shaft = true;      ///< shaft and handle are drawn beyond the parts
+  std::shared_ptr<const haptics::MeshTree> mesh = nullptr;  ///< drawn instead of parts
+  FootTool foot;                                            ///< Kind::none for tools without a foot
+  double insertion = 0;   ///< greatest inserted length, mm; 0: a tool that cannot be inserted
+  bool is_drill = false;  ///< an inserted tool that drills its own hole
 };
 
 /// Returns the appearance of a tool, derived from these fields of its parameters:
@@ -42,6 +50,10 @@ struct ToolAppearance {
 /// Without these fields the tool is a point of radius 0 without parts.
 ToolAppearance appearance_of(const sim::Value& parameters);
 ToolAppearance ball_appearance(double radius);
+/// Returns the appearance of a tool whose whole surface touches: of a mesh, or if that is null, of a body of
+/// revolution. `profile`: its position along the axis and radius, mm, from the tip toward the hand.
+ToolAppearance surface_appearance(std::shared_ptr<const haptics::MeshTree> mesh,
+                                  std::span<const glm::dvec2> profile);
 /// Returns a closed solid of revolution that approximates a tool's end and shaft in X-rays, in the frame of
 /// the hand; nullopt for a tool without parts.
 std::optional<volume::TurnedSolid> solid_of(const ToolAppearance& tool);

@@ -18,6 +18,7 @@
 #include "apps/view/start_page.h"
 #include "apps/view/stylus_style.h"
 #include "apps/view/tool_appearance.h"
+#include "apps/view/virtual_device_page.h"
 #include "apps/workbench/clock.h"
 #include "apps/workbench/operation.h"
 #include "apps/workbench/plan_overlays.h"
@@ -254,6 +255,16 @@ Status open_with_page(const DevicePageOptions& options) {
     if (void* entry = window_entry(k_device_page_entry))
       return reinterpret_cast<OpenWithPage>(entry)(options);
   return options.open([](const std::string&) {}, [] { return false; });
+}
+
+Status show_virtual_device(workbench::VirtualDeviceHost& host, const VirtualDevicePageOptions& options) {
+  if (!has_display() && options.screenshot.empty()) return no_display();
+  if (void* entry = window_entry(k_virtual_device_entry))
+    return reinterpret_cast<ShowVirtualDevice>(entry)(host, options);
+  return Error{.what = "the virtual device needs the full window",
+               .found = "libtrephine-window is not installed",
+               .remedy = "install trephine-window, or play a motion: --device virtual:PATH.csv",
+               .kind = ErrorKind::missing_here};
 }
 
 Result<StartChoice> choose_start(const StartPageOptions& options) {

@@ -43,7 +43,7 @@ Viewport::Viewport(const haptics::TouchScene& scene, vtkRenderWindow* window, bo
       list_(structures_of(scene)),
       surfaces_(*scene.base),
       cap_(scene),
-      contacts_{{scene.tool->radius(), scene.tool->is_six_dof()}} {
+      contacts_{Contact::of(*scene.tool)} {
   uncut_ = haptics::uncut_version(scene);
   worker_ = std::make_unique<ChunkWorker>(scene, k_threads);
   opened_ = std::make_unique<OpenedStructures>(scene, opened_labels_);
@@ -249,19 +249,28 @@ dvec3 Viewport::shaft_direction(const dvec3& normal, const dvec3& toward_viewer)
   return glm::normalize(0.7 * normal + 0.5 * toward_viewer + dvec3(0, 0, 0.25));
 }
 
+Viewport::Contact Viewport::Contact::of(const haptics::ToolShape& tool) {
+  Contact contact{tool.radius(), tool.is_six_dof(), tool.mesh()};
+  for (const haptics::ToolProfile::Ring& ring : tool.profile().rings)
+    contact.profile.emplace_back(ring.along, ring.radius);
+  return contact;
+}
+
 void Viewport::set_contact_tool(const haptics::ToolShape& tool, std::size_t hand) {
   if (contacts_.size() <= hand) contacts_.resize(hand + 1);
-  contacts_[hand] = {tool.radius(), tool.is_six_dof()};
+  contacts_[hand] = Contact::of(tool);
 }
 
 void Viewport::show_stylus(const haptics::ServoRecord& record, ToolAppearance tool,
                            const volume::Version& version, const dvec3& toward_viewer) {
-  const Contact contact = record.hand < contacts_.size() ? contacts_[record.hand] : Contact{};
+  const Contact& contact = contacts_[record.hand < contacts_.size() ? record.hand : 0];
   StylusState stylus;
   stylus.hip_world = record.pose.position_world;
   stylus.has_contact = record.has_contact;
   stylus.proxy_world = record.has_contact ? record.proxy_world : stylus.hip_world;
   stylus.force_world = record.force_world;
+  if (contact.mesh || (tool.parts.empty() && !contact.profile.empty()))
+    tool = surface_appearance(contact.mesh, contact.profile);
   if (tool.is_ball)  // a ball is drawn as large as the ball that touches, and at least 0.6 mm in radius
     if (const double radius = std::max(contact.radius, 0.6); tool.radius < radius) {
       tool = ball_appearance(radius);

@@ -200,6 +200,9 @@ class Viewport {
     double radius = 0;  ///< mm, as touch_radius()
     bool is_rigid =
         false;  ///< the tool touches with six degrees of freedom; its orientation is that of the hand
+    std::shared_ptr<const haptics::MeshTree> mesh = nullptr;  ///< surface of the tool; null: none
+    std::vector<glm::dvec2> profile = {};                     ///< of a body of revolution: along, radius
+    static Contact of(const haptics::ToolShape& tool);
   };
   std::vector<Contact> contacts_;                    ///< by hand
   glm::dvec3 low_{0.0}, high_{0.0};                  ///< world box of the solid voxels

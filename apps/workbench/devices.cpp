@@ -71,7 +71,7 @@ Result<DevicePointer> make_hardware(const std::string& text, bool has_pose, cons
       return kind.make(name.selector, device_host(listener));
     }
   else
-    for (const char* const kind : {"falcon", "touch", "omega", "inverse3", "spacemouse", "pedal"})
+    for (const char* const kind : {"falcon", "touch", "omega", "inverse3", "spacemouse", "remote", "pedal"})
       if (name.kind == kind) return kinds.error();
   return Error{.what = has_pose ? "unknown device" : "unknown pedal",
                .where = "device",

@@ -52,6 +52,13 @@ struct VolumeChoice {
 /// Parses "300" (from 300 up), "100:400", or the name of a label; an empty text gives an empty choice.
 ShapeChoice parse_shape(const std::string& text);
 
+/// A closed model whose surface is the tool of a hand, in the frame of the hand.
+struct ToolModelChoice {
+  std::size_t hand = 0;
+  ModelChoice model;                             ///< only file, unit and frame are used
+  std::optional<double> spacing = std::nullopt;  ///< mm, of points on the surface; empty: half a voxel
+};
+
 /// Use of the procedure of a plan.
 enum class ProcedureUse : std::uint8_t {
   followed,              ///< its first step must allow the instruments of the hands
@@ -69,6 +76,7 @@ struct OperationChoice {
   std::optional<haptics::StiffnessRamp> ramp;  ///< of the chosen or first touchable shape
   std::vector<VolumeChoice> volumes;           ///< in addition to those of a case
   std::vector<ModelChoice> models;
+  std::vector<ToolModelChoice> tools;
   double rate_hz = 1000;
   haptics::ForceOptions force;
   /// Devices that render the forces. Force, torque and stiffness are reduced to their limits.

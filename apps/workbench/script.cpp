@@ -132,7 +132,8 @@ std::vector<std::string> files_of(const Script& script, const std::string& folde
   if (data_tools::is_procedure_path(script.procedure)) files.push_back(procedure_of(script, folder));
   if (!is_builtin(script.scan)) files.push_back(scan_of(script, folder));
   for (const ScriptHand& hand : script.hands)
-    if (!hand.path.empty()) files.push_back(resolve_path(folder, hand.path));
+    for (const std::string& file : {hand.path, hand.tool})
+      if (!file.empty()) files.push_back(resolve_path(folder, file));
   for (const data_tools::ScriptVolume& volume : script.volumes)
     if (!is_builtin(volume.file)) files.push_back(resolve_path(folder, volume.file));
   for (const data_tools::ScriptModel& model : script.models)
@@ -176,6 +177,12 @@ Result<std::unique_ptr<ScriptRun>> ScriptRun::open(const Script& script, const s
     output.effects = hand.effects;
     OperationChoice hand_choice = choice;
     hand_choice.hands = {output};
+    if (!hand.tool.empty()) {
+      ToolModelChoice tool{choice.hands.size() - 1, {}, hand.tool_spacing};
+      tool.model.file = resolve_path(folder, hand.tool);
+      hand_choice.tools = {tool};
+      choice.tools.push_back(std::move(tool));
+    }
     Status error = check(hand_choice);
     if (!error) {  // for a hand at a place only the times of this path are valid; find_places() replaces it
       Result<haptics::PosePath> path = path_of(hand, folder, where);

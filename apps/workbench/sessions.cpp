@@ -46,7 +46,7 @@ Result<std::unique_ptr<sim::SessionWriter>> start_recording(const RecordChoice& 
   writer.is_embedding =
       choice.is_embedding || operation.source.is_altered || operation.spec.volumes.size() > 1;
   writer.is_removed_when_empty = choice.is_autosave;
-  return sim::SessionWriter::create(choice.file, header, sim::data_of(*operation.scene()),
+  return sim::SessionWriter::create(choice.file, header, sim::data_of(operation.start.hands),
                                     modules::catalogue(), writer);
 }
 

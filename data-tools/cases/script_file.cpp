@@ -52,14 +52,21 @@ glm::dvec3 read_direction(TomlReader& reader, const toml::value& v, std::optiona
 }
 
 ScriptHand read_hand(TomlReader& reader, const toml::value& value) {
-  const toml::table& t = reader.table(value, {"instrument", "parameters", "method", "radius", "effects",
-                                              "path", "points", "place", "shaft", "stiffness"});
+  const toml::table& t =
+      reader.table(value, {"instrument", "parameters", "method", "radius", "tool", "tool_spacing", "effects",
+                           "path", "points", "place", "shaft", "stiffness"});
   ScriptHand hand;
   hand.line = TomlReader::line_of(value);
   hand.instrument = reader.text(t, "instrument").value_or("");
   hand.parameters = reader.text(t, "parameters").value_or("");
   hand.method = reader.text(t, "method").value_or("");
   hand.radius = reader.number(t, "radius", 0, 6).value_or(0);
+  hand.tool = reader.text(t, "tool").value_or("");
+  hand.tool_spacing = reader.number(t, "tool_spacing", 0.02, 10);
+  if (hand.tool.empty() && hand.tool_spacing)
+    reader.fail(value, "a spacing without a tool", "tool_spacing", "also the key tool, or no spacing");
+  if (!hand.tool.empty() && hand.radius > 0)
+    reader.fail(value, "a hand has one tool", "tool and radius", "tool or radius");
   hand.effects = reader.texts(t, "effects");
   hand.path = reader.text(t, "path").value_or("");
   hand.place = reader.text(t, "place").value_or("");

@@ -30,6 +30,8 @@ struct ScriptHand {
   std::string instrument, parameters;  ///< "burr", "diameter=7"; empty: touch only
   std::string method;                  ///< proxy method; empty: the default
   double radius = 0;                   ///< of the tool's tip, mm
+  std::string tool;  ///< closed model whose surface touches, relative to the script's folder; empty: the tip
+  std::optional<double> tool_spacing;  ///< mm, of points on that surface; empty: half a voxel
   std::vector<std::string> effects;
   std::string path;  ///< CSV file, relative to the script's folder; empty: `points`
   /// Each point: t (s); x, y, z (mm, LPS; at a place: right, up, above the surface); button (0 or 1); share

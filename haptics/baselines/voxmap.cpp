@@ -197,18 +197,21 @@ void VoxMap::build(std::vector<Voxel> voxels, int layers) {
   root_ = node_of(ivec3(0), edge);
 }
 
-VoxMap::Voxel VoxMap::at(const ivec3& v) const noexcept {
-  if (!is_in(size_, v)) return Voxel::undefined;
+VoxMap::Cell VoxMap::cell_at(const ivec3& v) const noexcept {
+  if (!is_in(size_, v)) return {Voxel::undefined, v, 1};
   std::uint32_t node = root_;
+  const auto cell = [&](int edge_bits) -> Cell {
+    return {static_cast<Voxel>(node & 0xff), (v >> edge_bits) << edge_bits, 1 << edge_bits};
+  };
   for (int level = levels_ - 1; level >= 0; --level) {
-    if (node & k_value) return static_cast<Voxel>(node & 0xff);
     const int shift = 3 * level;
+    if (node & k_value) return cell(shift + 3);
     const auto child =
         static_cast<std::size_t>((v.x >> shift & 7) | (v.y >> shift & 7) << 3 | (v.z >> shift & 7) << 6);
-    if (level == 0) return static_cast<Voxel>(leaves_[512 * static_cast<std::size_t>(node) + child]);
-    node = nodes_[512 * static_cast<std::size_t>(node) + child];
+    const std::size_t slot = 512 * static_cast<std::size_t>(node) + child;
+    node = level == 0 ? k_value | leaves_[slot] : nodes_[slot];
   }
-  return static_cast<Voxel>(node & 0xff);
+  return cell(0);
 }
 
 bool VoxMap::is_free_in(std::uint32_t node, int level, const ivec3& corner, const ivec3& low,

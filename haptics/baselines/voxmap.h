@@ -38,7 +38,15 @@ class VoxMap {
   /// test (Akenine-Möller 2001).
   static VoxMap of(const MeshTree& mesh, double voxel_mm, Interior interior, int layers = 1);
 
-  Voxel at(const glm::ivec3& v) const noexcept;
+  Voxel at(const glm::ivec3& v) const noexcept { return cell_at(v).type; }
+  /// A cube of voxels of one type that the tree stores as one value.
+  struct Cell {
+    Voxel type = Voxel::undefined;
+    glm::ivec3 low{0};  ///< its first voxel
+    int edge = 1;       ///< voxels
+  };
+  /// Returns the cell that contains a voxel; of type undefined outside of the map.
+  Cell cell_at(const glm::ivec3& v) const noexcept;
   /// Returns true if all voxels of the box are of type `free`, or outside the map; proximity voxels are not.
   bool is_free(const glm::ivec3& low, const glm::ivec3& high) const noexcept;
   const glm::ivec3& size() const noexcept { return size_; }

@@ -85,9 +85,28 @@ struct HandModel {
   double grip = 20;
 };
 
-/// Simulated hand that follows a path and yields to the wrench: mass, spring, damper, encoder. Its
-/// orientation is that of the path, turned by the torque. Integrated by implicit Euler at the servo's
-/// period, with the last wrench.
+/// A hand that follows requested poses and yields to the wrench: mass, spring, damper, encoder. Its
+/// orientation is the requested one, turned by the torque. Integrated by implicit Euler.
+class SimulatedHand {
+ public:
+  explicit SimulatedHand(const HandModel& model) : model_(model) {}
+  /// Puts the hand at rest.
+  void rest_at(const glm::dvec3& position) noexcept;
+  /// Moves by `dt` (s, above 0). `request_velocity`: of the requested position, mm/s.
+  void step(const Pose& request, const glm::dvec3& request_velocity, const Wrench& wrench,
+            double dt) noexcept;
+  /// Returns the pose of the hand, with the buttons and axes of the request.
+  Pose pose(const Pose& request) const noexcept;
+  /// Returns the kinetic energy of the moving mass, N mm, without that of rotation.
+  double kinetic_energy() const noexcept;
+
+ private:
+  HandModel model_;
+  glm::dvec3 position_{0.0}, velocity_{0.0};
+  glm::dvec3 yield_{0.0}, yield_rate_{0.0};  ///< rotation from the requested orientation, rad; rad/s
+};
+
+/// Simulated hand that follows a path, at the servo's period, with the last wrench.
 class VirtualDevice final : public Device {
  public:
   VirtualDevice(PosePath request, const HandModel& hand);
@@ -101,14 +120,12 @@ class VirtualDevice final : public Device {
 
   /// Simulates an unplugged device: read() fails from servo time t (s) on.
   void lose_at(double t) noexcept { lost_from_ = t; }
-  /// Returns the kinetic energy of the moving mass, N mm, without that of rotation.
-  double kinetic_energy() const noexcept;
+  double kinetic_energy() const noexcept { return simulated_.kinetic_energy(); }
 
  private:
   PosePath request_;
   HandModel hand_;
-  glm::dvec3 position_, velocity_{0.0};
-  glm::dvec3 yield_{0.0}, yield_rate_{0.0};  ///< rotation from the requested orientation, rad; rad/s
+  SimulatedHand simulated_;
   Wrench wrench_;
   double time_ = 0, lost_from_ = 1e300;
 };

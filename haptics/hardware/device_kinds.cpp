@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "haptics/device/device_kind.h"
+#include "haptics/device/shared_device.h"
 #include "haptics/hardware/falcon_device.h"
 #include "haptics/hardware/force_dimension_device.h"
 #include "haptics/hardware/hid_link.h"
@@ -236,6 +237,20 @@ std::vector<DeviceCheck> check_inverse3(const DeviceHost&) {
   return checks;
 }
 
+Result<std::shared_ptr<Device>> make_remote(const std::string& selector, const DeviceHost&) {
+  const auto index = index_of(selector, "remote");
+  if (!index) return index.error();
+  return std::shared_ptr<Device>(std::make_shared<SharedDevice>(static_cast<int>(index.value())));
+}
+
+std::vector<DeviceCheck> check_remote(const DeviceHost&) {
+  std::vector<DeviceCheck> checks;
+  for (int i = 0; i <= SharedDeviceMemory::k_max_index; ++i)
+    if (SharedDeviceMemory::exists(i))
+      checks.push_back({"virtual device of another program as 'remote:" + std::to_string(i) + "'"});
+  return checks;
+}
+
 std::string nothing_missing(const DeviceHost&) { return {}; }
 
 std::string missing_for_falcon(const DeviceHost& host) {
@@ -273,6 +288,8 @@ extern "C" __attribute__((visibility("default"))) const trephine::haptics::Devic
        check_inverse3, missing_for_inverse3},
       {"spacemouse", "3Dconnexion SpaceMouse: 6 degrees of freedom, no force", true, make_spacemouse,
        check_spacemice, nothing_missing},
+      {"remote", "virtual device of another program, such as trephine virtual-device: 6 degrees of freedom",
+       true, make_remote, check_remote, nothing_missing},
       {"pedal", "foot pedal: buttons and axes", false, make_pedal, check_pedals, nothing_missing},
   };
   *count = std::size(kinds);

@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <string>
 
+#include "haptics/mesh/mesh_tree.h"
 #include "haptics/tool/point_shell.h"
 #include "volume/base/mix_hash.h"
 #include "volume/base/text.h"
@@ -41,6 +42,10 @@ ToolShape::ToolShape(SharedShell shell) : kind_(Kind::shell), shell_(std::move(s
 
 ToolShape::ToolShape(ToolProfile profile, SharedShell shell) : ToolShape(std::move(shell)) {
   profile_ = std::move(profile);
+}
+
+ToolShape::ToolShape(std::shared_ptr<const MeshTree> mesh, SharedShell shell) : ToolShape(std::move(shell)) {
+  mesh_ = std::move(mesh);
 }
 
 ToolShape::ToolShape(ToolProfile profile) : kind_(Kind::shell), profile_(std::move(profile)) {
@@ -98,6 +103,12 @@ Result<SharedTool> sample_surface(const SharedTool& tool) {
   Result<SharedShell> shell = PointShell::of_profile(tool->profile());
   if (!shell) return shell.error();
   return std::make_shared<const ToolShape>(tool->profile(), std::move(shell).value());
+}
+
+Result<SharedTool> make_tool(std::shared_ptr<const MeshTree> mesh, double spacing) {
+  Result<SharedShell> shell = PointShell::of_mesh(mesh->vertices(), mesh->triangles(), spacing);
+  if (!shell) return shell.error();
+  return std::make_shared<const ToolShape>(std::move(mesh), std::move(shell).value());
 }
 
 Result<SharedTool> make_tool(std::vector<ToolShape::Ball> balls) {

@@ -11,6 +11,7 @@
 
 namespace trephine::haptics {
 
+class MeshTree;
 class PointShell;
 using SharedShell = std::shared_ptr<const PointShell>;
 
@@ -59,6 +60,8 @@ class ToolShape {
   explicit ToolShape(ToolProfile profile);
   /// The surface of a body of revolution, with its points.
   ToolShape(ToolProfile profile, SharedShell shell);
+  /// The surface of a closed mesh, with its points.
+  ToolShape(std::shared_ptr<const MeshTree> mesh, SharedShell shell);
 
   Kind kind() const noexcept { return kind_; }
   bool is_point() const noexcept { return kind_ == Kind::point; }
@@ -74,9 +77,10 @@ class ToolShape {
   /// Returns the points of a shell; null for the other kinds, and for a profile without points (see
   /// sample_surface()).
   const SharedShell& shell() const noexcept { return shell_; }
-  /// Returns the profile from which the surface is sample_surface; without rings for the other kinds, and for
-  /// a shell of a mesh.
+  /// Returns the profile of a body of revolution; without rings for other tools.
   const ToolProfile& profile() const noexcept { return profile_; }
+  /// Returns the mesh whose surface touches, in the frame of the hand; null for other tools.
+  const std::shared_ptr<const MeshTree>& mesh() const noexcept { return mesh_; }
   /// Returns the centres of balls().
   std::vector<glm::dvec3> centres() const;
   /// Returns the largest distance of a ball's centre or a shell's point from the HIP, mm. A rotation about
@@ -106,6 +110,7 @@ class ToolShape {
   double radius_ = 0, arm_ = 0, extent_ = 0, gyration_square_ = k_least_gyration_square;
   std::vector<Ball> balls_;
   ToolProfile profile_;
+  std::shared_ptr<const MeshTree> mesh_;
   SharedShell shell_;
   std::uint64_t shell_hash_ = 0;  ///< 0: no shell
 };
@@ -120,6 +125,10 @@ Status check(const ToolShape& tool);
 /// shell. Error if the profile is invalid, or needs too many points. Takes about 20 ms for 10^4 points.
 Result<SharedTool> sample_surface(const SharedTool& tool);
 
+/// Makes a tool of the surface of a closed mesh, whose coordinates are in the frame of the hand, mm: the HIP
+/// is the origin, and the shaft points along z. Error if the mesh is open or empty, faces inward, is farther
+/// than 300 mm from the HIP, or needs too many points (PointShell).
+Result<SharedTool> make_tool(std::shared_ptr<const MeshTree> mesh, double spacing_mm);
 /// Makes a rigid tool of balls of one radius (mm) at these centres (mm, frame of the hand); no centres: a
 /// ball at the HIP, or a point if the radius is 0. Error if the balls form no valid tool.
 Result<SharedTool> make_tool(double radius_mm, std::span<const glm::dvec3> centres = {});

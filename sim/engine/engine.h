@@ -107,7 +107,7 @@ class Engine {
   /// Returns the removed volume of each label, mm3; one entry for scans without labels.
   std::vector<double> removed_mm3_by_label() const;
   std::vector<Measure> measures() const;
-  /// Overlays for a view: bodies in their order, models, and overlays of modules.
+  /// Overlays for a view: bodies in their order, models, overlays of modules, and injuries.
   Overlays overlays() const;
 
   /// Current frame of a body; of a held body, at the hand's last tick.
@@ -208,8 +208,9 @@ class Engine {
     Status error = std::nullopt;  ///< reason why it cannot be restored
   };
   void record_setting(const Command& command, const Setting& setting, Outcome& outcome);
-  ToolGeometry geometry_of(const Instrument& instrument, std::size_t hand) const;
-  ToolGeometry requested_geometry(const PendingJob& job) const;
+  haptics::SharedTool geometry_of(const Instrument& instrument, std::size_t hand) const;
+  Result<haptics::SharedTool> requested_geometry(const PendingJob& job) const;
+  void add_injuries(Overlays& overlays) const;
   void give(Instrument instrument, std::size_t hand, Outcome& outcome);
   Status check_effect_of(const Instrument& instrument, std::size_t hand) const;
   bool use_forces_of_instrument(std::size_t hand, Change& change);

@@ -39,10 +39,11 @@ void Engine::begin_job(const Command& command, PendingJob job, Outcome& outcome)
 }
 
 /// Returns the geometry that a job prepares.
-ToolGeometry Engine::requested_geometry(const PendingJob& job) const {
-  if (const auto* geometry = job.parameters->as<ToolGeometry>()) return *geometry;
+Result<haptics::SharedTool> Engine::requested_geometry(const PendingJob& job) const {
+  if (const auto* geometry = job.parameters->as<ToolGeometry>()) return geometry->tool();
   const auto instrument = named_instrument(*job.parameters->as<TakeInstrument>());
-  return instrument ? geometry_of(instrument.value(), job.hand) : ToolGeometry();
+  if (!instrument) return instrument.error();
+  return geometry_of(instrument.value(), job.hand);
 }
 
 /// Sets job.run, which captures all its input, for any thread.

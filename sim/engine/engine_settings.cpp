@@ -87,10 +87,9 @@ Result<std::shared_ptr<const haptics::LawSet>> laws_with_forces(const haptics::S
   return laws;
 }
 
-/// Checks that a hand with this instrument can touch the scene with a tool of this geometry.
+/// Checks that a hand with this instrument can touch the scene with this tool.
 Status check_geometry(const haptics::TouchScene& scene, const Instrument& instrument,
-                      const ToolGeometry& geometry) {
-  auto tool = geometry.tool();
+                      const Result<haptics::SharedTool>& tool) {
   if (!tool) return tool.error();
   const double radius = tool.value()->radius();
   if (Status error = check_tool_radius(*scene.base, radius)) return error;
@@ -103,7 +102,7 @@ Status check_geometry(const haptics::TouchScene& scene, const Instrument& instru
                    .remedy = "use a point"};
   if (instrument.type == nullptr || instrument.type->check == nullptr) return std::nullopt;
   haptics::TouchScene changed = scene;
-  changed.tool = std::move(tool).value();
+  changed.tool = tool.value();
   return instrument.type->check(instrument.parameters.data(), changed);
 }
 
@@ -127,25 +126,30 @@ Result<Instrument> Engine::named_instrument(const TakeInstrument& request) const
 }
 
 /// Returns the contact geometry of the hand with this instrument: the geometry that the instrument needs, or
-/// else the hand's initial geometry.
-ToolGeometry Engine::geometry_of(const Instrument& instrument, std::size_t hand) const {
+/// else the hand's initial geometry. A model that the instrument cannot use as its tool is replaced by a
+/// point.
+haptics::SharedTool Engine::geometry_of(const Instrument& instrument, std::size_t hand) const {
   const ToolNeeds needs = instrument.type && instrument.type->needs
                               ? instrument.type->needs(instrument.parameters.data(), *scene().base)
                               : ToolNeeds();
-  return ToolGeometry::of(needs.tool ? *needs.tool : *initial_tools_[hand]);
+  if (needs.tool) return needs.tool;
+  const haptics::SharedTool& initial = initial_tools_[hand];
+  if (!initial->mesh() || !instrument.type || !instrument.type->check) return initial;
+  haptics::TouchScene with_model = *tools_[hand].scene;
+  with_model.tool = initial;
+  if (!instrument.type->check(instrument.parameters.data(), with_model)) return initial;
+  return std::make_shared<const haptics::ToolShape>();
 }
 
 std::function<void(const std::atomic<bool>&)> Engine::preparation_of(const TakeInstrument& request,
                                                                      std::size_t hand) const {
   const auto instrument = named_instrument(request);
   if (!instrument) return {};
-  const auto tool = geometry_of(instrument.value(), hand).tool();
-  if (!tool || tool.value()->radius() == 0 || check_tool_radius(*scene().base, tool.value()->radius()))
-    return {};
-  return
-      [scene = tools_[hand].scene, radius = tool.value()->radius()](const std::atomic<bool>& is_cancelled) {
-        haptics::prepare_offsets(*scene, radius, is_cancelled);
-      };
+  const double radius = geometry_of(instrument.value(), hand)->radius();
+  if (radius == 0 || check_tool_radius(*scene().base, radius)) return {};
+  return [scene = tools_[hand].scene, radius](const std::atomic<bool>& is_cancelled) {
+    haptics::prepare_offsets(*scene, radius, is_cancelled);
+  };
 }
 
 /// Puts an instrument into a hand.
@@ -181,7 +185,7 @@ bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result, Outc
   const auto& geometry = static_cast<const PreparedTool&>(result);
   const auto* take = job.parameters->as<TakeInstrument>();
   Instrument instrument = take ? named_instrument(*take).value() : state_.settings.hands[job.hand];
-  const ToolGeometry needed = take ? geometry_of(instrument, job.hand) : *job.parameters->as<ToolGeometry>();
+  const Result<haptics::SharedTool> needed = requested_geometry(job);
   const haptics::TouchScene& current_scene = *tools_[job.hand].scene;
   Status failed = geometry.failed;
   // The hand may have received another instrument or tool since the job began.
@@ -208,7 +212,8 @@ bool Engine::adopt_geometry(const PendingJob& job, const JobResult& result, Outc
       kept = {geometry.offsets, is_cut_since ? ever_cut_ : k_no_voxels};
     fields->go_back(kept, version(), serial() + 1);
   }
-  const Command latest{needed, job.hand};
+  const Command latest(take ? ToolGeometry::of(*needed.value()) : *job.parameters->as<ToolGeometry>(),
+                       job.hand);
   state_.settings.latest_commands.insert_or_assign(key_of(latest, 0), latest);
   publish(Change::addition);
   return true;
@@ -283,13 +288,14 @@ struct HandCommands {
   }
 
   static Status check_geometry(const Engine& engine, const ToolGeometry& request, std::uint8_t hand) {
-    return sim::check_geometry(*engine.tools_[hand].scene, engine.state_.settings.hands[hand], request);
+    return sim::check_geometry(*engine.tools_[hand].scene, engine.state_.settings.hands[hand],
+                               request.tool());
   }
   static Status check_taking(const Engine& engine, const TakeInstrument& request, std::uint8_t hand) {
     const auto instrument = engine.named_instrument(request);
     if (!instrument) return instrument.error();
-    const ToolGeometry geometry = engine.geometry_of(instrument.value(), hand);
-    if (Status error = sim::check_geometry(*engine.tools_[hand].scene, instrument.value(), geometry))
+    if (Status error = sim::check_geometry(*engine.tools_[hand].scene, instrument.value(),
+                                           engine.geometry_of(instrument.value(), hand)))
       return error;
     if (Status error = engine.check_effect_of(instrument.value(), hand)) return error;
     // Guards of the instrument's own command also apply to take-instrument.

@@ -6,6 +6,7 @@
 #include "haptics/force/coupling.h"
 #include "haptics/force/effects.h"
 #include "haptics/mesh/mesh_proxy.h"
+#include "haptics/tool/point_shell.h"
 #include "sim/engine/depth_sets.h"
 #include "sim/engine/procedure_check.h"
 #include "sim/engine/tool_geometry.h"
@@ -72,10 +73,17 @@ struct PreparedTouch {
   std::shared_ptr<const haptics::ProxyMethod> prepared;
 };
 
-Result<PreparedTouch> prepare_for_hand(const HandSpec& hand, const TouchScene& items, double smallest_burr) {
+/// Returns the tool of a hand, with the points of its model.
+Result<haptics::SharedTool> tool_of(const HandSpec& hand, const SceneData& data) {
+  if (hand.tool_model < 0) return hand.tool;
+  return haptics::make_tool(data.models[static_cast<std::size_t>(hand.tool_model)], hand.tool_spacing);
+}
+
+Result<PreparedTouch> prepare_for_hand(const HandSpec& hand, haptics::SharedTool tool,
+                                       const TouchScene& items, double smallest_burr) {
   auto scene = std::make_shared<TouchScene>(items);
-  if (Status error = check_tool_radius(*scene->base, hand.tool->radius())) return *error;
-  if (Status error = haptics::set_tool(*scene, hand.tool)) return *error;
+  if (Status error = check_tool_radius(*scene->base, tool->radius())) return *error;
+  if (Status error = haptics::set_tool(*scene, std::move(tool))) return *error;
   if (Status error = haptics::set_smallest_burr(*scene, smallest_burr)) return *error;
   auto method = haptics::make_method(hand.method);
   if (!method)
@@ -144,6 +152,18 @@ Status apply_tool_needs(SceneDescription& spec, const volume::Volume& anatomy, c
                    .found = "a ball of " + text_of(needs.tool->radius()) + " mm",
                    .expected = "at most 6 mm",
                    .remedy = "use a smaller tool"};
+    if (hand.tool_model >= 0) {
+      if (needs.tool)
+        return Error{.what = "the instrument has a contact geometry of its own",
+                     .where = "tool",
+                     .found = hand.instrument + ", and a model as the tool",
+                     .expected = "a model as the tool, or this instrument",
+                     .remedy = "omit one of them"};
+      const haptics::ToolShape surface{haptics::ToolProfile()};
+      if (const auto* method = haptics::find_method(hand.method); !(method && method->takes(surface)))
+        hand.method = haptics::general_method(surface).name;
+      continue;
+    }
     if (!needs.tool) continue;
     if (const auto* method = haptics::find_method(hand.method);
         needs.tool->is_six_dof() && !(method && method->takes(*needs.tool)))
@@ -266,12 +286,15 @@ Result<OperationStart> build_scene(const SceneDescription& spec, const SceneData
     if (!instrument) return instrument.error();
     if (Status error = check_first_instrument(spec.plan.procedure, instrument.value(), hands.size()))
       return *error;
+    auto tool = tool_of(hand, data);
+    if (!tool) return tool.error();
     auto touch =
         std::find_if(prepared_touches.begin(), prepared_touches.end(), [&](const PreparedTouch& one) {
-          return *one.scene->tool == *hand.tool && one.method == hand.method;
+          return *one.scene->tool == *tool.value() && one.method == hand.method;
         });
     if (touch == prepared_touches.end()) {
-      Result<PreparedTouch> prepared = prepare_for_hand(hand, items.value(), spec.smallest_burr);
+      Result<PreparedTouch> prepared =
+          prepare_for_hand(hand, std::move(tool).value(), items.value(), spec.smallest_burr);
       if (!prepared) return prepared.error();
       touch = prepared_touches.insert(prepared_touches.end(), std::move(prepared).value());
     }
@@ -314,10 +337,32 @@ std::shared_ptr<const haptics::LawSet> laws_of(const std::vector<std::string>& e
   return laws;
 }
 
-SceneDescription describe_scene(const TouchScene& scene, const haptics::ProxyMethod& method,
-                                const haptics::ServoOptions& options, std::vector<HandSpec> hands) {
+namespace {
+
+void add_model(const std::shared_ptr<const haptics::MeshTree>& tree, SceneData& data) {
+  if (tree && std::find(data.models.begin(), data.models.end(), tree) == data.models.end())
+    data.models.push_back(tree);
+}
+
+int index_of(const std::shared_ptr<const haptics::MeshTree>& tree, const SceneData& data) {
+  return static_cast<int>(std::find(data.models.begin(), data.models.end(), tree) - data.models.begin());
+}
+
+/// Describes the tool and the method of a hand.
+void describe_touch(const TouchScene& scene, const haptics::ProxyMethod& method, const SceneData& data,
+                    HandSpec& hand) {
+  hand.method = method.name();
+  hand.tool = scene.tool;
+  if (!scene.tool->mesh()) return;
+  hand.tool = std::make_shared<const haptics::ToolShape>();
+  hand.tool_model = index_of(scene.tool->mesh(), data);
+  hand.tool_spacing = scene.tool->shell()->spacing();
+}
+
+/// Describes a scene without hands. `data`: its volumes, models and streams.
+SceneDescription describe_items(const TouchScene& scene, const haptics::ServoOptions& options,
+                                const SceneData& data) {
   SceneDescription spec;
-  const SceneData data = data_of(scene);
   for (const auto& v : data.volumes) spec.volumes.push_back({v->size});
   for (std::size_t v = 1; v < data.volumes.size(); ++v)
     spec.volumes[v].hash = volume::content_hash(*data.volumes[v]);
@@ -331,8 +376,7 @@ SceneDescription describe_scene(const TouchScene& scene, const haptics::ProxyMet
     s.is_soft = item.soft != nullptr;
     s.back_material = item.back_material;
     if (item.is_mesh()) {
-      s.model = static_cast<int>(std::find(data.models.begin(), data.models.end(), item.tree) -
-                                 data.models.begin());
+      s.model = index_of(item.tree, data);
       s.shape.name = "model " + std::to_string(s.model + 1);  // never the name of a file
       s.placement = item.placement;
       s.mover = item.mover;
@@ -356,23 +400,29 @@ SceneDescription describe_scene(const TouchScene& scene, const haptics::ProxyMet
     }
     spec.structures.push_back(std::move(s));
   }
-  for (HandSpec& hand : hands) {
-    hand.tool = scene.tool;
-    hand.method = method.name();
-  }
-  spec.hands = std::move(hands);
   spec.rate_hz = options.rate_hz;
   spec.force = options.force;
   spec.smallest_burr = scene.smallest_burr;
   return spec;
 }
 
+}  // namespace
+
+SceneDescription describe_scene(const TouchScene& scene, const haptics::ProxyMethod& method,
+                                const haptics::ServoOptions& options, std::vector<HandSpec> hands) {
+  const SceneData data = data_of(scene);
+  SceneDescription spec = describe_items(scene, options, data);
+  for (HandSpec& hand : hands) describe_touch(scene, method, data, hand);
+  spec.hands = std::move(hands);
+  return spec;
+}
+
 SceneDescription describe_scene(std::span<const HandStart> hands, const haptics::ServoOptions& options) {
-  SceneDescription spec = describe_scene(*hands[0].touch.scene, *hands[0].touch.method, options, {});
+  const SceneData data = data_of(hands);
+  SceneDescription spec = describe_items(*hands[0].touch.scene, options, data);
   for (const HandStart& hand : hands) {
     HandSpec& result = spec.hands.emplace_back(hand.instrument);
-    result.tool = hand.touch.scene->tool;
-    result.method = hand.touch.method->name();
+    describe_touch(*hand.touch.scene, *hand.touch.method, data, result);
     result.effects = hand.effects;
   }
   return spec;
@@ -398,19 +448,22 @@ SceneDescription describe_built_scene(const SceneDescription& request, const Ope
 SceneData data_of(const TouchScene& scene) {
   SceneData data(scene.base);
   data.volumes.insert(data.volumes.end(), scene.others.begin(), scene.others.end());
-  const auto add = [&](const std::shared_ptr<const haptics::MeshTree>& tree) {
-    if (std::find(data.models.begin(), data.models.end(), tree) == data.models.end())
-      data.models.push_back(tree);
-  };
   for (const TouchItem& item : scene.items)
     if (const auto* depth_model = dynamic_cast<const haptics::depth::DepthModel*>(item.depth.get())) {
       // The keys of an animation must be consecutive. They are thus added again if several items share them.
       data.models.insert(data.models.end(), depth_model->trees().begin(), depth_model->trees().end());
     } else if (item.is_mesh()) {
-      add(item.tree);
+      add_model(item.tree, data);
       if (auto stream = std::dynamic_pointer_cast<const haptics::depth::DepthStream>(item.depth))
         data.streams.push_back(std::move(stream));
     }
+  add_model(scene.tool->mesh(), data);
+  return data;
+}
+
+SceneData data_of(std::span<const HandStart> hands) {
+  SceneData data = data_of(*hands[0].touch.scene);
+  for (const HandStart& hand : hands) add_model(hand.touch.scene->tool->mesh(), data);
   return data;
 }
 

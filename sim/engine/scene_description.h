@@ -63,6 +63,10 @@ struct HandSpec {
   std::string instrument;  ///< empty: the hand only touches
   std::string parameters;  ///< in words: "diameter=4 removal_rate=30"
   haptics::SharedTool tool = std::make_shared<const haptics::ToolShape>();  ///< never null
+  /// Index of the model whose surface touches, instead of `tool`; -1: none. Its coordinates are in the frame
+  /// of the hand.
+  int tool_model = -1;
+  double tool_spacing = 0.5;  ///< mm, of the points on that surface
   std::string method = haptics::k_default_method;
   std::vector<std::string> effects;  ///< as haptics::parse_effect reads them
 
@@ -134,8 +138,10 @@ SceneDescription describe_scene(const haptics::TouchScene& scene, const haptics:
 SceneDescription describe_scene(std::span<const HandStart> hands, const haptics::ServoOptions& options);
 /// Describes the scene `start` that was built from `request`, with its plan and forbidden structures.
 SceneDescription describe_built_scene(const SceneDescription& request, const OperationStart& start);
-/// Returns the volumes, models and streams of a scene.
+/// Returns the volumes, models and streams of a scene, with the model of its tool.
 SceneData data_of(const haptics::TouchScene& scene);
+/// Returns those of hands in one scene, with the models of their tools.
+SceneData data_of(std::span<const HandStart> hands);
 
 /// Converts to lines of key=value, as in a session's header, and back. If the text has no lines for volumes,
 /// models or streams, those of the data are used. An error of one line names its number.

@@ -20,18 +20,18 @@ Status check_tool_radius(const volume::Volume& base, double radius) {
                .remedy = radius > 6 ? "use a smaller ball, or a point" : "use a point, or a larger ball"};
 }
 
-std::shared_ptr<const PreparedTool> make_geometry(const HandTool& tool, const ToolGeometry& request,
+std::shared_ptr<const PreparedTool> make_geometry(const HandTool& tool,
+                                                  const Result<haptics::SharedTool>& request,
                                                   const volume::Version& version,
                                                   const volume::VoxelBox& cut) {
   auto result = std::make_shared<PreparedTool>();
   auto scene = std::make_shared<haptics::TouchScene>(*tool.scene);
-  auto shape = request.tool();
-  if (!shape) {
-    result->failed = shape.error();
+  if (!request) {
+    result->failed = request.error();
     return result;
   }
-  const double radius = shape.value()->radius();
-  if ((result->failed = haptics::set_tool(*scene, std::move(shape).value()))) return result;
+  const double radius = request.value()->radius();
+  if ((result->failed = haptics::set_tool(*scene, request.value()))) return result;
   // Uses the hand's initial method if it supports the new tool.
   const haptics::MethodInfo* initial = haptics::find_method(tool.initial_method);
   const bool is_same = !initial || (initial->freedom == scene->tool->freedom() &&
@@ -52,8 +52,8 @@ std::shared_ptr<const PreparedTool> make_geometry(const HandTool& tool, const To
   constexpr int k_samples = 1 << 16;  // per field; they take about 1 ms
   MixHash hash;
   hash.add(radius);
-  for (const glm::dvec3& at : request.balls)
-    for (int a = 0; a < 3; ++a) hash.add(at[a]);
+  for (const haptics::ToolShape::Ball& ball : result->scene->tool->balls())
+    for (int a = 0; a < 3; ++a) hash.add(ball.centre[a]);
   if (result->scene->tool->shell()) hash.add(result->scene->tool->shell()->hash());
   if (radius > 0)
     for (std::size_t s = 0; s < base_shapes(*result->scene).size(); ++s) {

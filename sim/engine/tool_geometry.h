@@ -24,7 +24,8 @@ Status check_tool_radius(const volume::Volume& base, double radius);
 
 /// Builds the scene, method and fields of `tool` with the requested geometry. `cut`: box that contains all
 /// cuts of `version`.
-std::shared_ptr<const PreparedTool> make_geometry(const HandTool& tool, const ToolGeometry& request,
+std::shared_ptr<const PreparedTool> make_geometry(const HandTool& tool,
+                                                  const Result<haptics::SharedTool>& request,
                                                   const volume::Version& version,
                                                   const volume::VoxelBox& cut);
 

@@ -51,7 +51,9 @@ void put_placement(std::string& out, const haptics::Placement& at) {
 }
 
 void put_hand(std::string& out, const EngineSnapshot::Hand& hand) {
-  const ToolGeometry geometry = ToolGeometry::of(*hand.tool.scene->tool);
+  const haptics::ToolShape& tool = *hand.tool.scene->tool;
+  put(out, static_cast<std::uint8_t>(tool.mesh() != nullptr));
+  const ToolGeometry geometry = ToolGeometry::of(tool);
   put(out, geometry.radius);
   put_count(out, geometry.balls.size());
   for (const glm::dvec3& centre : geometry.balls) put(out, centre);

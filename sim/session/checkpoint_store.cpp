@@ -350,6 +350,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   }
   /// Reads a hand, with its initial tool or another one.
   void read_hand(ByteReader& in, std::size_t h, EngineSnapshot::Hand& hand) {
+    const bool has_mesh = in.flags(1) != 0;  // of the initial tool
     ToolGeometry geometry{in.number(), {}, {}, 0};
     for (std::uint64_t remaining = in.count(haptics::ToolShape::k_max_balls); remaining > 0; --remaining)
       geometry.balls.push_back(in.position());
@@ -359,11 +360,15 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     geometry.spacing = in.number();
     hand.tool = start.tool(h);
     hand.tool.change_count = in.count();
+    const haptics::SharedTool initial = hand.tool.scene->tool;
+    if (has_mesh && !initial->mesh()) throw Broken{"a tool of an unknown mesh"};
     if (hand.tool.change_count != 0) {
-      std::shared_ptr<const PreparedTool>& prepared = geometries[{h, Value(geometry).bytes()}];
+      std::shared_ptr<const PreparedTool>& prepared =
+          geometries[{h, has_mesh ? "mesh" : Value(geometry).bytes()}];
       if (!prepared) {
         if (check_tool_radius(*hand.tool.scene->base, geometry.radius)) throw Broken{"an invalid tool"};
-        prepared = make_geometry(hand.tool, geometry, *start.state().undoable.version, k_no_voxels);
+        prepared = make_geometry(hand.tool, has_mesh ? Result(initial) : geometry.tool(),
+                                 *start.state().undoable.version, k_no_voxels);
       }
       if (prepared->failed) throw Broken{"a tool of invalid geometry"};
       hand.tool.scene = prepared->scene;

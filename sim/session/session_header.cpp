@@ -174,6 +174,10 @@ std::string to_text(const SceneDescription& h) {
     for (const haptics::ToolProfile::Ring& ring : hand.tool->profile().rings)
       add_text("tool_ring", text_of(ring.along) + ' ' + text_of(ring.radius));
     if (!hand.tool->profile().rings.empty()) add_number("tool_spacing", hand.tool->profile().spacing);
+    if (hand.tool_model >= 0) {
+      add_number("tool_model", hand.tool_model);
+      add_number("tool_spacing", hand.tool_spacing);
+    }
     for (const std::string& words : hand.effects) add_text("effect", words);
   }
   return out;
@@ -453,7 +457,9 @@ Result<SessionHeader> read_lines(std::string_view text, const ErrorWords& words)
       is_good = hand && ring && tools.back().profile.size() < 2 * haptics::ToolProfile::k_max_rings;
       if (is_good) tools.back().profile.insert(tools.back().profile.end(), {ring->x, ring->y});
     } else if (key == "tool_spacing") {
-      if ((is_good = hand && is_between(0, 10))) tools.back().spacing = number;
+      if ((is_good = hand && is_between(0, 10))) tools.back().spacing = hand->tool_spacing = number;
+    } else if (key == "tool_model") {
+      if ((is_good = hand && is_whole(0, k_max_models))) hand->tool_model = static_cast<int>(number);
     } else if (key == "smallest_burr") {
       if ((is_good = is_between(0, 1e3))) h.smallest_burr = number;
     } else if (key == "effect") {
@@ -525,6 +531,7 @@ Result<SessionHeader> read_lines(std::string_view text, const ErrorWords& words)
                             : "a key of this layout and a value in its range");
   }
   for (std::size_t i = 0; i < tools.size(); ++i) {
+    if (h.hands[i].tool_model >= 0) tools[i].spacing = 0;  // of the model
     auto tool = tools[i].tool();
     if (!tool) return tool.error();
     h.hands[i].tool = std::move(tool).value();
@@ -557,6 +564,12 @@ Status check_whole(const SceneDescription& h, const ErrorWords& words) {
     if (s.model >= 0 && s.is_forbidden &&
         (s.mover >= 0 || s.depth_keys > 0 || s.stream >= 0 || s.is_streamed))
       return fail("a forbidden model", "a model at rest that is touched by its triangles");
+  }
+  for (const HandSpec& hand : h.hands) {
+    if (hand.tool_model >= static_cast<int>(h.models.size()))
+      return fail("tool_model", "a model that the header names");
+    if (hand.tool_model >= 0 && !hand.tool->is_point())
+      return fail("tool_model", "tool_model without other geometry of the tool");
   }
   if (anatomy_shapes == 0 || anatomy_shapes > haptics::TouchScene::k_max_shapes)
     return fail("no touchable shape of the anatomy, or more than 8", "1 to 8 of them");

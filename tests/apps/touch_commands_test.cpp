@@ -1,4 +1,4 @@
-// trephine touch: its report on energy and on a tool that is stuck.
+// trephine touch: its report on energy and on a tool that is stuck; models as tools.
 #include <cmath>
 
 #include "tests/apps/command_fixture.h"
@@ -48,6 +48,43 @@ TEST_F(Command, ATouchOfAModelByImagesIsNotStuck) {
     EXPECT_EQ(touch["stuck"], 0) << by;
     EXPECT_EQ(touch["fall_throughs"], 0) << by;
   }
+}
+
+const std::string k_scenes = TREPHINE_SOURCE_DIR "/docs/examples/whole-tools/";
+
+/// The four scenes meet their expectations. A session with a model as the tool contains the model, plays to
+/// the same bits, and passes the audit, which finds a planted fault.
+TEST_F(Command, ScenesOfWholeToolsMeetTheirExpectations) {
+  const bool is_whole = std::getenv("TREPHINE_WHOLE") != nullptr;
+  for (const std::string name : {"pipe-torus", "piping", "rabbit-hammer", "pipe-tube"}) {
+    if (!is_whole && (name == "rabbit-hammer" || name == "pipe-tube")) continue;
+    const Json played = json("run " + k_scenes + name + ".toml --record " + name + ".session");
+    EXPECT_TRUE(played["is_met"].get<bool>()) << played.dump(1);
+    EXPECT_TRUE(json("replay " + name + ".session --verify --scan " + k_scenes + "board.nrrd")["is_same"]
+                    .get<bool>());
+  }
+  const std::string audit = "audit pipe-torus.session --scan " + k_scenes + "board.nrrd";
+  const ProcessResult good = run(audit);
+  EXPECT_EQ(good.exit_code, 0) << good.out << good.err;
+  EXPECT_EQ(run(audit + " --plant tool").exit_code, 1);
+}
+
+TEST_F(Command, AModelIsTheTool) {
+  write("p.csv", "t,x,y,z\n0,0,0,40\n0.3,0,0,15\n0.6,0,0,15\n");
+  const std::string touch = "touch " + k_scenes + "board.nrrd --iso 500 --path p.csv ";
+  const Json touched = json(touch + "-o a.csv --tool " + k_scenes + "torus.obj --tool-spacing 1");
+  // The ring of 17 mm about the x axis stands on the board, whose top is at 0: its centre is 2 mm above the
+  // hand.
+  EXPECT_NEAR(touched["max_force_n"].get<double>(), 0.5 * 2, 0.1) << touched.dump(1);
+  const auto refused = [&](const std::string& options, const char* what) {
+    const ProcessResult r = run(touch + "-o b.csv " + options);
+    EXPECT_EQ(r.exit_code, 2) << options;
+    EXPECT_NE(r.err.find(what), std::string::npos) << r.err;
+  };
+  refused("--tool-spacing 1", "a spacing without a tool");
+  refused("--tool none.obj", "the model does not exist");
+  write("open.obj", "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 1 4 3\n");
+  refused("--tool open.obj", "");
 }
 
 }  // namespace

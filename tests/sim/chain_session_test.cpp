@@ -1,4 +1,5 @@
-// Sessions with a rigid tool of several balls (a chain), which is set at the start or during the session.
+// Sessions with a rigid tool of several balls (a chain), or with the surface of a model as the tool.
+#include "apps/bench/scenes/closed_models.h"
 #include "sim/engine/scene_description.h"
 #include "tests/sim/opens_anywhere.h"
 #include "tests/sim/session_fixture.h"
@@ -102,6 +103,86 @@ TEST(ChainSession, BackToOneBallRestoresTheMethodOfTheStart) {
     EXPECT_FALSE(writer->finish(run.engine()));
   }
   expect_opens_anywhere(path, drilling_catalogue(), bench.scene.base, 3);
+}
+
+// The first hand touches with the surface of a bar, changes to a round burr, then to one that touches as a
+// point.
+TEST(ModelToolSession, IsRecordedReplayedAndOpenedAnywhere) {
+  const Folder folder;
+  const std::string path = folder.file("bar.session");
+  const haptics::TouchScene scene = small_bone();
+  SceneDescription spec = describe_scene(scene, haptics::ImplicitProxy(), {}, {HandSpec(), HandSpec()});
+  SceneData data = data_of(scene);
+  const auto bar = haptics::depth::box({-6, -1, -1}, {6, 1, 9});
+  data.models.push_back(std::make_shared<const haptics::MeshTree>(bar.vertices, bar.triangles));
+  spec.models.push_back({data.models[0]->triangle_count(), content_hash(*data.models[0])});
+  spec.hands[0].tool_model = 0;
+  spec.hands[0].tool_spacing = 0.6;
+  EXPECT_FALSE(apply_tool_needs(spec, *scene.base, drilling_catalogue(), 2.0));
+  EXPECT_EQ(spec.hands[0].method, "shell");
+  auto start = build_scene(spec, data, drilling_catalogue());
+  ASSERT_TRUE(start.is_ok()) << start.error().message();
+  const SceneDescription described = describe_scene(start.value().hands, {});
+  EXPECT_EQ(described.hands[0].tool_model, 0);
+  EXPECT_EQ(described.hands[0].tool_spacing, 0.6);
+  EXPECT_EQ(described.hands[1].tool_model, -1);
+  const auto read = scene_from_text(to_text(described), data_of(start.value().hands));
+  ASSERT_TRUE(read.is_ok()) << read.error().message();
+  EXPECT_EQ(read.value().hands[0].tool_model, 0);
+  EXPECT_EQ(read.value().hands[0].tool_spacing, 0.6);
+  WriterOptions options = with_checkpoint_work(1500);
+  options.is_embedding = true;
+  auto writer = SessionWriter::create(path, SessionHeader(described), data_of(start.value().hands),
+                                      drilling_catalogue(), options);
+  ASSERT_TRUE(writer.is_ok());
+  Lockstep run(Engine(std::move(start.value().hands), 1e-3, drilling_catalogue()), {}, 1000,
+               writer.value().get());
+  const auto give = [&](const Command& command) {
+    const Outcome begun = run.apply(command);
+    ASSERT_FALSE(begun.refused) << begun.refused->message();
+    EXPECT_TRUE(run.apply(run.engine().run_job(begun.job)).is_changed);
+  };
+  const auto touches_with_bar = [&] { return run.engine().tool(0).scene->tool->mesh() != nullptr; };
+  long contacts[3] = {};
+  double max_torque = 0;
+  for (int i = 0; i < 4500; ++i) {
+    const haptics::Pose poses[2] = {waving(i), {{20, 20, 20}}};
+    const haptics::ServoRecord r = run.step(poses)[0];
+    contacts[i / 1500] += r.has_contact;
+    if (i < 1500) max_torque = std::max(max_torque, glm::length(r.torque_world));
+    EXPECT_EQ(touches_with_bar(), i < 1500) << i;
+    if (i == 1499) give({TakeInstrument{"burr", "diameter=4 round=yes"}, 0});
+    if (i == 2999) give({TakeInstrument{"burr", "diameter=4 round=no"}, 0});
+  }
+  EXPECT_TRUE(run.engine().tool(0).scene->tool->is_point());
+  for (const long count : contacts) EXPECT_GT(count, 300);
+  EXPECT_GT(max_torque, 3);
+  EXPECT_FALSE(writer.value()->finish(run.engine()));
+  expect_opens_anywhere(path, drilling_catalogue(), {});
+}
+
+TEST(ModelToolSession, ImpossibleToolsAreRefused) {
+  const haptics::TouchScene scene = small_bone();
+  SceneDescription spec =
+      describe_scene(scene, haptics::ImplicitProxy(), {}, {HandSpec(drilling::burr(k_burr))});
+  SceneData data = data_of(scene);
+  auto bar = haptics::depth::box({-6, -1, -1}, {6, 1, 9});
+  bar.triangles.resize(33);  // open
+  data.models.push_back(std::make_shared<const haptics::MeshTree>(bar.vertices, bar.triangles));
+  spec.models.push_back({data.models[0]->triangle_count(), content_hash(*data.models[0])});
+  spec.hands[0].tool_model = 0;
+  spec.hands[0].method = "shell";
+  const auto open = build_scene(spec, data, drilling_catalogue());
+  ASSERT_FALSE(open.is_ok());
+  EXPECT_NE(open.error().message().find("not closed"), std::string::npos) << open.error().message();
+  spec.hands[0].parameters = "diameter=4 round=yes";
+  const Status two = apply_tool_needs(spec, *scene.base, drilling_catalogue(), 2.0);
+  ASSERT_TRUE(two);
+  EXPECT_EQ(two->where, "tool");
+  std::string text = to_text(spec);
+  for (const char* line : {"tool_model=1\n", "tool_radius=1\n", "tool_ball=0 0 1\ntool_radius=1\n"})
+    EXPECT_FALSE(scene_from_text(text + line, data).is_ok()) << line;
+  EXPECT_TRUE(scene_from_text(text, data).is_ok());
 }
 
 }  // namespace

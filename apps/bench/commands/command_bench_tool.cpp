@@ -1,7 +1,10 @@
 // whole-tool: times of contact with the whole surface of a tool, and experiments of Kadlecek (2013, master
 // thesis "Haptic rendering for 6/3-DOF haptic devices").
 #include "apps/bench/commands/bench_commands.h"
+#include "apps/bench/tool_experiments.h"
 #include "apps/bench/whole_tool.h"
+#include "apps/view/chart.h"
+#include "data-tools/files/atomic_file.h"
 
 namespace trephine::bench {
 
@@ -11,8 +14,45 @@ namespace {
 
 struct ToolArguments {
   bool is_quick = false;
+  std::string output;  ///< folder of charts; empty: none
   long passes = 2000;
 };
+
+/// Writes the charts of forces and the slice of the VoxMap into a folder.
+Status draw_charts(const std::vector<IntegratorRow>& integrators, const std::vector<SlidingForceRow>& slides,
+                   const std::string& folder) {
+  if (Status error = data_tools::make_folder(folder)) return error;
+  view::Chart noise;
+  noise.title = "Force in free motion, by integrator";
+  noise.x_label = "time, s", noise.y_label = "N: mean of 20 steps (solid), mean + deviation (dashed)";
+  std::size_t number = 0;
+  for (const IntegratorRow& row : integrators) {
+    view::ChartSeries mean{row.name, {}, row.means, true, view::chart_color(number++)};
+    constexpr double k_block = 0.02, k_shown = 2;  // s
+    for (std::size_t i = 0; i < row.means.size() && k_block * static_cast<double>(i) < k_shown; ++i)
+      mean.x.push_back(k_block * static_cast<double>(i));
+    mean.y.resize(mean.x.size());
+    view::ChartSeries noisy = mean;
+    noisy.name.clear();
+    noisy.y.assign(row.noisy.begin(), row.noisy.begin() + static_cast<std::ptrdiff_t>(mean.x.size()));
+    noisy.is_dashed = true, noisy.width = 1;
+    noise.series.push_back(std::move(mean));
+    noise.series.push_back(std::move(noisy));
+  }
+  if (Status error = view::write_chart_files(noise, folder + "/integrators")) return error;
+  view::Chart slide;
+  slide.title = "Force on a rod that slides over an oblique plane";
+  slide.x_label = "mm", slide.y_label = "N";
+  number = 0;
+  for (const SlidingForceRow& row : slides) {
+    view::ChartSeries force{row.method, {}, row.force, true, view::chart_color(number++)};
+    for (std::size_t i = 0; i < row.force.size(); ++i)
+      force.x.push_back(k_slide_step * static_cast<double>(i));
+    slide.series.push_back(std::move(force));
+  }
+  if (Status error = view::write_chart_files(slide, folder + "/force-jumps")) return error;
+  return data_tools::write_file_atomically(folder + "/voxmap.svg", draw_voxmap_slice());
+}
 
 Status run_tool(const ToolArguments& arguments, Outcome& outcome) {
   const WholeToolResult result = run_whole_tool_benchmark(arguments.is_quick);
@@ -76,7 +116,16 @@ Status run_tool(const ToolArguments& arguments, Outcome& outcome) {
   }
   if (passes.empty() || passes.front().through > 0) outcome.exit_code = exit_check_failed;
   outcome.print(format_text("VoxMap: %.1f s, %.0f MB", result.voxmap_seconds, result.voxmap_mb));
-  for (const IntegratorRow& row : compare_integrators()) {
+  const std::vector<IntegratorRow> integrators = compare_integrators();
+  const std::vector<SlidingForceRow> slides = compare_sliding_forces();
+  for (const SlidingForceRow& row : slides) {
+    outcome.json["slides"].push_back({{"method", row.method}, {"largest_jump", row.jump}});
+    outcome.print(format_text("force on a rod that slides over a plane, %s: jumps by %.4f %% per step",
+                              row.method.c_str(), 100 * row.jump));
+  }
+  if (!arguments.output.empty())
+    if (Status error = draw_charts(integrators, slides, arguments.output)) return error;
+  for (const IntegratorRow& row : integrators) {
     outcome.json["integrators"][row.name] = {{"mean_n", row.mean}, {"noise_n", row.noise}};
     outcome.print(format_text("force in free motion, %s integration: mean %.4f N, noise %.4f N",
                               row.name.c_str(), row.mean, row.noise));
@@ -94,6 +143,8 @@ Status run_tool(const ToolArguments& arguments, Outcome& outcome) {
 Run build_tool(Options& options) {
   auto a = std::make_shared<ToolArguments>();
   options.add("--quick", a->is_quick, "A coarser phantom and fewer steps");
+  options.add("-o,--output", a->output, "Write charts of the forces and a slice of the VoxMap")
+      .type("FOLDER");
   options.add("--passes", a->passes, "Passes of a rod against a plate of one voxel (default 2000)").type("N");
   return [a]() -> Result<Outcome> {
     if (a->passes < 1 || a->passes > 100'000'000)

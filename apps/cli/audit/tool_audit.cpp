@@ -5,6 +5,9 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include "haptics/mesh/mesh_tree.h"
+#include "haptics/tool/point_shell.h"
+
 namespace trephine::cli {
 
 namespace {
@@ -22,11 +25,19 @@ glm::dmat3 axes_of(const haptics::ServoRecord& record) {
 
 ToolAudit::ToolAudit(const haptics::TouchScene& scene) : scene_(scene) {
   const haptics::ToolShape& tool = *scene.tool;
-  const glm::dvec3& spacing = scene.base->frame.spacing();
+  const glm::dvec3& voxel = scene.base->frame.spacing();
   // A ball touches its offset field, which is accurate to a tenth of a voxel or better.
-  allowed_ = std::min(0.1, 0.2 * std::max({spacing.x, spacing.y, spacing.z})) + 0.02 * tool.radius();
+  allowed_ = std::min(0.1, 0.2 * std::max({voxel.x, voxel.y, voxel.z})) + 0.02 * tool.radius();
   for (const haptics::ToolShape::Ball& ball : tool.balls())
     judge_.add_ball(ball.centre, ball.radius, k_spacing);
+  if (const haptics::MeshTree* mesh = tool.mesh().get()) {
+    // Positions on a large tool are farther apart, because each is tested against every model.
+    constexpr double k_positions = 4000;
+    const double spacing = tool.shell()->spacing(),
+                 area = static_cast<double>(tool.shell()->points().size()) * spacing * spacing;  // about, mm2
+    judge_.add_mesh(mesh->vertices(), mesh->triangles(), std::max(k_spacing, std::sqrt(area / k_positions)));
+    allowed_ = tool.shell()->spacing();
+  }
   if (const haptics::ToolProfile& profile = tool.profile(); !profile.rings.empty()) {
     std::vector<glm::dvec2> rings;
     for (const haptics::ToolProfile::Ring& ring : profile.rings) rings.emplace_back(ring.along, ring.radius);

@@ -248,11 +248,7 @@ Run build_touch(Options& options) {
            "Force above which the proxy passes through the surface (default: never)")
       .means("pop force")
       .type("N");
-  options
-      .add("--effect", a->effects,
-           "A force in addition to the surface's: a name of " + haptics::effect_names() +
-               " and its parameters in quotes; may be repeated")
-      .type("WORDS");
+  add_effects(options, a->effects);
   options.add("--passive", a->is_passive, "Surfaces return no more energy to the hand than they absorbed");
   options
       .add("--friction", a->friction,

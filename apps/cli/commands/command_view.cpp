@@ -20,6 +20,7 @@ Run build_view(Options& options) {
            "(default: 2, or the burr if that is smaller)")
       .type("MM");
   add_models(options, a->models);
+  add_effects(options, a->effects);
   options
       .add("--background", a->models.backgrounds,
            "A model, closed or open, that is touched by its depth on the screen; may be repeated")

@@ -184,9 +184,11 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   choice.procedure_use = workbench::ProcedureUse::begins_without_tools;
   choice.shape.omits_holder = true;
   choice.hands[0] = sim::HandSpec(drilling::burr(arguments.burr));
+  choice.hands[0].effects = arguments.effects;
   choice.devices = workbench::capabilities_of(devices.value());
   if (devices.value().left) choice.hands.emplace_back();  // takes an instrument in the window
   if (Status error = choose_models(arguments.models, choice)) return *error;
+  if (!choice.tools.empty()) choice.hands[0].instrument.clear(), choice.hands[0].parameters.clear();
   if (arguments.models.is_any()) choice.hands[0].method = haptics::general_method(*choice.hands[0].tool).name;
   // The user may choose another burr in the window. Cuts are therefore sampled for a burr of 2 mm, unless
   // --smallest-burr requests another size or the first burr is smaller. With --round, but without

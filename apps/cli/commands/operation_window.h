@@ -19,6 +19,7 @@ struct WindowArguments {
   std::optional<double> seconds;
   workbench::DeviceChoice device;
   workbench::RecordChoice record;
+  std::vector<std::string> effects;    ///< name and parameters of each
   std::vector<std::string> opacities;  ///< NAME=PERCENT of structures
   DisplayArguments display;
   bool has_no_autosave = false;

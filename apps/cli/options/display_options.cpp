@@ -32,11 +32,24 @@ Status check_distance(double mm, const char* option, const char* remedy) {
 
 }  // namespace
 
-void add_display(Options& options, DisplayArguments& arguments) {
-  options
-      .add("--language", arguments.language,
-           "Language of the window: en or de; by default that of the system")
+void add_language(Options& options, std::string& language) {
+  options.add("--language", language, "Language of the window: en or de; by default that of the system")
       .type("NAME");
+}
+
+Status check_language(const std::string& language) {
+  const auto is_language = [&](const char* name) { return language == name; };
+  if (language.empty() || std::any_of(view::k_languages.begin(), view::k_languages.end(), is_language))
+    return std::nullopt;
+  return Error{.what = "the window has no catalogue of this language",
+               .where = "--language",
+               .found = language,
+               .expected = "en or de",
+               .remedy = "omit the option for the language of the system"};
+}
+
+void add_display(Options& options, DisplayArguments& arguments) {
+  add_language(options, arguments.language);
   options
       .add("--eyes", arguments.eyes,
            "Picture for: one; anaglyph (red and cyan glasses); side-by-side (3-D display); headset (OpenXR)")
@@ -71,14 +84,7 @@ Status choose_display(const DisplayArguments& arguments, view::WindowOptions& op
                  .found = arguments.eyes,
                  .expected = "one, anaglyph, side-by-side or headset",
                  .remedy = "pass for example --eyes anaglyph"};
-  const auto is_language = [&](const char* name) { return arguments.language == name; };
-  if (!arguments.language.empty() &&
-      std::none_of(view::k_languages.begin(), view::k_languages.end(), is_language))
-    return Error{.what = "the window has no catalogue of this language",
-                 .where = "--language",
-                 .found = arguments.language,
-                 .expected = "en or de",
-                 .remedy = "omit the option for the language of the system"};
+  if (Status error = check_language(arguments.language)) return error;
   options.language = arguments.language;
   if (Status error = check_distance(arguments.mode.screen_width, "--screen-width",
                                     "measure the width of the picture on the screen, in mm"))

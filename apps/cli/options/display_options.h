@@ -13,6 +13,10 @@ struct DisplayArguments {
   view::DisplayMode mode;
 };
 
+/// Adds --language.
+void add_language(Options& options, std::string& language);
+/// Returns an error if there is no catalogue of a language; an empty name is that of the system.
+Status check_language(const std::string& language);
 /// Adds --language, --eyes, --mirror, --head-tracker, --screen-width and --viewing-distance.
 void add_display(Options& options, DisplayArguments& arguments);
 /// Sets the presentation of a window, and opens its head tracker. Errors: an unknown name, a value out of

@@ -30,6 +30,7 @@ std::vector<std::string> ModelArguments::files() const {
   std::vector<std::string> names;
   for (const auto* list : {&volumes, &meshes, &depths, &backgrounds})
     names.insert(names.end(), list->begin(), list->end());
+  if (!tool.empty()) names.push_back(tool);
   return names;
 }
 
@@ -135,6 +136,16 @@ void add_models(Options& options, ModelArguments& a) {
       .type("HZ");
   add_model_units(options, a);
   add_matter(options, a.matter);
+  options
+      .add(
+          "--tool", a.tool,
+          "A closed model whose surface is the tool, in the frame of the hand: the origin is the held point, "
+          "z points along the shaft toward the hand; units and axes as of --mesh")
+      .type("FILE");
+  options
+      .add("--tool-spacing", a.tool_spacing,
+           "Largest distance of the surface of --tool from its sampled points (default: half a voxel)")
+      .type("MM");
   options.add("--mesh-forbidden", a.is_forbidden,
               "The models of --mesh must not be entered: the tool's distance and its contacts are reported");
 }
@@ -161,6 +172,17 @@ Status choose_models(const ModelArguments& arguments, workbench::OperationChoice
   auto models = models_of(arguments);
   if (!models) return models.error();
   choice.models = std::move(models).value();
+  if (arguments.tool_spacing && arguments.tool.empty())
+    return Error{.what = "a spacing without a tool",
+                 .where = "--tool-spacing",
+                 .found = text_of(*arguments.tool_spacing) + " mm",
+                 .expected = "--tool FILE with it",
+                 .remedy = "pass the model of the tool, or omit the spacing"};
+  if (arguments.tool.empty()) return std::nullopt;
+  workbench::ToolModelChoice& tool = choice.tools.emplace_back();
+  tool.spacing = arguments.tool_spacing;
+  tool.model.file = arguments.tool;
+  tool.model.mm_per_unit = arguments.scale, tool.model.frame = arguments.frame;
   return std::nullopt;
 }
 

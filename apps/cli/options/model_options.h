@@ -19,6 +19,8 @@ struct ModelArguments {
   double scale = 1;                  ///< mm per unit of the models
   std::uint8_t matter = 0;           ///< index of k_model_matters
   bool is_forbidden = false;
+  std::string tool;                    ///< file of a closed model whose surface is the tool
+  std::optional<double> tool_spacing;  ///< mm, of its points
   std::string frame, at;  ///< "LPS" or "RAS", empty: as the files state; x,y,z of the origin, empty: 0,0,0
 
   bool is_any() const noexcept {

@@ -12,6 +12,7 @@
 
 #include "data-tools/files/atomic_file.h"
 #include "data-tools/files/sensitive_names.h"
+#include "haptics/force/effects.h"
 #include "haptics/methods/methods.h"
 #include "modules/catalogue.h"
 
@@ -285,6 +286,14 @@ void add_shape(Options& options, workbench::ShapeChoice& shape) {
   options.add("--label", shape.label, "Solid where the volume has this label").type("NAME");
 }
 
+void add_effects(Options& options, std::vector<std::string>& effects) {
+  options
+      .add("--effect", effects,
+           "A force in addition to the surface's: a name of " + haptics::effect_names() +
+               " and its parameters in quotes; may be repeated")
+      .type("WORDS");
+}
+
 void add_record(Options& options, workbench::RecordChoice& record) {
   record.program = program_name();
   options.add("--record", record.file, "Write the session to this new file").type("FILE");
@@ -303,7 +312,7 @@ void add_devices(Options& options, workbench::DeviceChoice& devices) {
       .add(
           "--device", devices.device,
           "Source of the hand's motion: mouse, falcon, touch, omega, inverse3, spacemouse (spacemouse:1 is the "
-          "second one), playback:PATH.csv (follows the path exactly), or virtual:PATH.csv (a simulated hand "
+          "second one), remote (that of trephine virtual-device), playback:PATH.csv (follows the path exactly), or virtual:PATH.csv (a simulated hand "
           "that follows the path with a spring and yields to forces); default: that of "
           "~/.config/trephine/devices.toml, else mouse")
       .type("NAME");

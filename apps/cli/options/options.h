@@ -105,6 +105,8 @@ class Options {
 // Common options of several commands.
 Option add_source(Options& options, workbench::SourceChoice& source);
 void add_shape(Options& options, workbench::ShapeChoice& shape);
+/// Adds --effect, which may be repeated.
+void add_effects(Options& options, std::vector<std::string>& effects);
 void add_record(Options& options, workbench::RecordChoice& record);
 /// Adds a device, a pedal and the scale of the device.
 void add_devices(Options& options, workbench::DeviceChoice& devices);

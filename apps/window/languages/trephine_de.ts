@@ -73,6 +73,66 @@
         <source>Cancelling ...</source>
         <translation>Wird abgebrochen ...</translation>
     </message>
+    <message>
+        <source>right</source>
+        <translation>rechts</translation>
+    </message>
+    <message>
+        <source>up</source>
+        <translation>oben</translation>
+    </message>
+    <message>
+        <source>toward you</source>
+        <translation>zu Ihnen</translation>
+    </message>
+    <message>
+        <source>Force (N)</source>
+        <translation>Kraft (N)</translation>
+    </message>
+    <message>
+        <source>Torque (N mm)</source>
+        <translation>Drehmoment (N mm)</translation>
+    </message>
+    <message>
+        <source>last %1 s</source>
+        <translation>letzte %1 s</translation>
+    </message>
+    <message>
+        <source>mean</source>
+        <translation>Mittel</translation>
+    </message>
+    <message>
+        <source>mean + deviation</source>
+        <translation>Mittel + Abweichung</translation>
+    </message>
+    <message>
+        <source>Virtual device %1</source>
+        <translation>Virtuelles Gerät %1</translation>
+    </message>
+    <message>
+        <source>Centre</source>
+        <translation>Zur Mitte</translation>
+    </message>
+    <message>
+        <source>Drag: right and up. Drag with the right button: right and toward you. Drag with the middle button, or Ctrl: turn. Wheel: roll. Arrows, Page Up, Page Down: move; with Shift: turn. Space: button of the tool. Home: centre.</source>
+        <translation>Ziehen: nach rechts und oben. Mit der rechten Taste ziehen: nach rechts und zu Ihnen. Mit der mittleren Taste oder Strg ziehen: drehen. Rad: rollen. Pfeile, Bild auf, Bild ab: bewegen; mit Umschalt: drehen. Leertaste: Taste des Werkzeugs. Pos1: zur Mitte.</translation>
+    </message>
+    <message>
+        <source>The tool follows a recorded motion or an attached device.</source>
+        <translation>Das Werkzeug folgt einer aufgezeichneten Bewegung oder einem angeschlossenen Gerät.</translation>
+    </message>
+    <message>
+        <source>A program uses this device.</source>
+        <translation>Ein Programm verwendet dieses Gerät.</translation>
+    </message>
+    <message>
+        <source>No program uses this device. Start one with --device %1.</source>
+        <translation>Kein Programm verwendet dieses Gerät. Starten Sie eines mit --device %1.</translation>
+    </message>
+    <message>
+        <source>%1 N   %2 N mm</source>
+        <translation>%1 N   %2 N mm</translation>
+    </message>
 </context>
 <context>
     <name>messages</name>
@@ -129,12 +189,12 @@
         <translation>Eine Berechnung wurde nicht beendet: %1.</translation>
     </message>
     <message>
-        <source>The tool entered the %1.</source>
-        <translation>Das Werkzeug drang ein: %1.</translation>
+        <source>The tool reached the %1.</source>
+        <translation>Das Werkzeug erreichte: %1.</translation>
     </message>
     <message>
-        <source>The tool entered the %1 while it was running.</source>
-        <translation>Das laufende Werkzeug drang ein: %1.</translation>
+        <source>The tool reached the %1 while it was running.</source>
+        <translation>Das laufende Werkzeug erreichte: %1.</translation>
     </message>
     <message>
         <source>The tool left the %1 after %2 s, at most %3 mm deep.</source>
@@ -985,8 +1045,8 @@
         <translation>Umriss planen</translation>
     </message>
     <message>
-        <source>Point at each corner of the flap and press Ctrl+1, at three or more positions around the target. Then choose Preview flap in the menu Commands.</source>
-        <translation>Auf jede Ecke des Deckels zeigen und dort Strg+1 drücken, an drei oder mehr Stellen um das Ziel. Dann im Menü Befehle „Vorschau des Deckels“ wählen.</translation>
+        <source>Point at a corner of the flap and press Ctrl+1, which adds an anchor of the outline. Add three or more anchors around the target. Then choose Preview flap in the menu Commands.</source>
+        <translation>Auf eine Ecke des Deckels zeigen und Strg+1 drücken; das setzt einen Anker des Umrisses. Drei oder mehr Anker um das Ziel setzen. Dann im Menü Befehle „Vorschau des Deckels“ wählen.</translation>
     </message>
     <message>
         <source>The outline should expose the target with a margin, and keep clear of the venous sinuses.</source>
@@ -997,8 +1057,8 @@
         <translation>Bohrlöcher bohren</translation>
     </message>
     <message>
-        <source>Drill one or more holes on the outline. The perforator stops by its clutch at the inner table.</source>
-        <translation>Ein oder mehrere Löcher auf dem Umriss bohren. Der Perforator hält durch seine Kupplung an der Tabula interna.</translation>
+        <source>Drill one or more holes on the outline. The perforator stops by its clutch at the inner table; a Press of 4 mm (wheel) drives it.</source>
+        <translation>Ein oder mehrere Löcher auf dem Umriss bohren. Der Perforator hält durch seine Kupplung an der Tabula interna; ein Druck von 4 mm (Rad) treibt ihn an.</translation>
     </message>
     <message>
         <source>A hole lets the foot of the craniotome under the bone. Over a sinus the dura tears easily.</source>
@@ -1101,8 +1161,8 @@
         <translation>Bohrloch anlegen</translation>
     </message>
     <message>
-        <source>Choose the perforator and move it to the top of the head. Hold the left button until its clutch stops it at the inner table.</source>
-        <translation>Den Perforator wählen und oben auf den Kopf führen. Die linke Taste halten, bis die Kupplung ihn an der Tabula interna anhält.</translation>
+        <source>Choose the perforator and move it to the top of the head. Set Press to 4 mm with the wheel, and hold the left button until the clutch stops the drill at the inner table.</source>
+        <translation>Den Perforator wählen und oben auf den Kopf führen. Den Druck mit dem Rad auf 4 mm stellen und die linke Taste halten, bis die Kupplung den Bohrer an der Tabula interna anhält.</translation>
     </message>
     <message>
         <source>The clutch stops the perforator when its inner drill leaves the bone. The dura below the bone remains intact. Slices and picture show the hole.</source>
@@ -2802,7 +2862,7 @@
     </message>
     <message>
         <source>tip to plan</source>
-        <translation>Ziel zum Plan</translation>
+        <translation>Spitze zum Plan</translation>
     </message>
     <message>
         <source>time inside</source>
@@ -3195,6 +3255,26 @@
     <message>
         <source>The foot goes under the marked edge. Press again to bite.</source>
         <translation>Der Fuß gleitet unter den markierten Rand. Zum Abbeißen nochmals drücken.</translation>
+    </message>
+    <message>
+        <source>The scan has no labels: soft bone below the threshold also counts as outside.</source>
+        <translation>Die Aufnahme hat keine Labels: auch weicher Knochen unter dem Schwellenwert zählt als außerhalb.</translation>
+    </message>
+    <message>
+        <source>%1 left</source>
+        <translation>%1 links</translation>
+    </message>
+    <message>
+        <source>%1 right</source>
+        <translation>%1 rechts</translation>
+    </message>
+    <message>
+        <source>The computer is too busy: the tool follows late.</source>
+        <translation>Der Rechner ist ausgelastet: das Werkzeug folgt verspätet.</translation>
+    </message>
+    <message>
+        <source>No piece is free yet: bone still holds it. Cut again where the kerf is not open, first at the holes.</source>
+        <translation>Noch ist kein Stück frei: Knochen hält es. Dort nochmals schneiden, wo der Sägespalt nicht offen ist, zuerst an den Löchern.</translation>
     </message>
 </context>
 <context>
@@ -3685,6 +3765,10 @@
     <message>
         <source>in a paused replay: why this force? (its parts, friction, limits); note at this time</source>
         <translation>in einer angehaltenen Wiedergabe: Warum diese Kraft? (Anteile, Reibung, Grenzen); Notiz zu dieser Zeit</translation>
+    </message>
+    <message>
+        <source>wheel: scroll; click: close</source>
+        <translation>Rad: blättern; Klick: schließen</translation>
     </message>
 </context>
 <context>
@@ -4753,6 +4837,10 @@ Lizenz: Apache-2.0</translation>
     <message>
         <source>The report was not written: %1</source>
         <translation>Der Bericht wurde nicht geschrieben: %1</translation>
+    </message>
+    <message>
+        <source>Preliminary: the recording is being verified, and the motion of the hands measured.</source>
+        <translation>Vorläufig: die Aufzeichnung wird geprüft, und die Bewegung der Hände wird gemessen.</translation>
     </message>
 </context>
 <context>
