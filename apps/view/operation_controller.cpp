@@ -191,6 +191,7 @@ void OperationController::frame() {
   collect_notices();
   send_history_steps();
   watch_progress();
+  watch_flap();
   if (steps_) steps_->follow(live_, state_, seconds());
   if (steps_ && prepared_step_ != steps_->index() && viewport_.is_complete()) {
     prepared_step_ = steps_->index();
@@ -294,7 +295,7 @@ double OperationController::distance_to_bodies(const Ray& ray) const {
   double nearest = -1;
   if (!state_.overlays) return nearest;
   for (const sim::Overlay& overlay : *state_.overlays) {
-    if (!overlay.surface || overlay.holder >= 0) continue;
+    if (!overlay.surface || overlay.holder >= 0 || overlay.kind == sim::Overlay::Kind::injury) continue;
     haptics::FacetHit hit;
     int visited = 0;
     if (overlay.surface->cast(overlay.placement.local_from_world(ray.origin),

@@ -225,6 +225,7 @@ class OperationController {
   void follow_cursor();
   void watch_sight(const Ray& ray, bool is_pressed);
   void watch_progress();
+  void watch_flap();
   bool wait_outside_clip(const Ray& ray, double hit);
   double clearance_at(const glm::dvec3& tip, double expected) const;
   bool passes_forbidden(const glm::dvec3& from, const glm::dvec3& to) const;
@@ -283,6 +284,14 @@ class OperationController {
   double guide_refused_at_ = -1e9;                   ///< s, time of the guide's last refusal
   bool is_over_bone_ = false;                        ///< the cursor is over bone
   bool has_drill_stopped_ = false;  ///< the clutch of a perforator released during this press
+  /// Cut with the craniotome in the hand, or with the one that was put away: volume removed (mm³) and number
+  /// of bodies when it was taken.
+  struct FlapCut {
+    double removed_mm3 = 0;
+    std::size_t bodies = 0;
+    double ended_at = -1;  ///< s; -1: the craniotome is in the hand
+  };
+  std::optional<FlapCut> flap_cut_;
   /// Start (s) of the interval in which watch_progress() measures, and volume removed by then (mm³).
   double progress_at_ = 0, progress_mm3_ = 0;
   bool is_rub_reported_ = false;    ///< it was reported that the burr hardly cuts, and it has not cut since

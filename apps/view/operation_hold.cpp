@@ -5,11 +5,13 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <span>
+#include <utility>
 
 #include "apps/view/operation_controller.h"
 #include "apps/view/tool_appearance.h"
 #include "apps/workbench/text.h"
 #include "modules/drilling/burr.h"
+#include "modules/drilling/craniotome.h"
 #include "volume/scan/bone_labels.h"
 
 namespace trephine::view {
@@ -354,8 +356,12 @@ bool OperationController::waits_for_bone() {
 /// Stops the press of a tool that slid behind bone, where the user cannot see it, and shows a message. The
 /// press continues when the button is pressed again, or when the cursor moves.
 void OperationController::watch_sight(const Ray& ray, bool is_pressed) {
-  constexpr double k_seconds = 0.2, k_cover = 1;  // s; mm, least thickness of bone in front of a hidden tool
-  constexpr double k_moved = 1;                   // mm, of the cursor at the distance of the bone
+  constexpr double k_seconds = 0.2;  // s
+  constexpr double k_moved = 1;      // mm, of the cursor at the distance of the bone
+  // Least thickness of bone in front of a hidden tool, mm. Rays meet whole voxels, also those at the rim of a
+  // hole that are cut in part.
+  const glm::dvec3& spacing = scene().base->frame.spacing();
+  const double cover = std::max({1.0, spacing.x, spacing.y, spacing.z});
   if (is_hidden_ && (!is_pressed || reach_ * glm::distance(ray.direction, hidden_ray_) > k_moved))
     is_hidden_ = false, visible_at_ = state_.newest.t;
   const dvec3 sight = state_.newest.proxy_world - ray.origin;
@@ -363,7 +369,7 @@ void OperationController::watch_sight(const Ray& ray, bool is_pressed) {
   const double bone = is_pressed && distance > 0
                           ? viewport_.distance_to_solid(*version_, {ray.origin, sight / distance})
                           : -1;
-  const bool is_visible = bone < 0 || bone > distance - state_.tool_radius - k_cover;
+  const bool is_visible = bone < 0 || bone > distance - state_.tool_radius - cover;
   if (is_visible) visible_at_ = state_.newest.t;
   if (is_hidden_ || state_.newest.t - visible_at_ < k_seconds) return;
   is_hidden_ = true, hidden_ray_ = ray.direction;
@@ -392,6 +398,24 @@ void OperationController::watch_progress() {
       workbench::format_text("The burr rubs and hardly cuts at %.1f N. %s", glm::length(newest.force_world),
                              options_.device ? "Press harder." : "Press deeper: PgDn, or the slider Press.")
           .c_str());
+}
+
+/// Shows a message if a craniotome is put away after a cut that detached no piece: a thin bridge of bone is
+/// hard to see. Waits for the search for pieces, which runs in the background.
+void OperationController::watch_flap() {
+  constexpr double k_least = 50, k_wait = 2;  // mm³ of a cut; s
+  const bool has_craniotome = state_.tool.as<drilling::Craniotome>() != nullptr;
+  if (has_craniotome) {
+    if (!flap_cut_ || flap_cut_->ended_at >= 0) flap_cut_ = {state_.removed_mm3, state_.bodies.size(), -1};
+    return;
+  }
+  if (!flap_cut_) return;
+  if (flap_cut_->ended_at < 0) flap_cut_->ended_at = seconds();
+  if (state_.pending_jobs > 0 || seconds() - flap_cut_->ended_at < k_wait) return;
+  const FlapCut cut = *std::exchange(flap_cut_, std::nullopt);
+  if (state_.bodies.size() > cut.bodies || state_.removed_mm3 - cut.removed_mm3 < k_least) return;
+  show_refusal(
+      "No piece is free yet: bone still holds it. Cut again where the kerf is not open, first at the holes.");
 }
 
 }  // namespace trephine::view

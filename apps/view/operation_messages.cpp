@@ -52,6 +52,7 @@ std::string OperationController::fault_text() const {
                                   entered->depth) +
            remedy;
   }
+  if (!has_haptic_device() && faults == haptics::fault_stale_scene) return {};
   return "The force is off: " + workbench::fault_reasons(faults) +
          (has_haptic_device() ? ". Press F to turn it on again." : ". It returns automatically.");
 }
@@ -70,7 +71,10 @@ std::string OperationController::depth_text() const {
 std::string OperationController::notice_text() const {
   const std::string fault = fault_text(), shown = notices_.shown(seconds());
   std::string text = fault;
-  for (const std::string& line : {push_text(), job_text(), depth_text(), shown})
+  // A mouse has no force that a late computer could take away.
+  const bool is_late = !has_haptic_device() && latched_faults() == haptics::fault_stale_scene;
+  const std::string late = is_late ? "The computer is too busy: the tool follows late." : "";
+  for (const std::string& line : {late, push_text(), job_text(), depth_text(), shown})
     text += (text.empty() || line.empty() ? "" : "\n") + line;
   return text;
 }
@@ -108,7 +112,8 @@ void OperationController::collect_notices() {
 
 /// Returns the text of an error, with the titles of steps.
 std::string OperationController::refusal_text(const Error& error) const {
-  return steps_ ? workbench::with_step_titles(error.message(), steps_->procedure()) : error.message();
+  const std::string text = workbench::sentences_of(error);
+  return steps_ ? workbench::with_step_titles(text, steps_->procedure()) : text;
 }
 
 void OperationController::add_notice(const char* text, EventLevel level) {

@@ -10,7 +10,6 @@
 #include <vtkCellArray.h>
 #include <vtkDoubleArray.h>
 #include <vtkFloatArray.h>
-#include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkPlane.h>
 #include <vtkPointData.h>
@@ -24,6 +23,7 @@
 #include <vtkUnsignedCharArray.h>
 
 #include "apps/view/bone_mesh.h"
+#include "apps/view/instrument_actors.h"
 
 namespace trephine::view {
 
@@ -60,6 +60,8 @@ Colour colour_of(const sim::Overlay& overlay) {
       return colour_of(overlay.matter);
     case sim::Overlay::Kind::warning:
       return {0.96, 0.78, 0.20};
+    case sim::Overlay::Kind::injury:
+      return {0.48, 0.03, 0.06};
     case sim::Overlay::Kind::scenery:
       return {0.62, 0.60, 0.66};
     case sim::Overlay::Kind::plan:
@@ -156,18 +158,6 @@ vtkSmartPointer<vtkActor> make_actor(vtkPolyData* data, const Colour& colour) {
   light_reversed_triangles(actor);
   actor->PickableOff();
   return actor;
-}
-
-void place(vtkActor* actor, const haptics::Placement& placement) {
-  vtkNew<vtkMatrix4x4> m;
-  const glm::dmat3 turn = glm::mat3_cast(placement.rotation);
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) m->SetElement(row, column, turn[column][row]);
-    m->SetElement(row, 3, placement.position_world[row]);
-  }
-  const vtkMatrix4x4* before = actor->GetUserMatrix();
-  if (before == nullptr || !std::equal(before->GetData(), before->GetData() + 16, m->GetData()))
-    actor->SetUserMatrix(m);
 }
 
 }  // namespace

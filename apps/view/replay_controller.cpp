@@ -121,8 +121,14 @@ Status ReplayController::frame(double elapsed) {
     if (shows_clip_volumes_)
       overlays = with_clip_volumes(std::move(overlays), replay_->engine().displayed_depths(0));
     if (force_parts_) overlays.push_back(workbench::force_lines(*force_parts_, *touch_scene()));
-    viewport_.show(overlays, {});
-    shown_ = replay_->next_tick();
+    // A piece that was detached in the meantime is drawn when the bone is drawn without it.
+    const auto pieces = std::count_if(overlays.begin(), overlays.end(),
+                                      [](const sim::Overlay& overlay) { return overlay.is_detached; });
+    if (pieces <= pieces_ || viewport_.is_whole()) {
+      viewport_.show(overlays, {});
+      shown_ = replay_->next_tick();
+      pieces_ = pieces;
+    }
   }
   viewport_.draw();
   return error;

@@ -85,6 +85,7 @@ class ReplayController {
   Status continue_seeking();
   std::uint64_t tick_at_now() const;
   std::optional<std::uint64_t> shown_;  ///< next_tick() of the replay when the overlays were shown
+  std::ptrdiff_t pieces_ = 0;           ///< detached pieces that the overlays show
 };
 
 }  // namespace trephine::view

@@ -73,8 +73,10 @@ struct WindowHost {
   /// Reopens the last scan with another shape.
   std::function<Result<OpenedScene>(const ShapeRequest& shape, const Listener& listener)> reshape;
   /// Scores a recording, like `trephine score`. `scan`: path of the scan, if the session does not contain it.
-  /// Not called on the drawing thread. Null: no scores.
+  /// `preliminary`: receives the score of the final state, which is known much earlier than that with the
+  /// motion of the hands. Not called on the drawing thread. Null: no scores.
   std::function<Result<sim::Score>(const std::string& session, const std::string& scan,
+                                   const std::function<void(const sim::Score&)>& preliminary,
                                    const Listener& listener)>
       score;
   /// Writes the report of a recording as a page. Not called on the drawing thread. Null: no reports.

@@ -139,6 +139,23 @@ void ImagePane::lay_out() {
   maximise_->setGeometry(width() - button_height - k_gap, k_gap, button_height, button_height);
 }
 
+/// The pane is at least as wide as its buttons, and as two boxes with some letters.
+QSize ImagePane::minimumSizeHint() const {
+  constexpr int k_gap = 5, k_letters = 7;
+  const int button_height = std::max(24, fontMetrics().height() + 8);
+  const int box = k_letters * fontMetrics().averageCharWidth() + button_height;
+  const int boxes = 2 * (box + 3) + button_height,
+            buttons = live_->sizeHint().width() + 3 + shoot_->sizeHint().width();
+  return {2 * k_gap + std::max(boxes, buttons), 3 * button_height};
+}
+
+void ImagePane::changeEvent(QEvent* event) {
+  QWidget::changeEvent(event);
+  if (event->type() != QEvent::FontChange) return;
+  updateGeometry();
+  lay_out();
+}
+
 void ImagePane::resizeEvent(QResizeEvent*) {
   panes_->set_size(index_, width(), height(), isVisible());
   lay_out();

@@ -43,7 +43,7 @@ class ImagePane : public QWidget {
   /// Shows or hides the names of the plan.
   void set_names_visible(bool is_visible);
   QSize sizeHint() const override { return {360, 300}; }
-  QSize minimumSizeHint() const override { return {140, 120}; }
+  QSize minimumSizeHint() const override;
 
   std::function<void()> on_maximise = [] {};
   /// Disables the buttons of the C-arm, with the reason as their tool tip; an empty reason enables them.
@@ -59,6 +59,7 @@ class ImagePane : public QWidget {
 
  protected:
   void paintEvent(QPaintEvent* event) override;
+  void changeEvent(QEvent* event) override;
   void resizeEvent(QResizeEvent* event) override;
   void wheelEvent(QWheelEvent* event) override;
   void mousePressEvent(QMouseEvent* event) override;

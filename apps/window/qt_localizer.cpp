@@ -21,10 +21,16 @@ constexpr int k_short = 8;        // letters; a pattern with fewer ones would ma
 constexpr int k_max_marks = 12;   // of a text that joints divide; longer lists, as of an error, stay English
 constexpr int k_max_kept = 5000;  // texts; numbers in messages make many different ones
 
-/// True for a number, with a unit after a no-break space.
-bool is_number(const QString& text) {
-  static const QRegularExpression k_number("^[-+]?[0-9]+(\\.[0-9]+)?(\u00a0\\S+)?$");
-  return k_number.match(text).hasMatch();
+/// Matches a number, with a unit after a no-break space.
+QRegularExpressionMatch match_number(const QString& text) {
+  static const QRegularExpression k_number("^([-+]?[0-9]+(?:\\.[0-9]+)?)(?:\u00a0(\\S+))?$");
+  return k_number.match(text);
+}
+
+/// True for the name of a vertebra, which is the same in all languages.
+bool is_vertebra(const QString& text) {
+  static const QRegularExpression k_vertebra("^[CTLS][0-9]{1,2}$");
+  return k_vertebra.match(text).hasMatch();
 }
 
 /// Returns the number of marks at which joints may divide a text.
@@ -92,8 +98,12 @@ bool Localizer::matches(const QString& text) const {
 }
 
 std::optional<QString> Localizer::find(const QString& text) const {
-  if (is_number(text)) return QString(text).replace('.', decimal_point_);
+  if (const QRegularExpressionMatch number = match_number(text); number.hasMatch()) {
+    const QString value = number.captured(1).replace('.', decimal_point_), unit = number.captured(2);
+    return unit.isEmpty() ? value : value + QChar(0xa0) + find(unit).value_or(unit);
+  }
   if (text.isEmpty()) return std::nullopt;
+  if (is_vertebra(text)) return text;
   // Joints divide a text at each of their marks: parts are searched once. Placeholders are shorter than the
   // text, so the search ends.
   if (const auto known = kept_.constFind(text); known != kept_.constEnd()) return *known;

@@ -19,8 +19,8 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "the computation of cuts is too slow"),
       QT_TRANSLATE_NOOP("messages", "the computer is too busy"),
       QT_TRANSLATE_NOOP("messages", "A computation was not finished: %1."),
-      QT_TRANSLATE_NOOP("messages", "The tool entered the %1."),
-      QT_TRANSLATE_NOOP("messages", "The tool entered the %1 while it was running."),
+      QT_TRANSLATE_NOOP("messages", "The tool reached the %1."),
+      QT_TRANSLATE_NOOP("messages", "The tool reached the %1 while it was running."),
       QT_TRANSLATE_NOOP("messages", "The tool left the %1 after %2 s, at most %3 mm deep."),
       QT_TRANSLATE_NOOP("messages", "The %1 was pushed aside by %2 mm and did not tear."),
       QT_TRANSLATE_NOOP("messages", "The running tool touched the %1, %2 mm deep, and did not tear it."),
@@ -68,6 +68,8 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "to the front"),
       QT_TRANSLATE_NOOP("messages", "inside bone"),
       QT_TRANSLATE_NOOP("messages", "The probe is in bone again, %1 mm deep."),
+      QT_TRANSLATE_NOOP("messages",
+                        "The scan has no labels: soft bone below the threshold also counts as outside."),
       QT_TRANSLATE_NOOP("messages", "Track of %1 mm."),
       QT_TRANSLATE_NOOP("messages", "Track of %1 mm, %2 mm of it beyond the bone."),
       QT_TRANSLATE_NOOP("messages", "Screw %1 placed: %2 mm in diameter, %3 mm long."),
@@ -83,6 +85,8 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "%1 screw: grade %2, no breach."),
       QT_TRANSLATE_NOOP("messages", "Left"),
       QT_TRANSLATE_NOOP("messages", "Right"),
+      QT_TRANSLATE_NOOP("messages", "%1 left"),
+      QT_TRANSLATE_NOOP("messages", "%1 right"),
       QT_TRANSLATE_NOOP("messages", "left"),
       QT_TRANSLATE_NOOP("messages", "right"),
       QT_TRANSLATE_NOOP("messages", "The screw was not judged: %1."),
@@ -139,6 +143,7 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "The tool is in the %1, %2 mm deep. Move the cursor away to lift it."),
       QT_TRANSLATE_NOOP("messages", "The force is off: %1. Press F to turn it on again."),
       QT_TRANSLATE_NOOP("messages", "The force is off: %1. It returns automatically."),
+      QT_TRANSLATE_NOOP("messages", "The computer is too busy: the tool follows late."),
       QT_TRANSLATE_NOOP("messages", "Depth %1 mm"),
       QT_TRANSLATE_NOOP("messages", "%1 mm to the planned target"),
       QT_TRANSLATE_NOOP("messages", "%1 mm beyond the planned target"),
@@ -146,6 +151,9 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "Preparing the tool"),
       QT_TRANSLATE_NOOP("messages", "The command was refused: %1"),
       QT_TRANSLATE_NOOP("messages", "The running command was cancelled."),
+      QT_TRANSLATE_NOOP(
+          "messages",
+          "No piece is free yet: bone still holds it. Cut again where the kerf is not open, first at the holes."),
       QT_TRANSLATE_NOOP(
           "messages",
           "The pedal does not respond. Connect it again, close this window, and continue the operation."),
@@ -266,14 +274,14 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "Plan the outline"),
       QT_TRANSLATE_NOOP(
           "messages",
-          "Point at each corner of the flap and press Ctrl+1, at three or more positions around the target. Then choose Preview flap in the menu Commands."),
+          "Point at a corner of the flap and press Ctrl+1, which adds an anchor of the outline. Add three or more anchors around the target. Then choose Preview flap in the menu Commands."),
       QT_TRANSLATE_NOOP(
           "messages",
           "The outline should expose the target with a margin, and keep clear of the venous sinuses."),
       QT_TRANSLATE_NOOP("messages", "Drill the burr holes"),
       QT_TRANSLATE_NOOP(
           "messages",
-          "Drill one or more holes on the outline. The perforator stops by its clutch at the inner table."),
+          "Drill one or more holes on the outline. The perforator stops by its clutch at the inner table; a Press of 4 mm (wheel) drives it."),
       QT_TRANSLATE_NOOP(
           "messages",
           "A hole lets the foot of the craniotome under the bone. Over a sinus the dura tears easily."),
@@ -325,7 +333,7 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "Make a burr hole"),
       QT_TRANSLATE_NOOP(
           "messages",
-          "Choose the perforator and move it to the top of the head. Hold the left button until its clutch stops it at the inner table."),
+          "Choose the perforator and move it to the top of the head. Set Press to 4 mm with the wheel, and hold the left button until the clutch stops the drill at the inner table."),
       QT_TRANSLATE_NOOP(
           "messages",
           "The clutch stops the perforator when its inner drill leaves the bone. The dura below the bone remains intact. Slices and picture show the hole."),

@@ -12,6 +12,7 @@
 #include <QStyle>
 #include <QStyleOptionSlider>
 #include <QToolTip>
+#include <QWheelEvent>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -105,11 +106,14 @@ void MarkedSlider::mousePressEvent(QMouseEvent* event) {
 void MarkedSlider::paintEvent(QPaintEvent* event) {
   QSlider::paintEvent(event);
   QPainter painter(this);
-  for (const Mark& mark : marks_) {
-    painter.setPen(QPen(QColor(mark.colour), 2));
-    const double x = x_of(mark.value);
-    painter.drawLine(QPointF(x, 1), QPointF(x, 6));
-  }
+  // Marks of danger are drawn last and larger, so that no mark nearby hides them.
+  for (const bool is_danger : {false, true})
+    for (const Mark& mark : marks_) {
+      if ((mark.colour == k_danger) != is_danger) continue;
+      painter.setPen(QPen(QColor(mark.colour), is_danger ? 3 : 2));
+      const double x = x_of(mark.value);
+      painter.drawLine(QPointF(x, 1), QPointF(x, is_danger ? 8 : 6));
+    }
 }
 
 bool MarkedSlider::event(QEvent* event) {
@@ -207,38 +211,56 @@ void HelpOverlay::paintEvent(QPaintEvent*) {
   QPainter painter(this);
   painter.setRenderHint(QPainter::Antialiasing);
   QFont font = this->font();
-  // Use the standard font size, or a smaller one if the table does not fit.
+  // The font size is that of the window, or up to a quarter smaller if the table does not fit. A table that
+  // is still too high can be scrolled; one that is too wide gets a smaller font.
   const int rows = static_cast<int>(std::size(k_rows));
+  const double smallest = 0.75 * font.pointSizeF();
   int line = 0, left = 0, right = 0, gap = 0;
   QRect box;
   for (;;) {
     const QFontMetrics metrics(font);
     line = static_cast<int>(1.55 * metrics.height());
-    gap = 2 * metrics.height();
+    gap = metrics.height();
     left = right = 0;
     for (const auto& [key, meaning] : k_rows)
       left = std::max(left, metrics.horizontalAdvance(tr(key))),
       right = std::max(right, metrics.horizontalAdvance(tr(meaning)));
-    box = QRect(0, 0, left + gap + right + 2 * gap, (rows + 1) * line + gap);
-    if ((box.width() <= width() && box.height() <= height()) || font.pointSizeF() < 6) break;
-    font.setPointSizeF(0.93 * font.pointSizeF());
+    box = QRect(0, 0, left + right + 5 * gap, (rows + 1) * line + 2 * gap);
+    const bool is_too_wide = box.width() > width(), is_too_high = box.height() > height();
+    if (font.pointSizeF() < 6 || (!is_too_wide && (!is_too_high || font.pointSizeF() <= smallest))) break;
+    font.setPointSizeF(0.95 * font.pointSizeF());
   }
   painter.setFont(font);
-  const QRect placed = QRect(rect().center() - box.center(), box.size());
+  hidden_height_ = std::max(0, box.height() - height());
+  scrolled_ = std::clamp(scrolled_, 0, hidden_height_);
+  QRect placed = QRect(rect().center() - box.center(), box.size());
+  if (hidden_height_ > 0) placed.moveTop(-scrolled_);
   painter.setPen(QColor(255, 255, 255, 60));
-  painter.setBrush(QColor(18, 22, 30, 225));
+  painter.setBrush(QColor(18, 22, 30, 248));
   painter.drawRoundedRect(placed, 12, 12);
-  int y = placed.top() + gap / 2;
+  int y = placed.top() + gap;
   for (const auto& [key, meaning] : k_rows) {
     painter.setPen(QColor(246, 201, 68));
-    painter.drawText(QRect(placed.left() + gap, y, left, line), Qt::AlignRight | Qt::AlignVCenter, tr(key));
+    painter.drawText(QRect(placed.left() + 2 * gap, y, left, line), Qt::AlignRight | Qt::AlignVCenter,
+                     tr(key));
     painter.setPen(QColor(236, 239, 244));
-    painter.drawText(QRect(placed.left() + 2 * gap + left, y, right, line), Qt::AlignLeft | Qt::AlignVCenter,
+    painter.drawText(QRect(placed.left() + 3 * gap + left, y, right, line), Qt::AlignLeft | Qt::AlignVCenter,
                      tr(meaning));
     y += line;
   }
-  painter.setPen(QColor(170, 178, 190));
-  painter.drawText(QRect(placed.left(), y, placed.width(), line), Qt::AlignCenter, tr("click to close"));
+  QRect footer(placed.left(), y, placed.width(), line);
+  if (hidden_height_ > 0) {
+    footer.moveBottom(rect().bottom());
+    painter.fillRect(footer, QColor(40, 46, 58));
+  }
+  painter.setPen(QColor(190, 198, 210));
+  painter.drawText(footer, Qt::AlignCenter,
+                   hidden_height_ > 0 ? tr("wheel: scroll; click: close") : tr("click to close"));
+}
+
+void HelpOverlay::wheelEvent(QWheelEvent* event) {
+  scrolled_ = std::clamp(scrolled_ - event->angleDelta().y() / 2, 0, hidden_height_);
+  update();
 }
 
 }  // namespace trephine::view

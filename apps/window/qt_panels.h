@@ -99,6 +99,12 @@ class HelpOverlay : public QWidget {
  protected:
   void paintEvent(QPaintEvent* event) override;
   void mousePressEvent(QMouseEvent*) override { hide(); }
+  void wheelEvent(QWheelEvent* event) override;
+  void showEvent(QShowEvent*) override { scrolled_ = 0; }
+
+ private:
+  int scrolled_ = 0,
+      hidden_height_ = 0;  ///< pixels by which the table is moved up; its part below the window
 };
 
 }  // namespace trephine::view

@@ -68,7 +68,13 @@ ReplayPanel::ReplayPanel(const workbench::SessionSummary& summary, double second
   connect(play_, &QPushButton::clicked, this, &ReplayPanel::toggle_play);
   connect(slider_, &QSlider::actionTriggered, this, [this] {
     if (replay_ == nullptr) return;
-    if (const Status error = replay_->begin_seek(1e-3 * slider_->sliderPosition())) on_error(*error);
+    // The first part of a seek may restore a checkpoint, which takes seconds on a slow computer. The click is
+    // acknowledged before.
+    const double seconds = 1e-3 * slider_->sliderPosition();
+    show_time(seconds, true);
+    slider_->repaint();
+    clock_->repaint();
+    if (const Status error = replay_->begin_seek(seconds)) on_error(*error);
   });
   connect(speed_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this] {
     if (replay_ != nullptr) replay_->set_speed(speed_->currentData().toDouble());
@@ -93,9 +99,15 @@ void ReplayPanel::show_state() {
   continue_->setEnabled(take_over_ != nullptr && !replay_->is_seeking());
   play_->setText(replay_->is_playing() ? tr("Pause") : tr("Play"));
   if (!slider_->isSliderDown()) slider_->setValue(static_cast<int>(1000 * replay_->seconds()));
-  const QString time =
-      QString("%L1 / %L2 s").arg(replay_->seconds(), 0, 'f', 1).arg(replay_->length(), 0, 'f', 1);
-  clock_->setText(replay_->is_seeking() ? tr("going to %1 ...").arg(time) : time);
+  show_time(replay_->seconds(), replay_->is_seeking());
+}
+
+void ReplayPanel::show_time(double seconds, bool is_seeking) {
+  const QString time = QString("%L1 / %L2 s").arg(seconds, 0, 'f', 1).arg(replay_->length(), 0, 'f', 1);
+  // The width of the longer text is reserved, so that the slider keeps its length.
+  const QString going = tr("going to %1 ...").arg(time);
+  clock_->setMinimumWidth(std::max(clock_->minimumWidth(), clock_->fontMetrics().horizontalAdvance(going)));
+  clock_->setText(is_seeking ? going : time);
 }
 
 void ReplayPanel::show_marks() {

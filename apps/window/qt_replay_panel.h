@@ -29,6 +29,7 @@ class ReplayPanel : public QDockWidget {
   void control(ReplayController& replay) { replay_ = &replay; }
   /// Shows the state of the replay; call in every frame.
   void show_state();
+  void show_time(double seconds, bool is_seeking);
   /// Sets the time at which the slider ends, s.
   void set_length(double seconds);
   /// Plays or pauses the replay. At its end, plays it again from the start.

@@ -12,6 +12,7 @@
 #include <QTableWidget>
 #include <QUrl>
 #include <QVBoxLayout>
+#include <utility>
 
 #include "apps/window/qt_localizer.h"
 #include "apps/window/qt_text.h"
@@ -173,10 +174,15 @@ void ScoreDialog::judge(const QString& session, const std::string& scan) {
     status_->setText(tr("The recording could not be copied. Free disk space, then try again."));
     return;
   }
-  start(tr("Judging the operation so far ..."),
-        [score = host_.score, file = copy.toStdString(), scan](const WindowHost::Listener& listener) {
-          return score(file, scan, listener);
-        });
+  preliminary_ = std::make_shared<Preliminary>();
+  start(tr("Judging the operation so far ..."), [score = host_.score, file = copy.toStdString(), scan,
+                                                 found = preliminary_](const WindowHost::Listener& listener) {
+    const auto keep = [&](const sim::Score& one) {
+      const std::lock_guard guard(found->lock);
+      found->score = one;
+    };
+    return score(file, scan, keep, listener);
+  });
 }
 
 void ScoreDialog::write_report(const QString& page) {
@@ -210,11 +216,20 @@ void ScoreDialog::ask_for_report() {
 void ScoreDialog::poll() {
   bar_->setRange(0, *share_ > 0 ? 100 : 0);  // 0 to 0: busy, without a known share
   bar_->setValue(static_cast<int>(100 * *share_));
+  if (preliminary_ && !is_report_ && !score_) {
+    const std::lock_guard guard(preliminary_->lock);
+    if ((score_ = std::exchange(preliminary_->score, std::nullopt))) {
+      show_findings();
+      status_->setText(
+          tr("Preliminary: the recording is being verified, and the motion of the hands measured."));
+    }
+  }
   if (work_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
   timer_.stop();
   bar_->hide();
   Result<sim::Score> done = work_.get();
   work_ = {};
+  preliminary_.reset();
   report_button_->setEnabled(score_ || done);
   if (is_report_ && !isVisible())
     on_report(done ? tr("The report was written: %1").arg(QFileInfo(page_).fileName())
@@ -242,6 +257,7 @@ void ScoreDialog::show_findings() {
           ? tr("Findings with %1 further points could not be judged; the column Reason explains why.")
                 .arg(score_->not_judged)
           : tr("Limits and weights are those of the case and its procedure."));
+  for (QTableWidget* table : {judged_, reported_}) table->setRowCount(0);
   for (const Finding& finding : score_->findings) {
     const bool is_reported = workbench::is_only_reported(finding);
     QTableWidget* table = is_reported ? reported_ : judged_;

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <functional>
 #include <future>
+#include <mutex>
 
 #include "apps/view/view_window.h"
 #include "apps/view/window_stage.h"
@@ -38,7 +39,8 @@ class ScoreDialog : public QDialog {
   bool is_working() const { return work_.valid(); }
   /// Called with the result of a report that ended while the dialog was closed.
   std::function<void(const QString& text)> on_report = [](const QString&) {};
-  /// The findings; empty until they are known.
+  /// The findings; empty until they are known. Preliminary while is_working(): without the motion of the
+  /// hands.
   const std::optional<sim::Score>& score() const noexcept { return score_; }
 
  private:
@@ -61,6 +63,12 @@ class ScoreDialog : public QDialog {
   bool is_report_ = false;  ///< the last started work writes a report
   QString page_;            ///< path of that report
   std::optional<sim::Score> score_;
+  /// Score of the final state, from the thread of the work.
+  struct Preliminary {
+    std::mutex lock;
+    std::optional<sim::Score> score;  ///< guarded by `lock`
+  };
+  std::shared_ptr<Preliminary> preliminary_;
   QTimer timer_;
   QLabel *points_, *critical_, *status_;
   QProgressBar* bar_;

@@ -427,8 +427,7 @@ void MainWindow::show_state() {
     }
     if (!operation_->is_changing_instrument() && notice_->text() == preparing_text()) notice_->clear();
     if (!refused.empty()) {
-      show_message(
-          localized("The command was refused: " + refused).trimmed().replace('\n', "; ").simplified());
+      show_message(localized("The command was refused: " + refused));
     }
     show_steps();
     show_notices();

@@ -62,7 +62,7 @@ EventText text_of(const sim::JobDiscarded& e) {
 /// The entry has the level of a record, because a window displays the structure while the tool is in it, and
 /// ForbiddenLeft reports the result.
 EventText text_of(const sim::ForbiddenEntered& e) {
-  return {"The tool entered the " + words_of(e.structure) + (e.is_working ? " while it was running." : "."),
+  return {"The tool reached the " + words_of(e.structure) + (e.is_working ? " while it was running." : "."),
           Level::record};
 }
 /// StructureTorn states the depth at which a structure tore; this event states the greatest depth.
@@ -187,10 +187,12 @@ EventText text_of(const rongeur::Bite& e) {
 EventText text_of(const rongeur::BiteRefused& e) { return {"No bite: " + e.reason, Level::refusal}; }
 EventText text_of(const pedicle::ProbeEntered&) { return {"The probe entered bone.", Level::record}; }
 EventText text_of(const pedicle::ProbeOut& e) {
-  return {format_text("The probe left %s at a depth of %.1f mm, %s.",
-                      e.label.empty() ? "the bone" : words_of(e.label).c_str(), e.depth,
-                      wall_text(e.wall).c_str()),
-          Level::danger};
+  const std::string text = format_text("The probe left %s at a depth of %.1f mm, %s.",
+                                       e.label.empty() ? "the bone" : words_of(e.label).c_str(), e.depth,
+                                       wall_text(e.wall).c_str());
+  if (!e.label.empty()) return {text, Level::danger};
+  return {text + " The scan has no labels: soft bone below the threshold also counts as outside.",
+          Level::refusal};
 }
 EventText text_of(const pedicle::ProbeIn& e) {
   return {format_text("The probe is in bone again, %.1f mm deep.", e.depth), Level::outcome};
@@ -259,7 +261,9 @@ EventText text_of(const ventriculostomy::CatheterJudged& e) {
     text += format_text("; compared with %s: %.1f mm from its target, entry %.1f mm from the plan",
                         words_of(e.trajectory).c_str(), e.target_error, e.entry_error);
   if (e.has_table) text += format_text("; %.0f mm below the outer table", e.depth_from_table);
-  return {text + ".", e.clearance < 0 ? Level::danger : Level::outcome};
+  return {text + ".", e.clearance < 0       ? Level::danger
+                      : e.ventricle.empty() ? Level::refusal
+                                            : Level::outcome};
 }
 EventText text_of(const ventriculostomy::CatheterClearance& e) {
   const std::string name = words_of(e.structure);

@@ -12,7 +12,7 @@ namespace trephine::workbench {
 enum class EventLevel {
   record,   ///< listed in the log only; other parts of the window may show its content
   outcome,  ///< shown at the tool: result of an action
-  refusal,  ///< shown at the tool: reason of a refusal, and the remedy
+  refusal,  ///< shown at the tool, in amber: reason of a refusal, and the remedy; a missed target
   danger,   ///< shown at the tool, in red: an injury or a fault
 };
 

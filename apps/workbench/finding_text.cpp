@@ -22,6 +22,7 @@ std::string unit_text(std::string_view unit) {
 
 std::string value_text(const Finding& finding) {
   if (!finding.value) return "\u2013";
+  if (finding.unit == Finding::k_letter) return std::string(1, static_cast<char>('A' + *finding.value));
   // Whole numbers, such as counts, have no decimals. Other values have about four digits. No value has an
   // exponent.
   const double size = std::abs(*finding.value);

@@ -64,6 +64,13 @@ Result<SessionScore> score_session(OpenedSession& session, std::optional<double>
   return result;
 }
 
+Result<sim::Score> score_final_state(OpenedSession& session) {
+  const auto end = tick_at(*session.reader, {});
+  if (!end) return end.error();
+  if (Status error = session.replay->seek(end.value())) return *error;
+  return score_of(session.replay->engine(), nullptr);
+}
+
 std::string_view verdict_name(const sim::Finding& finding) noexcept {
   switch (finding.verdict) {
     case sim::Finding::Verdict::good:

@@ -28,6 +28,10 @@ using ReplayObserver = std::function<void(sim::Replay& replay, bool is_tick)>;
 Result<SessionScore> score_session(OpenedSession& session, std::optional<double> until = {},
                                    const Listener& listener = {}, const ReplayObserver& observe = {});
 
+/// Judges the end of a session from its last checkpoint, without the motion of the hands and without
+/// verifying the recording. The replay stays at the end.
+Result<sim::Score> score_final_state(OpenedSession& session);
+
 /// Returns the name of a verdict: "good", "fair", "bad", "not judged", or "reported" for a finding without
 /// limits.
 std::string_view verdict_name(const sim::Finding& finding) noexcept;

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <algorithm>
+#include <cctype>
 #include <cstdarg>
 #include <cstdint>
 #include <cstdio>
 #include <string>
 #include <string_view>
+
+#include "volume/base/error.h"
 
 namespace trephine::workbench {
 
@@ -25,6 +28,19 @@ inline std::string format_text(const char* format, ...) {
 inline std::string words_of(std::string name) {
   std::replace(name.begin(), name.end(), '_', ' ');
   return name;
+}
+
+/// Returns an error as sentences for people, without its location: "the scan has no labels. Set a position in
+/// its canal."
+inline std::string sentences_of(const Error& error) {
+  std::string text = error.what;
+  if (!error.found.empty()) text += ": " + error.found;
+  if (!error.expected.empty()) text += " (expected: " + error.expected + ")";
+  text += '.';
+  if (error.remedy.empty()) return text;
+  std::string remedy = error.remedy;
+  remedy[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(remedy[0])));
+  return text + ' ' + remedy + '.';
 }
 
 /// Formats a content hash as 16 hexadecimal digits, for reports.

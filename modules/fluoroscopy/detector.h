@@ -32,7 +32,7 @@ struct Display {
 };
 /// Display for people: bone is visible in thick and in thin parts of the body, but the grey of a pixel
 /// depends on its surround.
-inline constexpr Display k_fluoroscope_display{.low_share = 0.01, .equalization = 0.8};
+inline constexpr Display k_fluoroscope_display{.low_share = 0.003, .equalization = 0.8};
 /// Returns one byte per pixel. `hidden`: pixels that are shown like closed ones; may be empty.
 std::vector<std::uint8_t> show(std::span<const float> received, const View& view, const Display& display,
                                std::span<const std::uint8_t> hidden);

@@ -22,7 +22,7 @@ void add_breaches(const std::string& name, const ScrewJudged* judged, const std:
                   std::vector<Finding>& findings) {
   Finding breach{
       .name = name + ": breach", .unit = "mm", .reason = reason, .full_at = 0, .zero_at = 4, .weight = 4};
-  Finding grade{.name = name + ": grade", .reason = reason};
+  Finding grade{.name = name + ": grade", .unit = std::string(Finding::k_letter), .reason = reason};
   Finding front{.name = name + ": body breach",
                 .unit = "mm",
                 .reason = reason,

@@ -16,7 +16,9 @@ struct Finding {
   std::string name;  ///< unique in an operation: "L4 left: breach"
   /// Empty: the finding could not be judged; `reason` gives the cause.
   std::optional<double> value = {};
-  std::string unit = {};                   ///< "mm"; empty: dimensionless
+  std::string unit = {};  ///< "mm"; empty: dimensionless
+  /// Unit of grades: the value 0 is A, 1 is B.
+  static constexpr std::string_view k_letter = "letter";
   std::string reason = {};                 ///< explanation for the user, one sentence; may be empty
   std::optional<std::uint64_t> tick = {};  ///< tick to which the value belongs; empty: no single tick
   std::optional<glm::dvec3> position_world =

@@ -19,7 +19,8 @@ struct Overlay {
   /// An object has a surface of some matter. Scenery is a model that is touched through submitted
   /// depth pictures.
   /// Labels of `plan` are names, which a window can hide; those of `measure` are results, which remain.
-  enum class Kind : std::uint8_t { object, plan, measure, warning, scenery };
+  /// An injury marks a place where a tool tore a structure.
+  enum class Kind : std::uint8_t { object, plan, measure, warning, scenery, injury };
   struct Label {
     glm::dvec3 at{0.0};
     std::string text;

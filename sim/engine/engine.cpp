@@ -402,6 +402,7 @@ Overlays Engine::overlays() const {
   }
   for (const Module* module : catalogue_.modules())
     for (Overlay& overlay : module->overlays(state_)) result.push_back(std::move(overlay));
+  add_injuries(result);
   return result;
 }
 

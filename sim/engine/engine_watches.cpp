@@ -1,7 +1,9 @@
 // Engine: forbidden structures near the tool of a hand.
 #include <algorithm>
+#include <numbers>
 
 #include "sim/engine/engine.h"
+#include "volume/base/deterministic_math.h"
 
 namespace trephine::sim {
 
@@ -77,6 +79,55 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
   for (std::size_t s = 0; s < forbidden_.size(); ++s)
     if (!forbidden_[s]->is_membrane()) watch_structure(s);
   last_body = body;
+}
+
+namespace {
+
+/// Returns a ball of 1.2 mm, which all injuries share.
+const std::shared_ptr<const haptics::MeshTree>& injury_mark() {
+  static const auto mark = [] {
+    constexpr double k_radius = 1.2;  // mm
+    constexpr int k_around = 16, k_up = 8;
+    std::vector<glm::dvec3> vertices{{0, 0, k_radius}, {0, 0, -k_radius}};
+    for (int j = 1; j < k_up; ++j)
+      for (int i = 0; i < k_around; ++i) {
+        const double a = 2 * std::numbers::pi * i / k_around, b = std::numbers::pi * j / k_up;
+        vertices.push_back(k_radius * glm::dvec3(deterministic_sin(b) * deterministic_cos(a),
+                                                 deterministic_sin(b) * deterministic_sin(a),
+                                                 deterministic_cos(b)));
+      }
+    const auto at = [](int j, int i) {
+      return static_cast<std::uint32_t>(j == 0 ? 0 : j == k_up ? 1 : 2 + (j - 1) * k_around + i % k_around);
+    };
+    std::vector<std::uint32_t> triangles;
+    for (int j = 0; j < k_up; ++j)
+      for (int i = 0; i < k_around; ++i) {
+        if (j > 0) triangles.insert(triangles.end(), {at(j, i), at(j + 1, i), at(j, i + 1)});
+        if (j + 1 < k_up) triangles.insert(triangles.end(), {at(j, i + 1), at(j + 1, i), at(j + 1, i + 1)});
+      }
+    return std::make_shared<const haptics::MeshTree>(std::move(vertices), std::move(triangles));
+  }();
+  return mark;
+}
+
+}  // namespace
+
+/// Adds a mark for each place where a tool tore a structure, on the surface of that structure.
+void Engine::add_injuries(Overlays& overlays) const {
+  for (std::size_t i = 0; i < state_.chronicle.size(); ++i) {
+    const Event& event = state_.chronicle[i];
+    const auto* torn = event.value.as<StructureTorn>();
+    if (!torn) continue;
+    Overlay& injury = overlays.emplace_back();
+    injury.kind = Overlay::Kind::injury;
+    injury.name = "tear of the " + torn->structure;
+    injury.surface = injury_mark();
+    injury.placement.position_world = event.position_world;
+    for (const auto& structure : forbidden_)
+      if (const Nearness near = structure->locate({event.position_world, 0});
+          structure->name() == torn->structure && near.has_surface)
+        injury.placement.position_world = near.surface_world;
+  }
 }
 
 }  // namespace trephine::sim

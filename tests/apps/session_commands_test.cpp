@@ -335,7 +335,7 @@ TEST_F(Command, ACaseIsASourceEverywhere) {
   EXPECT_TRUE(dura["visits"][0]["is_left"].get<bool>());
   const Json events = json("info g.session")["events"];
   ASSERT_EQ(events.size(), 3u);  // the dura was entered, torn and left
-  EXPECT_EQ(events[0]["text"], "The tool entered the dura while it was running.");
+  EXPECT_EQ(events[0]["text"], "The tool reached the dura while it was running.");
   EXPECT_TRUE(json("replay g.session --scan my-case --verify")["is_same"].get<bool>());
   const ProcessResult away = run("drill my-case --burr-diameter 6 --path air.csv -o o.mha --json");
   EXPECT_EQ(away.exit_code, 0);

@@ -404,6 +404,10 @@ TEST_F(ToolWindow, ACraniotomeEntersAHoleOfThePerforator) {
     QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, start + QPoint(120, 0));
     save_screenshot(*window_, ("craniotome-kerf-" + std::to_string(side)).c_str());
     EXPECT_EQ(entries("brain"), 0) << "the foot pushes the dura";
+    // No piece is free after this cut, which a message states when the craniotome is put away.
+    hand().remove_instrument();
+    const auto& log = hand().notices().log();
+    EXPECT_TRUE(reaches([&] { return log.back().text.starts_with("No piece is free yet"); }));
   }
 }
 

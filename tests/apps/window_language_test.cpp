@@ -204,6 +204,9 @@ TEST(Language, SentencesAreTranslatedAsAWhole) {
       {"The tip of the catheter is outside the ventricles; 12 mm below the outer table.",
        "Die Spitze des Katheters liegt außerhalb der Ventrikel; 12 mm unter der Tabula externa."},
       {"12.34\u00a0mm", "12,34\u00a0mm"},
+      {"0.00\u00a0degrees", "0,00\u00a0Grad"},
+      {"L4: canal gained", "L4: gewonnene Kanalfläche"},
+      {"L4 right: tip to plan", "L4 rechts: Spitze zum Plan"},
       {"full at 0.5, none at 2", "voll bei 0,5, keine bei 2"}};
   for (const auto& [english, german] : sentences)
     EXPECT_EQ(localizer.translate(english).toStdString(), german);

@@ -29,11 +29,13 @@ class WindowScore : public Window {
     options_.session_file = running_;
     options_.scan = "SCANS/HEAD";
     options_.host.score = [this](const std::string& session, const std::string& scan,
+                                 const std::function<void(const sim::Score&)>& preliminary,
                                  const WindowHost::Listener& listener) {
       EXPECT_EQ(scan, "SCANS/HEAD");
       std::ifstream in(session);
       std::getline(in, seen_);
       EXPECT_NE(session, running_) << "a copy is judged";
+      if (is_known_early_) preliminary(sample_score());
       const auto progress = listener.progress("judging");
       for (int i = 0; i < wait_ms_; ++i) {
         if (!progress(i / 1000.0)) {
@@ -65,7 +67,7 @@ class WindowScore : public Window {
 
   std::string running_, seen_, fault_;
   std::atomic<int> wait_ms_{0}, reports_{0};
-  std::atomic<bool> was_cancelled_{false};
+  std::atomic<bool> was_cancelled_{false}, is_known_early_{false};
 };
 
 TEST_F(WindowScore, ShowsTheFindingsOfACopyOfTheRecording) {
@@ -93,6 +95,25 @@ TEST_F(WindowScore, ShowsTheFindingsOfACopyOfTheRecording) {
   EXPECT_EQ(text(judged, 2, 5), "At the rim.");
   EXPECT_EQ(text(judged, 1, 4), "2.0 of 3");
   EXPECT_EQ(text(reported, 0, 1), QString("61.25\u00a0s"));
+  window.close();
+}
+
+TEST_F(WindowScore, ShowsTheFinalStateBeforeTheMotionIsMeasured) {
+  is_known_early_ = true;
+  wait_ms_ = 60000;
+  MainWindow window(scene_, options_);
+  ScoreDialog* dialog = open(window);
+  ASSERT_NE(dialog, nullptr);
+  const auto* status = dialog->findChild<QLabel*>("score_status");
+  ASSERT_TRUE(QTest::qWaitFor([&] { return status->text().startsWith("Preliminary"); }, k_patience));
+  EXPECT_TRUE(dialog->is_working());
+  EXPECT_EQ(dialog->findChild<QLabel*>("score_points")->text(), "5.0 of 10.0 points");
+  EXPECT_EQ(dialog->findChild<QTableWidget*>("findings")->rowCount(), 4);
+  EXPECT_FALSE(dialog->findChild<QPushButton*>("write_report")->isEnabled());
+  wait_ms_ = 0;
+  ASSERT_TRUE(QTest::qWaitFor([&] { return !dialog->is_working(); }, k_patience));
+  EXPECT_FALSE(status->text().startsWith("Preliminary"));
+  EXPECT_EQ(dialog->findChild<QTableWidget*>("findings")->rowCount(), 4);
   window.close();
 }
 

@@ -290,7 +290,7 @@ TEST_F(Window, ShowsWhyACommandWasRefused) {
       [&] {
         return child<QLabel>(window, "notice")
             ->text()
-            .startsWith("The command was refused: a.session: the session is no longer readable");
+            .startsWith("The command was refused: the session is no longer readable");
       },
       k_patience))
       << child<QLabel>(window, "notice")->text().toStdString();

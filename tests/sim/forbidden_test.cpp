@@ -124,6 +124,15 @@ TEST(Forbidden, EntriesAreReportedWithDepthTimeAndPosition) {
   EXPECT_TRUE(guarded.forbidden->contains({0.3, -0.2, Guarded::k_bottom - 0.5}));
   EXPECT_FALSE(guarded.forbidden->contains({0.3, -0.2, Guarded::k_bottom + 0.5}));
   EXPECT_NEAR(left->seconds, 1e-3 * (last - first), 0.06);
+  // A mark shows the tear where the tool entered the dura.
+  const Overlays overlays = run.engine().overlays();
+  const auto injury = std::find_if(overlays.begin(), overlays.end(), [](const Overlay& overlay) {
+    return overlay.kind == Overlay::Kind::injury;
+  });
+  ASSERT_NE(injury, overlays.end());
+  EXPECT_EQ(injury->name, "tear of the dura");
+  EXPECT_TRUE(injury->surface);
+  EXPECT_LT(glm::length(injury->placement.position_world - dvec3(0.3, -0.2, Guarded::k_bottom)), 0.3);
   // Events are not undoable.
   run.undo();
   EXPECT_EQ(run.engine().state().chronicle.size(), 3u);

@@ -14,11 +14,14 @@ namespace trephine::cli {
 namespace {
 
 Result<sim::Score> score(const std::string& session, const std::string& open_scan,
+                         const std::function<void(const sim::Score&)>& preliminary,
                          const workbench::Listener& listener) {
   const auto scan = scan_for(session, open_scan);
   if (!scan) return scan.error();
   auto opened = workbench::open_session(session, scan.value(), listener);
   if (!opened) return opened.error();
+  if (const auto final_state = workbench::score_final_state(*opened.value()))
+    preliminary(final_state.value());
   auto result = workbench::score_session(*opened.value(), {}, listener);
   if (!result) return result.error();
   return std::move(result).value().score;
