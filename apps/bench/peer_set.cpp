@@ -54,6 +54,11 @@ extern "C" const trephine::bench::PeerSet* trephine_peer_set() {
 #endif
 #ifdef TREPHINE_HAS_FCL
       fcl_collide,
+#else
+      nullptr,
+#endif
+#ifdef TREPHINE_HAS_OPENVDB
+      openvdb_lookups,
 #endif
   };
   return &set;

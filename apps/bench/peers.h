@@ -55,6 +55,17 @@ struct PeerMesh {
 /// quaternion w x y z, 7 numbers each) and a scene.
 void fcl_collide(const PeerMesh& tool, const PeerMesh& scene, const double* poses, long count, double* us);
 
+/// Types of voxels in OpenVDB's tree, compared with VoxMap.
+struct OpenVdbLookups {
+  double megabytes = 0;  ///< of the tree
+  double ns = 0;         ///< mean time of a look-up by an accessor, least of five runs
+  long sum = 0;          ///< of the types that the look-ups returned
+};
+/// `types`: one byte per voxel, x fastest; `background`: the type that the tree does not store. `voxels`:
+/// three coordinates of each looked up voxel.
+OpenVdbLookups openvdb_lookups(const unsigned char* types, const int* size, unsigned char background,
+                               const int* voxels, long count);
+
 /// All peers: a separate library, loaded on demand, so that no other program links them.
 struct PeerSet {
   std::vector<Peer> methods;
@@ -73,6 +84,8 @@ struct PeerSet {
   double (*embree_images)(const float*, long, const unsigned*, long, const double*, double, int, double&,
                           float*) = nullptr;
   void (*fcl_collide)(const PeerMesh&, const PeerMesh&, const double*, long, double*) = nullptr;
+  OpenVdbLookups (*openvdb_lookups)(const unsigned char*, const int*, unsigned char, const int*,
+                                    long) = nullptr;
 };
 /// The peers next to this program; empty if their library is missing.
 const PeerSet& peers();

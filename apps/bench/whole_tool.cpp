@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 #include <random>
 
 #include "apps/bench/peers.h"
@@ -11,6 +12,7 @@
 #include "haptics/proxy/layer_contact.h"
 #include "haptics/proxy/shell_proxy.h"
 #include "volume/cuts/removal.h"
+#include "volume/scan/traversal.h"
 #include "volume/surface/lathe.h"
 #include "volume/surface/surface_nets.h"
 
@@ -214,6 +216,45 @@ std::vector<DenseToolRow> run_dense_tool_benchmark(bool is_quick) {
   return rows;
 }
 
+namespace {
+
+/// Compares look-ups of a VoxMap with those of OpenVDB's tree.
+void compare_lookups(const haptics::baselines::VoxMap& map, const haptics::PointShell& shell,
+                     const std::vector<Placement>& poses, WholeToolResult& result) {
+  constexpr std::size_t k_poses = 200;
+  std::vector<int> voxels;
+  for (std::size_t i = 0; i < std::min(poses.size(), k_poses); ++i)
+    for (const haptics::PointShell::Point& point : shell.points()) {
+      const glm::ivec3 v = volume::voxel_of(
+          map.frame().volume_from_world(poses[i].position_world + poses[i].rotation * point.position));
+      if (glm::all(glm::greaterThanEqual(v, glm::ivec3(0))) && glm::all(glm::lessThan(v, map.size())))
+        voxels.insert(voxels.end(), {v.x, v.y, v.z});
+    }
+  const auto count = static_cast<long>(voxels.size() / 3);
+  if (count == 0) return;
+  result.voxmap_ns = 1e300;
+  long sum = 0;
+  for (int run = 0; run < MinimumOfRuns::k_runs; ++run) {
+    const auto start = Clock::now();
+    sum = 0;
+    for (std::size_t i = 0; i < voxels.size(); i += 3)
+      sum += static_cast<long>(map.at({voxels[i], voxels[i + 1], voxels[i + 2]}));
+    result.voxmap_ns = std::min(result.voxmap_ns, 1e9 * seconds_since(start) / static_cast<double>(count));
+  }
+  if (!peers().openvdb_lookups) return;
+  std::vector<unsigned char> types;
+  for (int z = 0; z < map.size().z; ++z)
+    for (int y = 0; y < map.size().y; ++y)
+      for (int x = 0; x < map.size().x; ++x) types.push_back(static_cast<unsigned char>(map.at({x, y, z})));
+  const OpenVdbLookups found = peers().openvdb_lookups(
+      types.data(), &map.size().x, static_cast<unsigned char>(haptics::baselines::VoxMap::Voxel::free),
+      voxels.data(), count);
+  result.openvdb_ns = found.ns, result.openvdb_mb = found.megabytes;
+  result.are_lookups_equal = found.sum == sum;
+}
+
+}  // namespace
+
 WholeToolResult run_whole_tool_benchmark(bool is_quick) {
   WholeToolResult result;
   data_tools::PhantomOptions options;
@@ -248,6 +289,7 @@ WholeToolResult run_whole_tool_benchmark(bool is_quick) {
       lever_in_hole(scene, is_quick ? 1500 : 4000, hole);
     }
     row.free_us = free.result(), row.slide_us = contact.result(), row.hole_us = hole.result();
+    if (spacing == 0.25) compare_lookups(map, *shell.value(), poses, result);
     const haptics::baselines::VoxelSampling sampling(map, *shell.value());
     row.sampling_us = times_at(poses, sampling);
     const haptics::TouchState state(haptics::uncut_version(scene));

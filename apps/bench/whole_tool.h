@@ -28,6 +28,10 @@ struct WholeToolResult {
   int size[3] = {0, 0, 0};    ///< of the head phantom, voxels
   double voxmap_seconds = 0;  ///< to make the VoxMap
   double voxmap_mb = 0;
+  /// Look-ups of the voxels of a tool's points at the poses of the slide, in the order of the points: mean
+  /// time, ns; with OpenVDB's tree, below 0 if OpenVDB is not built in.
+  double voxmap_ns = 0, openvdb_ns = -1, openvdb_mb = -1;
+  bool are_lookups_equal = true;
   std::vector<WholeToolRow> rows;
 };
 /// `is_quick`: a coarser phantom and fewer ticks.

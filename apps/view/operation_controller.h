@@ -48,7 +48,7 @@ class OperationController {
       is_lifted_ = true;
       mouse_.release();
     }
-    if (is_down && !is_pressed_ && state_.tool.is_empty() && !options_.device)
+    if (is_down && !is_pressed_ && state_.tool.is_empty() && !options_.device && !viewport_.has_model_tool())
       show_refusal("No tool is in the hand. Choose one in the panel Tools.");
     is_pressed_ = is_down;
     has_click_ = has_click_ || is_down;

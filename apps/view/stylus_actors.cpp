@@ -24,6 +24,7 @@
 #include <vtkTubeFilter.h>
 
 #include "apps/view/instrument_actors.h"
+#include "haptics/device/pose_path.h"
 
 namespace trephine::view {
 
@@ -35,7 +36,7 @@ struct StylusActors::Parts {
   std::vector<ToolPart> drawn;  ///< parts of the tool that the actors in `tool` show
   std::vector<vtkSmartPointer<vtkActor>> tool;
   std::shared_ptr<const haptics::MeshTree> drawn_mesh;  ///< that `mesh` shows
-  vtkSmartPointer<vtkActor> mesh;
+  vtkSmartPointer<vtkActor> mesh, hand_mesh;  ///< at the pose of the tool; as wireframe, at that of the hand
   vtkNew<vtkLineSource> hip_proxy_source;
   vtkSmartPointer<vtkActor> edge;  ///< line that a guide marks: an edge of bone or a trajectory
   vtkNew<vtkPolyData> edge_line;
@@ -117,21 +118,31 @@ void StylusActors::show(const StylusState& s) {
     place(p.tool[i], s.tool_world + s.turn * p.drawn[i].at, s.turn * p.drawn[i].along);
   }
   if (p.drawn_mesh != s.tool.mesh) {
-    if (p.mesh) p.renderer->RemoveActor(p.mesh);
-    p.mesh = nullptr;
+    if (p.mesh) p.renderer->RemoveActor(p.mesh), p.renderer->RemoveActor(p.hand_mesh);
+    p.mesh = p.hand_mesh = nullptr;
     p.drawn_mesh = s.tool.mesh;
     if (p.drawn_mesh) {
       vtkNew<vtkPolyDataMapper> mapper;
       mapper->SetInputData(make_mesh(*p.drawn_mesh));
       p.mesh = make_actor(mapper, dvec3(0.45, 0.60, 0.78));
       p.mesh->GetProperty()->SetSpecular(0.35);
-      p.mesh->PickableOff();
-      p.renderer->AddActor(p.mesh);
+      p.hand_mesh = make_actor(mapper, dvec3(0.95, 0.96, 1.0));
+      p.hand_mesh->GetProperty()->SetRepresentationToWireframe();
+      p.hand_mesh->GetProperty()->SetOpacity(0.25);
+      p.hand_mesh->GetProperty()->LightingOff();
+      for (vtkActor* actor : {p.mesh.Get(), p.hand_mesh.Get()})
+        actor->PickableOff(), p.renderer->AddActor(actor);
     }
   }
   if (p.mesh) {
     p.mesh->SetVisibility(s.is_visible);
     place(p.mesh, haptics::Placement{s.tool_world, s.turn});
+    // A wireframe shows the pose of the hand while contact keeps the tool from it.
+    constexpr double k_apart = 1, k_turned = 0.05;  // mm; about radians
+    const bool is_apart = glm::length(s.tool_world - s.hip_world) > k_apart ||
+                          glm::length(haptics::turn_between(s.hand_turn, s.turn)) > k_turned;
+    p.hand_mesh->SetVisibility(s.is_visible && s.has_contact && is_apart);
+    place(p.hand_mesh, haptics::Placement{s.hip_world, s.hand_turn});
   }
   const bool has_shaft = s.is_visible && s.tool.has_shaft;
   p.shaft->SetVisibility(has_shaft);

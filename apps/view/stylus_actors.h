@@ -18,6 +18,7 @@ namespace trephine::view {
 struct StylusState {
   bool is_visible = true;
   glm::dvec3 hip_world{0.0};
+  glm::dquat hand_turn{1, 0, 0, 0};  ///< orientation of the hand
   ToolAppearance tool = {};
   glm::dvec3 tool_world{0.0};   ///< origin of the tool's frame
   glm::dquat turn{1, 0, 0, 0};  ///< orientation of the tool's frame

@@ -12,6 +12,7 @@ namespace {
 constexpr double k_speed = 60;  // mm/s toward a found pose
 constexpr double k_leave = 9;   // mm; a cursor farther away releases the tool
 constexpr double k_lead = 8;    // mm by which a pulling hand is ahead of a bit: 4 N at 0.5 N/mm
+constexpr double k_near = 1.5;  // mm ahead of the bit, where the depth of the foot is measured
 
 double distance_to_ray(const dvec3& p, const ToolGuide::Input& input) {
   return glm::length(glm::cross(p - input.ray_origin, input.ray_direction));
@@ -181,13 +182,15 @@ std::optional<ToolGuide::Pose> ToolGuide::follow_craniotome(const BoneTest& is_b
   if (input.old_surface) {
     dvec3 motion = *input.old_surface - input.tip;
     motion -= glm::dot(motion, input.shaft) * input.shaft;
-    const double distance = glm::length(motion);
-    const dvec3 ahead = input.tip + std::min(1.0, k_lead / std::max(1e-9, distance)) * motion;
+    // The depth is that of the bone just ahead of the bit. Bone at the distance of the hand may lie deeper,
+    // on a curved skull or with an oblique shaft, and the foot would press into the dura.
+    const double distance = std::max(1e-9, glm::length(motion));
+    const dvec3 ahead = input.tip + std::min(1.0, k_near / distance) * motion;
     const std::optional<dvec3> surface = surface_over(was_bone, ahead, input.shaft);
     const auto depth = surface ? foot_depth(was_bone, input.tool, *surface, input.shaft) : std::nullopt;
     if (depth) {
-      const dvec3 pull = *surface - *depth * input.shaft - input.tip;
-      at_ += std::min(1.0, 1.2 * k_lead / std::max(1e-9, glm::length(pull))) * pull;
+      const double down = glm::dot(*surface - input.tip, input.shaft) - *depth;
+      at_ += std::min(1.0, k_lead / distance) * motion + std::clamp(down, -k_lead, k_lead) * input.shaft;
     }
   }
   return Pose{at_, pose_.turn, true, false};

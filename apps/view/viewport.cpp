@@ -266,6 +266,7 @@ void Viewport::show_stylus(const haptics::ServoRecord& record, ToolAppearance to
   const Contact& contact = contacts_[record.hand < contacts_.size() ? record.hand : 0];
   StylusState stylus;
   stylus.hip_world = record.pose.position_world;
+  stylus.hand_turn = haptics::unit_of(record.pose.orientation);
   stylus.has_contact = record.has_contact;
   stylus.proxy_world = record.has_contact ? record.proxy_world : stylus.hip_world;
   stylus.force_world = record.force_world;

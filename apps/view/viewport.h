@@ -72,6 +72,8 @@ class Viewport {
 
   /// Sets the geometry with which the tool of a hand currently touches.
   void set_contact_tool(const haptics::ToolShape& tool, std::size_t hand = 0);
+  /// True if the tool of the first hand is a model.
+  bool has_model_tool() const noexcept { return contacts_[0].mesh != nullptr; }
   /// Returns the radius (mm) of the balls of the first hand's geometry; 0: a point, or a shell.
   double touch_radius() const noexcept { return contacts_[0].radius; }
   /// Shows the stylus of a tick for the hand of the record. A stylus without an orientation is tilted by

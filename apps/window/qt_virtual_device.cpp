@@ -364,10 +364,10 @@ class Graph final : public QWidget {
     painter.drawPath(noisy);
     painter.setPen(QPen(colour, 1.6));
     painter.drawPath(mean);
-    // A legend at the right of the title.
+    // A legend below the plot, at its left.
     const QString mean_name = QObject::tr("mean"), noisy_name = QObject::tr("mean + deviation");
-    int x = plot.right() - letters.horizontalAdvance(mean_name + noisy_name) - 64;
-    const int y = area.top() + letters.ascent() + 4;
+    int x = plot.left();
+    const int y = plot.bottom() + 4 + letters.ascent();
     for (const auto& [name, line] : {std::pair(mean_name, colour), std::pair(noisy_name, light)}) {
       painter.setPen(QPen(line, 2));
       painter.drawLine(x, y - letters.ascent() / 3, x + 18, y - letters.ascent() / 3);
@@ -398,8 +398,8 @@ class VirtualDeviceWindow final : public QWidget {
     centre->setObjectName("device_centre");
     centre->setFocusPolicy(Qt::NoFocus);
     centre->setEnabled(options.is_moved);
-    bar->addWidget(state_);
-    bar->addStretch();
+    state_->setWordWrap(true);
+    bar->addWidget(state_, 1);
     bar->addWidget(values_);
     bar->addSpacing(16);
     bar->addWidget(centre);

@@ -225,8 +225,15 @@ Status check(const OperationChoice& choice) {
     if (model.screw) continue;
     if (Status error = check_file(model)) return error;
   }
-  for (const ToolModelChoice& tool : choice.tools)
+  for (const ToolModelChoice& tool : choice.tools) {
     if (Status error = check_file(tool.model)) return error;
+    if (const double spacing = tool.spacing.value_or(1); !(spacing >= 0.02 && spacing <= 10))
+      return Error{.what = "the spacing of the tool's points is out of range",
+                   .where = "tool spacing",
+                   .found = text_of(spacing) + " mm",
+                   .expected = "0.02 to 10 mm",
+                   .remedy = "use half a voxel of the scan"};
+  }
   for (const HandSpec& hand : choice.hands) {
     if (const double radius = hand.tool->radius(); !(radius >= 0 && radius <= 6))
       return Error{.what = "the tool's radius is out of range",

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "apps/workbench/clock.h"
+#include "apps/workbench/phantom_cache.h"
 #include "apps/workbench/sessions.h"
 #include "apps/workbench/text.h"
 #include "data-tools/cases/phantom_cases.h"
@@ -80,7 +81,7 @@ Result<Source> open_source(const SourceChoice& choice, const Listener& listener)
   const auto start = Clock::now();
   Source source;
   if (is_builtin(src)) {
-    auto result = data_tools::make_phantom(src);
+    auto result = builtin_phantom(src);
     if (!result) return result.error();
     source.volume = std::make_shared<const volume::Volume>(std::move(result).value());
     source.name = source.case_name = src;

@@ -104,7 +104,7 @@ void VirtualDeviceHost::run() {
 /// Advances to time t. Requires the lock.
 void VirtualDeviceHost::step(double t, double dt) {
   constexpr double k_silent = 0.05;  // s
-  if (const auto shared = memory_->wrench().get(); shared && shared->count != wrench_count_) {
+  if (const auto shared = memory_->wrench(); shared && shared->count != wrench_count_) {
     wrench_count_ = shared->count, wrench_time_ = t;
     state_.wrench = haptics::Wrench({shared->force[0], shared->force[1], shared->force[2]},
                                     {shared->torque[0], shared->torque[1], shared->torque[2]});
@@ -138,7 +138,7 @@ void VirtualDeviceHost::step(double t, double dt) {
   for (int a = 0; a < 3; ++a) shared.position[a] = state_.pose.position_world[a];
   shared.orientation[0] = q.w, shared.orientation[1] = q.x, shared.orientation[2] = q.y,
   shared.orientation[3] = q.z;
-  memory_->pose().set(shared);
+  memory_->set_pose(shared);
   if (is_recording_ && recording_.size() < recording_.capacity()) recording_.push_back({t, state_.pose});
 
   forces_.push_back(glm::length(state_.wrench.force_world));

@@ -1,15 +1,13 @@
 #include "haptics/device/shared_device.h"
 
-#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <fcntl.h>
-#include <new>
 #include <sys/file.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <utility>
 
 namespace trephine::haptics {
 
@@ -21,8 +19,21 @@ std::string file_of(int index) {
   return "/dev/shm/trephine-virtual-" + std::to_string(::getuid()) + "-" + std::to_string(index);
 }
 
-Error failed(const char* what, int index, const char* remedy) {
-  return Error{.what = what,
+struct Header {
+  std::array<char, 8> magic{'T', 'R', 'E', 'P', 'H', 'D', 'E', 'V'};
+  std::uint32_t layout = 1, reserved = 0;
+};
+
+/// Returns true if a file begins with the header.
+bool is_device_file(int descriptor) {
+  Header header;
+  const Header expected;
+  return ::pread(descriptor, &header, sizeof header, 0) == static_cast<ssize_t>(sizeof header) &&
+         header.magic == expected.magic && header.layout == expected.layout;
+}
+
+Error failed(std::string what, int index, const char* remedy) {
+  return Error{.what = std::move(what),
                .where = "shared device",
                .found = "device " + std::to_string(index),
                .remedy = remedy,
@@ -55,51 +66,75 @@ Result<std::shared_ptr<SharedDeviceMemory>> SharedDeviceMemory::create(int index
   const std::string file = file_of(index);
   memory->descriptor_ = open_own(file, O_CREAT);
   if (memory->descriptor_ < 0)
-    return failed("the shared memory of a virtual device cannot be created", index,
-                  "check that this user may write to /dev/shm");
+    return failed("the file of the virtual device cannot be created: " + file, index,
+                  "remove what has this name, or check that this user may write to /dev/shm");
   if (::flock(memory->descriptor_, LOCK_EX | LOCK_NB) != 0)
     return failed("a virtual device with this index is already open", index,
                   "close its window, or choose another index");
-  if (::ftruncate(memory->descriptor_, k_size) != 0)
-    return failed("the shared memory of a virtual device cannot be created", index, "free space in /dev/shm");
-  void* const address = ::mmap(nullptr, k_size, PROT_READ | PROT_WRITE, MAP_SHARED, memory->descriptor_, 0);
-  if (address == MAP_FAILED)
-    return failed("the shared memory of a virtual device cannot be created", index, "close other programs");
+  struct stat status {};
+  const bool is_foreign = ::fstat(memory->descriptor_, &status) != 0 ||
+                          (status.st_size > 0 && !is_device_file(memory->descriptor_));
+  if (is_foreign)
+    return failed("another file has the name of the virtual device: " + file, index,
+                  "remove the file, or choose another index");
+  // Zero first: a wrench of an earlier program must not act.
+  const std::array<char, k_size> zero{};
+  Header header;
+  if (::ftruncate(memory->descriptor_, 0) != 0 ||
+      ::pwrite(memory->descriptor_, zero.data(), zero.size(), 0) != static_cast<ssize_t>(zero.size()) ||
+      ::pwrite(memory->descriptor_, &header, sizeof header, 0) != static_cast<ssize_t>(sizeof header))
+    return failed("the file of the virtual device cannot be written", index, "free space in /dev/shm");
   memory->file_ = file;
-  memory->block_ = new (address) Block{};
-  memory->block_->layout = k_layout;
-  std::memcpy(memory->block_->magic, k_magic, sizeof k_magic);
   return memory;
 }
 
 Result<std::shared_ptr<SharedDeviceMemory>> SharedDeviceMemory::open(int index) {
   std::shared_ptr<SharedDeviceMemory> memory(new SharedDeviceMemory);
   memory->descriptor_ = open_own(file_of(index), 0);
-  struct stat status {};
-  if (memory->descriptor_ < 0 || !has_host(memory->descriptor_) ||
-      ::fstat(memory->descriptor_, &status) != 0 || status.st_size < static_cast<off_t>(k_size))
+  if (memory->descriptor_ < 0 || !has_host(memory->descriptor_))
     return failed("the virtual device is not open", index, "start it: trephine virtual-device");
-  void* const address = ::mmap(nullptr, k_size, PROT_READ | PROT_WRITE, MAP_SHARED, memory->descriptor_, 0);
-  if (address == MAP_FAILED)
-    return failed("the memory of the virtual device cannot be read", index, "close other programs");
-  memory->block_ = static_cast<Block*>(address);
-  if (std::memcmp(memory->block_->magic, k_magic, sizeof k_magic) != 0 || memory->block_->layout != k_layout)
+  if (!is_device_file(memory->descriptor_))
     return failed("the virtual device is of another version", index, "start it with this version");
+  struct flock client {};
+  client.l_type = F_WRLCK, client.l_whence = SEEK_SET, client.l_start = k_wrench, client.l_len = 1;
+  if (::fcntl(memory->descriptor_, F_OFD_SETLK, &client) != 0)
+    return failed("another program uses the virtual device", index,
+                  "close that program, or start a second device: trephine virtual-device --index 1");
   return memory;
 }
 
 bool SharedDeviceMemory::exists(int index) {
   const int descriptor = open_own(file_of(index), 0);
   if (descriptor < 0) return false;
-  const bool result = has_host(descriptor);
+  const bool result = has_host(descriptor) && is_device_file(descriptor);
   ::close(descriptor);
   return result;
 }
 
 SharedDeviceMemory::~SharedDeviceMemory() {
-  if (block_) ::munmap(block_, k_size);
   if (!file_.empty()) ::unlink(file_.c_str());
   if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void SharedDeviceMemory::set(long at, const void* value, std::size_t bytes) noexcept {
+  // A short write, as on a full disk, leaves an odd sequence, and the reader gets nothing.
+  const std::uint64_t odd = sequence_ + 1, even = sequence_ = sequence_ + 2;
+  if (::pwrite(descriptor_, &odd, sizeof odd, at) != static_cast<ssize_t>(sizeof odd)) return;
+  if (::pwrite(descriptor_, value, bytes, at + 8) != static_cast<ssize_t>(bytes)) return;
+  if (::pwrite(descriptor_, &even, sizeof even, at) != static_cast<ssize_t>(sizeof even)) return;
+}
+
+bool SharedDeviceMemory::get(long at, void* value, std::size_t bytes) const noexcept {
+  constexpr int k_attempts = 4;
+  for (int attempt = 0; attempt < k_attempts; ++attempt) {
+    std::uint64_t before = 0, after = 0;
+    if (::pread(descriptor_, &before, sizeof before, at) != static_cast<ssize_t>(sizeof before) ||
+        ::pread(descriptor_, value, bytes, at + 8) != static_cast<ssize_t>(bytes) ||
+        ::pread(descriptor_, &after, sizeof after, at) != static_cast<ssize_t>(sizeof after))
+      return false;
+    if (before == after && before % 2 == 0) return before != 0;
+  }
+  return false;
 }
 
 Status SharedDevice::open() {
@@ -122,7 +157,7 @@ void SharedDevice::close() noexcept {
 bool SharedDevice::read(double t, Pose& pose) noexcept {
   constexpr double k_silent = 0.1;  // s
   if (!memory_) return false;
-  if (const auto next = memory_->pose().get(); next && (!has_pose_ || next->count != last_.count))
+  if (const auto next = memory_->pose(); next && (!has_pose_ || next->count != last_.count))
     last_ = *next, counted_at_ = t, has_pose_ = true;
   if (!has_pose_ || t - counted_at_ > k_silent) return false;
   const glm::dvec3 position(last_.position[0], last_.position[1], last_.position[2]);
@@ -142,7 +177,7 @@ void SharedDevice::write(const Wrench& wrench) noexcept {
   SharedWrench shared{++wrenches_, {}, {}};
   for (int a = 0; a < 3; ++a)
     shared.force[a] = wrench.force_world[a], shared.torque[a] = wrench.torque_world[a];
-  memory_->wrench().set(shared);
+  memory_->set_wrench(shared);
 }
 
 }  // namespace trephine::haptics

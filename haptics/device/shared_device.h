@@ -2,13 +2,12 @@
 // trephine virtual-device. docs/file-formats.md describes the memory.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "haptics/device/device.h"
-#include "haptics/device/latest.h"
 
 namespace trephine::haptics {
 
@@ -27,13 +26,16 @@ struct SharedWrench {
 };
 
 /// Memory of one device. One process, the host, owns it and writes poses; one other process writes wrenches.
+/// The file is accessed by system calls that do not wait: a file that another program truncates gives no
+/// values, where mapped memory would end the program.
 class SharedDeviceMemory {
  public:
   static constexpr int k_max_index = 9;
 
-  /// Creates the memory of the device with this index. Error if another host has it.
+  /// Creates the memory of the device with this index. Error if another host has it, or if another file has
+  /// its name.
   static Result<std::shared_ptr<SharedDeviceMemory>> create(int index);
-  /// Opens the memory of a host. Error if there is no host with this index.
+  /// Opens the memory of a host. Error if there is no host with this index, or if another program uses it.
   static Result<std::shared_ptr<SharedDeviceMemory>> open(int index);
   /// Returns true if a host with this index is open.
   static bool exists(int index);
@@ -41,24 +43,26 @@ class SharedDeviceMemory {
   SharedDeviceMemory(const SharedDeviceMemory&) = delete;
   SharedDeviceMemory& operator=(const SharedDeviceMemory&) = delete;
 
-  Latest<SharedPose>& pose() noexcept { return block_->pose; }
-  Latest<SharedWrench>& wrench() noexcept { return block_->wrench; }
+  void set_pose(const SharedPose& pose) noexcept { set(k_pose, &pose, sizeof pose); }
+  void set_wrench(const SharedWrench& wrench) noexcept { set(k_wrench, &wrench, sizeof wrench); }
+  /// Nothing if no value was written, or if the writer was active during each of four attempts.
+  std::optional<SharedPose> pose() const noexcept { return get<SharedPose>(k_pose); }
+  std::optional<SharedWrench> wrench() const noexcept { return get<SharedWrench>(k_wrench); }
 
  private:
-  static constexpr char k_magic[8] = {'T', 'R', 'E', 'P', 'H', 'D', 'E', 'V'};
-  static constexpr std::uint32_t k_layout = 1;
-  struct Block {
-    char magic[8];
-    std::uint32_t layout, reserved;
-    alignas(64) Latest<SharedPose> pose;
-    alignas(64) Latest<SharedWrench> wrench;
-  };
-  static_assert(offsetof(Block, pose) == 64 && offsetof(Block, wrench) == 192);
+  static constexpr long k_pose = 64, k_wrench = 192;  ///< bytes from the start of the file
   SharedDeviceMemory() = default;
+  void set(long at, const void* value, std::size_t bytes) noexcept;
+  bool get(long at, void* value, std::size_t bytes) const noexcept;
+  template <class T>
+  std::optional<T> get(long at) const noexcept {
+    T value;
+    return get(at, &value, sizeof value) ? std::optional(value) : std::nullopt;
+  }
 
   std::string file_;  ///< of a host; empty: not the host
   int descriptor_ = -1;
-  Block* block_ = nullptr;
+  std::uint64_t sequence_ = 0;  ///< of the slot that this process writes
 };
 
 /// The pose that a host provides. read() fails if the host stops to count for 0.1 s.

@@ -290,9 +290,10 @@ Status check_width(double width, const haptics::TouchScene& scene);
 Status check_body(const ToolBody& body, bool is_round, const haptics::TouchScene& scene) {
   if (Status error = volume::check(body)) return error;
   if (scene.tool->is_six_dof() && !is_round)
-    return Error{.what = "a burr that touches as a point cannot use a tool of several balls",
+    return Error{.what = "a burr that touches as a point cannot use this tool",
                  .where = "burr",
-                 .found = std::to_string(scene.tool->balls().size()) + " balls",
+                 .found = scene.tool->balls().empty() ? "a whole tool, such as a model"
+                                                      : std::to_string(scene.tool->balls().size()) + " balls",
                  .expected = "a round burr, a tool of one ball, or a point"};
   if (is_round && !(scene.tool->radius() > 0))
     return Error{.what = "a round burr needs a ball to touch with",

@@ -52,8 +52,8 @@ void put_placement(std::string& out, const haptics::Placement& at) {
 
 void put_hand(std::string& out, const EngineSnapshot::Hand& hand) {
   const haptics::ToolShape& tool = *hand.tool.scene->tool;
-  put(out, static_cast<std::uint8_t>(tool.mesh() != nullptr));
-  const ToolGeometry geometry = ToolGeometry::of(tool);
+  ToolGeometry geometry = ToolGeometry::of(tool);
+  if (tool.mesh()) geometry.spacing = k_spacing_of_model;
   put(out, geometry.radius);
   put_count(out, geometry.balls.size());
   for (const glm::dvec3& centre : geometry.balls) put(out, centre);

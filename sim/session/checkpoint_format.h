@@ -11,6 +11,9 @@
 
 namespace trephine::sim {
 
+/// Stored instead of the spacing of a profile's points if the tool of a hand is its initial model.
+inline constexpr double k_spacing_of_model = -1;
+
 /// Link of a chain. A link stores a version or an offset field as changes since the previous link of its
 /// chain. Chain 0 belongs to the anatomy, and each other chain to one offset field of a round tool or to one
 /// piece. A piece is stored whole, as the only link of its chain.

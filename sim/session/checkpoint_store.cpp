@@ -350,7 +350,6 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
   }
   /// Reads a hand, with its initial tool or another one.
   void read_hand(ByteReader& in, std::size_t h, EngineSnapshot::Hand& hand) {
-    const bool has_mesh = in.flags(1) != 0;  // of the initial tool
     ToolGeometry geometry{in.number(), {}, {}, 0};
     for (std::uint64_t remaining = in.count(haptics::ToolShape::k_max_balls); remaining > 0; --remaining)
       geometry.balls.push_back(in.position());
@@ -361,6 +360,7 @@ struct CheckpointStore::Shared : std::enable_shared_from_this<Shared> {
     hand.tool = start.tool(h);
     hand.tool.change_count = in.count();
     const haptics::SharedTool initial = hand.tool.scene->tool;
+    const bool has_mesh = geometry.spacing == k_spacing_of_model;
     if (has_mesh && !initial->mesh()) throw Broken{"a tool of an unknown mesh"};
     if (hand.tool.change_count != 0) {
       std::shared_ptr<const PreparedTool>& prepared =

@@ -14,7 +14,7 @@
 namespace trephine::sim {
 
 /// Version of the file's layout. Files of other layouts are refused.
-inline constexpr std::uint32_t k_session_layout = 16;  // 16 added models as tools
+inline constexpr std::uint32_t k_session_layout = 15;  // 15 added ForbiddenWatch::is_working
 /// Revision of the arithmetic of servo and edits. It is raised with every change that gives other bits for
 /// equal input. A session of another revision can be viewed, but not verified. Modules have their own
 /// versions.

@@ -73,7 +73,7 @@ TEST(VirtualDeviceHost, TheForceEndsIfNoWrenchArrives) {
   const auto memory = haptics::SharedDeviceMemory::open(5);
   ASSERT_TRUE(memory);
   EXPECT_TRUE(eventually([&, count = std::uint64_t{0}]() mutable {
-    memory.value()->wrench().set({++count, {4, 0, 0}, {0, 0, 0}});
+    memory.value()->set_wrench({++count, {4, 0, 0}, {0, 0, 0}});
     return host.value()->state().is_connected;
   }));
   EXPECT_TRUE(eventually([&] { return host.value()->state().wrench.is_zero(); }));

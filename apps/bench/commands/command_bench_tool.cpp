@@ -59,7 +59,6 @@ Status run_tool(const ToolArguments& arguments, Outcome& outcome) {
   outcome.print(
       format_text("a burr of 4 mm with a shaft of 60 mm, on the head phantom of %d x %d x %d voxels",
                   result.size[0], result.size[1], result.size[2]));
-  outcome.json["voxmap"] = {{"seconds", result.voxmap_seconds}, {"mb", result.voxmap_mb}};
   outcome.json["rows"] = Json::array();
   for (const WholeToolRow& row : result.rows) {
     outcome.json["rows"].push_back({{"spacing_mm", row.spacing},
@@ -115,7 +114,21 @@ Status run_tool(const ToolArguments& arguments, Outcome& outcome) {
                     row.method.c_str(), row.through, row.passes));
   }
   if (passes.empty() || passes.front().through > 0) outcome.exit_code = exit_check_failed;
-  outcome.print(format_text("VoxMap: %.1f s, %.0f MB", result.voxmap_seconds, result.voxmap_mb));
+  outcome.json["voxmap"] = {
+      {"seconds", result.voxmap_seconds},
+      {"mb", result.voxmap_mb},
+      {"lookup_ns", result.voxmap_ns},
+      {"openvdb_mb", result.openvdb_mb < 0 ? Json(nullptr) : Json(result.openvdb_mb)},
+      {"openvdb_lookup_ns", result.openvdb_ns < 0 ? Json(nullptr) : Json(result.openvdb_ns)},
+      {"are_lookups_equal", result.are_lookups_equal}};
+  outcome.print(
+      format_text("VoxMap: made in %.1f s, %.1f MB, %.1f ns per look-up at the points of a sliding tool",
+                  result.voxmap_seconds, result.voxmap_mb, result.voxmap_ns));
+  if (result.openvdb_ns >= 0)
+    outcome.print(format_text("OpenVDB's tree of the same voxels: %.1f MB, %.1f ns per look-up, %s",
+                              result.openvdb_mb, result.openvdb_ns,
+                              result.are_lookups_equal ? "equal results" : "DIFFERENT RESULTS"));
+  if (!result.are_lookups_equal) outcome.exit_code = exit_check_failed;
   const std::vector<IntegratorRow> integrators = compare_integrators();
   const std::vector<SlidingForceRow> slides = compare_sliding_forces();
   for (const SlidingForceRow& row : slides) {

@@ -98,6 +98,7 @@ void TouchJudge::observe(const workbench::TouchTick& tick) {
   const haptics::ProxyStep& step = tick.servo.last_step();
   const glm::dvec3& position = record.pose.position_world;
   const glm::dvec3 hip = base_.frame.volume_from_world(position);
+  if (scene_.tool->is_six_dof()) return;  // its origin is no point of the tool
   // A moving object may carry the proxy along, but must not carry it through another object.
   if (const glm::dvec3* last = falls_.free_proxy(); last && has_depth_objects_ && !step.is_buried &&
                                                     step.waypoint_count > 0 && step.path_volume[0] != *last)

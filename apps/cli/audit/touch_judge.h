@@ -19,6 +19,8 @@ class TouchJudge {
   explicit TouchJudge(const workbench::Operation& operation);
   void observe(const workbench::TouchTick& tick);
 
+  /// False for a tool with six degrees of freedom, which `trephine audit` judges.
+  bool judges_falls() const { return !scene_.tool->is_six_dof(); }
   long fall_throughs() const { return falls_.fall_throughs() + passed_; }
   long stuck() const { return stuck_; }
   /// Number of judged ticks in which the proxy was in an object touched by depth images, deeper than the

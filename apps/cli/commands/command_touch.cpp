@@ -81,6 +81,24 @@ Result<data_tools::CaseMaterial> material_of(const TouchArguments& arguments) {
   return material;
 }
 
+/// Checks that no other option contradicts --tool.
+Status check_tool(const TouchArguments& arguments) {
+  if (arguments.models.tool.empty()) return std::nullopt;
+  if (arguments.radius > 0)
+    return Error{.what = "a hand has one tool",
+                 .where = "--radius",
+                 .found = "--tool and --radius",
+                 .remedy = "omit one of them"};
+  const haptics::MethodInfo* method = haptics::find_method(arguments.method);
+  if (method && !method->takes_shells && arguments.method != haptics::k_default_method)
+    return Error{.what = "the method does not touch with a model as the tool",
+                 .where = "--method",
+                 .found = arguments.method,
+                 .expected = "shell",
+                 .remedy = "omit --method"};
+  return std::nullopt;
+}
+
 Result<Outcome> run_touch(const TouchArguments& arguments) {
   const bool needs_scene = arguments.models.is_any() && arguments.method == haptics::k_default_method;
   const auto tool = std::make_shared<const haptics::ToolShape>(arguments.radius);
@@ -104,6 +122,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   choice.material = material.value();
   if (Status error = parse_ramp(arguments.stiffness_ramp, choice.ramp)) return *error;
   if (Status error = choose_models(arguments.models, choice)) return *error;
+  if (Status error = check_tool(arguments)) return *error;
   if (Status error = check(choice)) return *error;
   data_tools::OutputSet outputs;
   for (const std::string& model : arguments.models.files()) outputs.add_input(model);
@@ -190,7 +209,7 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
                         {"active", energy.active},
                         {"returned", returned.returned()},
                         {"returned_at_most", returned.bound()}};
-  json["fall_throughs"] = judge.fall_throughs();
+  json["fall_throughs"] = judge.judges_falls() ? Json(judge.fall_throughs()) : Json();
   if (judge.has_depth_objects()) json["ticks_inside_depth_object"] = judge.ticks_inside_depth_object();
   json["stuck"] = judge.stuck();
   json["max_force_n"] = strongest;
@@ -199,7 +218,8 @@ Result<Outcome> run_touch(const TouchArguments& arguments) {
   json["making_seconds"] = operation.build_seconds;
   json["memory"] = memory_report(scene, *engine.version());
   outcome.print("{steps} steps, {step_us/contact/count} in contact, strongest force {max_force_n:.2f} N");
-  outcome.print("fell through the surface: {fall_throughs} times; stuck at rest: {stuck} steps");
+  if (judge.judges_falls())
+    outcome.print("fell through the surface: {fall_throughs} times; stuck at rest: {stuck} steps");
   if (returned.bound() > 0)
     outcome.print(
         "the force alone returned {energy_nmm/returned:.2f} N mm more than it absorbed; sampling and "
