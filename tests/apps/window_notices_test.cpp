@@ -87,10 +87,13 @@ TEST_F(Window, TheForceOfAMouseReturnsAutomatically) {
   ASSERT_TRUE(QTest::qWaitFor([&] { return operation.viewport().triangle_count() > 1000; }, k_patience));
   auto* at_tool = child<QLabel>(window, "notice_at_tool");
   operation.apply(Sleeper{});
-  const auto was_off = [&] {
-    return at_tool->isVisible() && at_tool->text().startsWith("The force is off: ");
+  // A mouse has no force: the message is about the tool.
+  const auto is_late = [&] {
+    return at_tool->isVisible() &&
+           (at_tool->text().startsWith("The computer is too busy: the tool follows late.") ||
+            at_tool->text().startsWith("The force is off: the computation of cuts"));
   };
-  EXPECT_TRUE(QTest::qWaitFor(was_off, k_patience));
+  EXPECT_TRUE(QTest::qWaitFor(is_late, k_patience));
   save_screenshot(window, "force-off");
   EXPECT_TRUE(QTest::qWaitFor([&] { return operation.fault_text().empty(); }, k_patience));
   EXPECT_TRUE(QTest::qWaitFor([&] { return at_tool->isHidden(); }, k_patience))
