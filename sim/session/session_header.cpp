@@ -531,7 +531,6 @@ Result<SessionHeader> read_lines(std::string_view text, const ErrorWords& words)
                             : "a key of this layout and a value in its range");
   }
   for (std::size_t i = 0; i < tools.size(); ++i) {
-    if (h.hands[i].tool_model >= 0) tools[i].spacing = 0;  // of the model
     auto tool = tools[i].tool();
     if (!tool) return tool.error();
     h.hands[i].tool = std::move(tool).value();

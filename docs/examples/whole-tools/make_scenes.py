@@ -67,14 +67,14 @@ def rows_to_mesh(rows, is_closed):
 
 def sweep(points, radius, around=24):
     """A rod along a polygon. Corners should be rounded: bend() does that."""
-    rows, u = [], None
+    rows, side = [], None
     for n, p in enumerate(points):
         along = unit(sub(points[min(n + 1, len(points) - 1)], points[max(n - 1, 0)]))
-        if u is None:
-            u = unit(cross(along, [0, 0, 1] if abs(along[2]) < 0.9 else [1, 0, 0]))
-        v = unit(cross(along, u))
-        u = cross(v, along)
-        rows.append([add(p, add(scaled(u, radius * math.cos(a)), scaled(v, radius * math.sin(a))))
+        if side is None:
+            side = unit(cross(along, [0, 0, 1] if abs(along[2]) < 0.9 else [1, 0, 0]))
+        up = unit(cross(along, side))
+        side = cross(up, along)
+        rows.append([add(p, add(scaled(side, radius * math.cos(a)), scaled(up, radius * math.sin(a))))
                      for a in (2 * math.pi * i / around for i in range(around))])
     return rows_to_mesh(rows, False)
 
