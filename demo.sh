@@ -17,4 +17,6 @@ echo "performing a guided craniotomy, step by step"
 rm -f out/craniotomy.session out/report.html
 $trephine run docs/examples/procedure-craniotomy.toml --record out/craniotomy.session
 $trephine report out/craniotomy.session -o out/report.html
-[ -z "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ] || exec $trephine simulator
+[ -n "${DISPLAY:-}" ] || exit 0
+# Exit code 3: the display does not answer. The pictures and the report are written.
+$trephine simulator || [ $? -eq 3 ]

@@ -22,6 +22,13 @@
 
 #include "data-tools/files/atomic_file.h"
 
+// The headers of X define macros with common names, so they come last.
+#include <X11/Xlib.h>
+#undef Status
+#undef None
+#undef Bool
+#undef Success
+
 /// Debian's GLEW is built for GLX: without an X display it loads every OpenGL function and then fails because
 /// GLX is missing (result 4). VTK interprets that as missing OpenGL, so this replacement ignores that result.
 extern "C" unsigned int glewInit() {
@@ -35,13 +42,21 @@ extern "C" unsigned int glewInit() {
 namespace trephine::view {
 
 bool has_display() {
-  const char* display = std::getenv("DISPLAY");
-  return display != nullptr && *display != '\0';
+  // Qt ends the process if it cannot connect, so a connection is tried first.
+  static const bool k_can_connect = [] {
+    Display* display = XOpenDisplay(nullptr);
+    if (display != nullptr) XCloseDisplay(display);
+    return display != nullptr;
+  }();
+  return k_can_connect;
 }
 
 Error no_display() {
+  const char* name = std::getenv("DISPLAY");
   return Error{.what = "no display",
-               .found = "DISPLAY is not set",
+               .found = name == nullptr || *name == '\0'
+                            ? "DISPLAY is not set"
+                            : "no X server answers at DISPLAY=" + std::string(name),
                .expected = "an X display",
                .remedy = "write a picture without a display (option screenshot FILE)",
                .kind = ErrorKind::missing_here};

@@ -12,7 +12,7 @@ class vtkRenderer;
 
 namespace trephine::view {
 
-/// True if the environment variable DISPLAY names an X display. Does not connect to it.
+/// True if the X display of the environment variable DISPLAY accepts a connection. Connects once per process.
 bool has_display();
 /// Returns the error of a window that needs a display if there is no display.
 Error no_display();

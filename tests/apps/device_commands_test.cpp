@@ -34,6 +34,18 @@ TEST_F(Command, TheDevicesOfAUserAreRead) {
   }
 }
 
+/// Qt ends the process with an abort if no X server answers. The commands report an error before.
+TEST_F(Command, AnUnreachableDisplayIsReported) {
+  for (const char* command : {"view head", "simulator", "virtual-device"}) {
+    const ProcessResult result = run(command, "env -u WAYLAND_DISPLAY DISPLAY=:59999");
+    EXPECT_EQ(result.exit_code, 3) << command << result.err;
+    EXPECT_NE(result.err.find("no X server answers at DISPLAY=:59999"), std::string::npos)
+        << command << result.err;
+  }
+  const ProcessResult picture = run("view head --screenshot t.png", "env DISPLAY=:59999");
+  EXPECT_EQ(picture.exit_code, 0) << picture.err;
+}
+
 /// The drivers, and the libraries that they need, are loaded only if hardware is requested.
 TEST_F(Command, WithoutADeviceNoDriverIsLoaded) {
   const auto loaded = [&](const std::string& device) {
