@@ -92,7 +92,7 @@ void ForceJudge::judge_tick(const ForceTick& t) {
     smoothed_ = last_ = smoothed_turn_ = dvec3(0);
     had_contact_ = had_turn_ = false;
     fade_ = 1;
-    cap_ = law_.limit;
+    cap_ = 0;
     is_lost_ = false;
   }
   if (t.is_restarted) {

@@ -145,6 +145,9 @@ void OperationController::restore_force() {
   else if (seconds_since(*fault_since_) > k_wait_seconds) {
     live_.reset_faults();
     fault_since_ = Clock::now();
+    if (is_pressed_)
+      show_refusal(
+          "The computer was too busy, and the tool stopped. Release the button, and press it again.");
   }
 }
 
@@ -391,6 +394,8 @@ void OperationController::follow_cursor() {
   is_over_bone_ = hit >= 0;
   const dvec3 previous = std::exchange(under_cursor_, ray.origin + reach_ * ray.direction);
   const double radius = state_.tool_radius;  // height of a round tool's centre above the surface
+  // A larger tool would begin inside the rim of the hole in which the previous tool was.
+  if (std::exchange(lifted_radius_, radius) != radius) is_lifted_ = true;
   // A ball on a slope touches before its centre is one radius from the bone under the cursor. The distance to
   // the contact is computed by rays that end at voxels, so that it may be a voxel too short.
   const volume::Frame& frame = scene_->base->frame;

@@ -314,6 +314,7 @@ class OperationController {
   glm::dvec3 request_{0.0};                      ///< requested position in the last frame, mm, world
   glm::dvec3 under_cursor_{0.0};                 ///< point of the surface in the last frame, mm, world
   bool is_lifted_ = true;                        ///< the tool jumps to its next position
+  double lifted_radius_ = -1;                    ///< mm, radius of the tool in the last frame
   std::optional<std::size_t> requested_stroke_;  ///< number of strokes of the requested state, until reached
   std::vector<HistoryStep> history_steps_;       ///< steps that wait for the end of a stroke
   std::string refused_;

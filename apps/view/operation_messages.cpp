@@ -71,9 +71,8 @@ std::string OperationController::depth_text() const {
 std::string OperationController::notice_text() const {
   const std::string fault = fault_text(), shown = notices_.shown(seconds());
   std::string text = fault;
-  // A mouse has no force that a late computer could take away.
   const bool is_late = !has_haptic_device() && latched_faults() == haptics::fault_stale_scene;
-  const std::string late = is_late ? "The computer is too busy: the tool follows late." : "";
+  const std::string late = is_late ? "The computer is too busy: the tool is stopped." : "";
   for (const std::string& line : {late, push_text(), job_text(), depth_text(), shown})
     text += (text.empty() || line.empty() ? "" : "\n") + line;
   return text;

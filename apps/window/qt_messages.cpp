@@ -31,6 +31,9 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "%1 small part removed as debris, %2 mm³."),
       QT_TRANSLATE_NOOP("messages", "The step %1 began."),
       QT_TRANSLATE_NOOP("messages", "%1 was refused in the step %2: %3."),
+      QT_TRANSLATE_NOOP(
+          "messages",
+          "%1 was refused: the step %2 does not allow the tool in the hand. Choose No tool first."),
       QT_TRANSLATE_NOOP("messages", "\"%1\""),
       QT_TRANSLATE_NOOP("messages", "Bone flap of %1 cm² cut, %2 mm³; the saw removed %3 mm³."),
       QT_TRANSLATE_NOOP("messages", "Piece %1 of the flap: %2 mm³, %3."),
@@ -55,6 +58,9 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "Vertebra"),
       QT_TRANSLATE_NOOP("messages", "The burr broke through at a thrust of %1 N and plunged %2 mm in %3 s."),
       QT_TRANSLATE_NOOP("messages", "The clutch released after %1 mm of bone."),
+      QT_TRANSLATE_NOOP("messages",
+                        "The hole here is through the bone already: the clutch does not engage. Widen it "
+                        "with a burr."),
       QT_TRANSLATE_NOOP("messages", "The craniotome did not cut: %1"),
       QT_TRANSLATE_NOOP("messages", "Bite of %1 mm³."),
       QT_TRANSLATE_NOOP("messages", "No bite: %1"),
@@ -143,7 +149,10 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "The tool is in the %1, %2 mm deep. Move the cursor away to lift it."),
       QT_TRANSLATE_NOOP("messages", "The force is off: %1. Press F to turn it on again."),
       QT_TRANSLATE_NOOP("messages", "The force is off: %1. It returns automatically."),
-      QT_TRANSLATE_NOOP("messages", "The computer is too busy: the tool follows late."),
+      QT_TRANSLATE_NOOP("messages", "The computer is too busy: the tool is stopped."),
+      QT_TRANSLATE_NOOP(
+          "messages",
+          "The computer was too busy, and the tool stopped. Release the button, and press it again."),
       QT_TRANSLATE_NOOP("messages", "Depth %1 mm"),
       QT_TRANSLATE_NOOP("messages", "%1 mm to the planned target"),
       QT_TRANSLATE_NOOP("messages", "%1 mm beyond the planned target"),
@@ -223,6 +232,11 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "drill with the perforator until its clutch releases"),
       QT_TRANSLATE_NOOP("messages", "pass the catheter into a ventricle"),
       QT_TRANSLATE_NOOP("messages", "make a track with the probe"),
+      QT_TRANSLATE_NOOP("messages", "make a track with the probe, and draw the probe out"),
+      QT_TRANSLATE_NOOP("messages", "judge the screws"),
+      QT_TRANSLATE_NOOP("messages", "preview the flap"),
+      QT_TRANSLATE_NOOP("messages", "free a piece of bone"),
+      QT_TRANSLATE_NOOP("messages", "pass the catheter into the brain"),
       QT_TRANSLATE_NOOP("messages", "place a screw"),
       QT_TRANSLATE_NOOP("messages", "take an X-ray"),
       QT_TRANSLATE_NOOP("messages", "detached pieces"),
@@ -368,8 +382,9 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP(
           "messages", "Kocher's point lies in front of the motor cortex and lateral to the sagittal sinus."),
       QT_TRANSLATE_NOOP("messages", "Drill the burr hole"),
-      QT_TRANSLATE_NOOP("messages",
-                        "Drill through both tables of the skull at the marked entry, and open the dura."),
+      QT_TRANSLATE_NOOP(
+          "messages",
+          "Drill through both tables of the skull at the marked entry, and stop at the dura: the catheter punctures it."),
       QT_TRANSLATE_NOOP("messages", "The hole must leave room for the direction of the catheter."),
       QT_TRANSLATE_NOOP("messages", "Pass the catheter"),
       QT_TRANSLATE_NOOP(

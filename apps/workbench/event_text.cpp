@@ -107,6 +107,14 @@ EventText text_of(const sim::StepEntered& e, const volume::SurgicalProcedure& pr
   return {"The step " + step_words(procedure, e.step) + " began.", Level::outcome};
 }
 EventText text_of(const sim::StepRefused& e, const volume::SurgicalProcedure& procedure = {}) {
+  // The reason of sim::Engine::check_held().
+  constexpr std::string_view k_held = "a hand holds an instrument that the step ", k_end = " does not allow";
+  if (const std::size_t end = e.reason.find(k_end); e.reason.starts_with(k_held) && end != std::string::npos)
+    return {
+        format_text("%s was refused: the step %s does not allow the tool in the hand. Choose No tool first.",
+                    words_of(e.request).c_str(),
+                    step_words(procedure, e.reason.substr(k_held.size(), end - k_held.size())).c_str()),
+        Level::refusal};
   return {format_text("%s was refused in the step %s: %s.", words_of(e.request).c_str(),
                       step_words(procedure, e.step).c_str(), with_step_titles(e.reason, procedure).c_str()),
           Level::refusal};
@@ -176,6 +184,9 @@ EventText text_of(const drilling::Breakthrough& e) {
           Level::outcome};
 }
 EventText text_of(const drilling::PerforatorStopped& e) {
+  if (e.was_open)
+    return {"The hole here is through the bone already: the clutch does not engage. Widen it with a burr.",
+            Level::refusal};
   return {format_text("The clutch released after %.1f mm of bone.", e.depth), Level::outcome};
 }
 EventText text_of(const drilling::CraniotomeRefused& e) {

@@ -111,6 +111,19 @@ std::string action_of(const std::string& event) {
   return "\"" + event + "\"";
 }
 
+/// Returns the action that makes the first of some countable things, in words; empty if it has no words.
+std::string first_action(const std::string& count) {
+  constexpr std::pair<std::string_view, const char*> k_actions[] = {
+      {"tracks", "make a track with the probe, and draw the probe out"},
+      {"screws judged", "judge the screws"},
+      {"previews", "preview the flap"},
+      {"bodies", "free a piece of bone"},
+      {"catheter passages", "pass the catheter into the brain"}};
+  for (const auto& [name, action] : k_actions)
+    if (count == name) return action;
+  return {};
+}
+
 bool is_met(const StepCondition& condition, const std::optional<double>& value) {
   return value && *value >= condition.minimum.value_or(*value) &&
          *value <= condition.maximum.value_or(*value);
@@ -120,6 +133,9 @@ bool is_met(const StepCondition& condition, const std::optional<double>& value) 
 
 std::string describe_unmet(const StepCondition& condition, const std::optional<double>& value) {
   const std::string& name = condition.measurement;
+  if (const std::string action = first_action(name);
+      !action.empty() && value == 0.0 && condition.minimum == 1.0)
+    return "Still to do in this step: " + action + ".";
   if (name == "removed_mm3") return quantity_sentence(condition, "The removed volume", " mm³", value);
   if (name == "step_seconds") return quantity_sentence(condition, "The time in this step", " s", value);
   if (name == "bodies") return count_sentence(condition, "detached pieces", "detached piece", value);

@@ -19,10 +19,10 @@ PoseForce DepthShell::contact(const Placement& tool) const noexcept {
   };
   dvec3 force(0), torque(0);
   shell_.visit(
-      [&](const dvec3& centre, double radius) {
+      [&](const PointShell::Node& node) {
         ++result.tests;
-        const dvec3 p = frame.volume_from_world(tool.position_world + rotation * centre),
-                    reach = radius / spacing;
+        const dvec3 p = frame.volume_from_world(tool.position_world + rotation * node.centre),
+                    reach = node.radius / spacing;
         for (int a = 0; a < 3; ++a)
           if (p[a] + reach[a] < 0 || p[a] - reach[a] > high[a]) return true;
         return false;

@@ -162,6 +162,19 @@ void MeshTree::refit(std::span<const dvec3> vertices) {
   }
 }
 
+std::size_t MeshTree::find_near(const dvec3& p, double reach, std::span<Facet> facets) const noexcept {
+  std::size_t count = 0;
+  for_triangles(
+      [&](const Node& node) { return count <= facets.size() && square_to(node, p) <= reach * reach; },
+      [&](std::uint32_t t) {
+        Near near;
+        if (count > facets.size() || !nearest_on(t, p, reach, near)) return;
+        if (count < facets.size()) facets[count] = Facet(t, corners(t), near.normal);
+        ++count;
+      });
+  return count;
+}
+
 bool MeshTree::is_near(const dvec3& p, double reach) const noexcept {
   bool is_any = false;
   for_triangles([&](const Node& node) { return !is_any && square_to(node, p) <= reach * reach; },

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -16,6 +17,37 @@
 #include "haptics/mesh/facet_hit.h"
 
 namespace trephine::haptics {
+
+/// Part of a triangle on which a point is: the interior, a corner or an edge.
+enum class TriangleFeature { face, corner, edge_ab, edge_bc, edge_ac };
+/// Returns the point of triangle (a, b, c) nearest to p (Ericson 2005, 5.1.5). `feature`: output, may be
+/// null.
+inline glm::dvec3 nearest_on_triangle(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b,
+                                      const glm::dvec3& c, TriangleFeature* feature = nullptr) noexcept {
+  const auto on = [feature](TriangleFeature f, const glm::dvec3& q) {
+    if (feature) *feature = f;
+    return q;
+  };
+  using enum TriangleFeature;
+  const glm::dvec3 ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
+  if (d1 <= 0 && d2 <= 0) return on(corner, a);
+  const glm::dvec3 bp = p - b;
+  const double d3 = glm::dot(ab, bp), d4 = glm::dot(ac, bp);
+  if (d3 >= 0 && d4 <= d3) return on(corner, b);
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return on(edge_ab, a + d1 / (d1 - d3) * ab);
+  const glm::dvec3 cp = p - c;
+  const double d5 = glm::dot(ab, cp), d6 = glm::dot(ac, cp);
+  if (d6 >= 0 && d5 <= d6) return on(corner, c);
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return on(edge_ac, a + d2 / (d2 - d6) * ac);
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0)
+    return on(edge_bc, b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b));
+  const double share = 1 / (va + vb + vc);
+  return on(face, a + (vb * share) * ab + (vc * share) * ac);
+}
 
 /// Immutable except for refit(). Queries: any thread, no allocation.
 class MeshTree {
@@ -69,6 +101,45 @@ class MeshTree {
   /// `use` may reduce the variable `reach`.
   template <class Use>
   void for_near(const glm::dvec3& p, const double& reach, Use&& use) const noexcept;
+  /// A triangle that is not degenerate.
+  struct Facet {
+    std::uint32_t triangle;
+    std::array<glm::dvec3, 3> corners;
+    glm::dvec3 normal;                     ///< unit
+    std::array<glm::dvec3, 3> out_normal;  ///< of the edge from each corner to the next: unit, in the plane
+
+    Facet() noexcept {}
+    Facet(std::uint32_t index, const std::array<glm::dvec3, 3>& points,
+          const glm::dvec3& unit_normal) noexcept
+        : triangle(index), corners(points), normal(unit_normal) {
+      for (std::size_t k = 0; k < 3; ++k)
+        out_normal[k] = glm::normalize(glm::cross(corners[(k + 1) % 3] - corners[k], normal));
+    }
+    /// Returns false only if the distance of p is more than `reach`. Faster than the distance.
+    bool may_be_within(const glm::dvec3& p, double reach) const noexcept {
+      const double most = reach * (1 + 1e-9) + k_rounding;
+      if (!(std::abs(glm::dot(normal, p - corners[0])) <= most)) return false;
+      for (std::size_t k = 0; k < 3; ++k)
+        if (!(glm::dot(out_normal[k], p - corners[k]) <= most)) return false;
+      return true;
+    }
+    static constexpr double k_rounding = 1e-9;  ///< mm
+  };
+  /// Finds the triangles within `reach` mm of p and stores them. Returns their number; more than
+  /// `facets.size()`: they do not fit, and some were not found.
+  std::size_t find_near(const glm::dvec3& p, double reach, std::span<Facet> facets) const noexcept;
+  /// As for_near(), for the triangles of a list.
+  template <class Use>
+  static void for_near(std::span<const Facet> facets, const glm::dvec3& p, const double& reach, Use&& use) {
+    for (const Facet& facet : facets) {
+      if (!facet.may_be_within(p, reach)) continue;
+      const auto& [a, b, c] = facet.corners;
+      const glm::dvec3 nearest = nearest_on_triangle(p, a, b, c);
+      const double distance = glm::length(p - nearest);
+      if (distance <= reach)
+        use(Near{facet.triangle, nearest, facet.normal, distance, glm::dot(facet.normal, p - a) >= 0});
+    }
+  }
   /// Calls use(near) for triangles within `reach` mm of p that are at most `tie` mm farther than the nearest
   /// one found before. All triangles nearest to p are among them.
   template <class Use>
@@ -134,37 +205,6 @@ class MeshTree {
   std::vector<Node> nodes_;
   double gap_ = 1e-5;
 };
-
-/// Part of a triangle on which a point is: the interior, a corner or an edge.
-enum class TriangleFeature { face, corner, edge_ab, edge_bc, edge_ac };
-/// Returns the point of triangle (a, b, c) nearest to p (Ericson 2005, 5.1.5). `feature`: output, may be
-/// null.
-inline glm::dvec3 nearest_on_triangle(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b,
-                                      const glm::dvec3& c, TriangleFeature* feature = nullptr) noexcept {
-  const auto on = [feature](TriangleFeature f, const glm::dvec3& q) {
-    if (feature) *feature = f;
-    return q;
-  };
-  using enum TriangleFeature;
-  const glm::dvec3 ab = b - a, ac = c - a, ap = p - a;
-  const double d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
-  if (d1 <= 0 && d2 <= 0) return on(corner, a);
-  const glm::dvec3 bp = p - b;
-  const double d3 = glm::dot(ab, bp), d4 = glm::dot(ac, bp);
-  if (d3 >= 0 && d4 <= d3) return on(corner, b);
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return on(edge_ab, a + d1 / (d1 - d3) * ab);
-  const glm::dvec3 cp = p - c;
-  const double d5 = glm::dot(ab, cp), d6 = glm::dot(ac, cp);
-  if (d6 >= 0 && d5 <= d6) return on(corner, c);
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return on(edge_ac, a + d2 / (d2 - d6) * ac);
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0)
-    return on(edge_bc, b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b));
-  const double share = 1 / (va + vb + vc);
-  return on(face, a + (vb * share) * ab + (vc * share) * ac);
-}
 
 inline bool MeshTree::nearest_on(std::uint32_t triangle, const glm::dvec3& p, double reach,
                                  Near& near) const noexcept {

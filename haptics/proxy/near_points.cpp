@@ -18,6 +18,7 @@ constexpr double k_landing = 1e-3;    // largest distance from a wall at the end
 constexpr double k_samples_per_margin_unit = 2.2;
 constexpr double k_least_margin = 0.1;  // units of margins; instead of a smaller margin, points are left out
 constexpr int k_most_cubes = 27;        // in the box around a point and its margin
+constexpr std::uint32_t k_group = 64;   // points of a node for which the facets nearby are found together
 constexpr double k_shorter = 0.3;  // share of a motion that is tried next if it requires too many searches
 
 }  // namespace
@@ -48,8 +49,8 @@ bool NearPoints::is_motion_free(const Placement& tool, const Placement& to, int 
   const dmat3 before = glm::mat3_cast(tool.rotation), after = glm::mat3_cast(to.rotation);
   bool is_free = true;
   shell_.visit(
-      [&](const dvec3& centre, double radius) {
-        return is_free_within(in_scene(tool, before, centre), radius + mm, skipped);
+      [&](const PointShell::Node& node) {
+        return is_free_within(in_scene(tool, before, node.centre), node.radius + mm, skipped);
       },
       [&](std::uint32_t i) {
         const dvec3 a = in_scene(tool, before, local(i)), b = in_scene(to, after, local(i));
@@ -69,20 +70,62 @@ bool NearPoints::collect_within(const Placement& tool, double mm) noexcept {
   inside_count_ = 0;
   const dmat3 rotation = glm::mat3_cast(tool.rotation);
   bool is_full = false;
+  std::uint32_t group_end = 0;
+  // Returns true if a point is farther than the margin from a shape near the current leaf.
+  const auto is_far_from = [&](int s, const dvec3& p) {
+    if (!walls_.is_mesh(s)) return walls_.is_free_within(s, p, mm);
+    const std::span<const MeshTree::Facet> facets = around_leaf_.facets_of(s);
+    if (!facets.data()) return false;
+    const dvec3 at = walls_.in_mesh(s, p);
+    return std::none_of(facets.begin(), facets.end(),
+                        [&](const MeshTree::Facet& facet) { return facet.may_be_within(at, mm); });
+  };
   shell_.visit(
-      [&](const dvec3& centre, double radius) {
+      [&](const PointShell::Node& node) {
         ++counters_.cells;
-        return is_free_within(in_scene(tool, rotation, centre), radius + mm);
+        const dvec3 centre = in_scene(tool, rotation, node.centre);
+        const double reach = node.radius + mm;
+        if (node.end - node.begin > k_group) return is_free_within(centre, reach);
+        if (node.begin >= group_end) {
+          group_end = node.end;
+          if (!around_group_.find(walls_, centre, reach, nullptr)) return true;
+        }
+        return !around_leaf_.find(walls_, centre, reach, &around_group_);
       },
       [&](std::uint32_t i) {
         if (i % stride_ != 0) return true;
         ++counters_.voxels;
         const dvec3 p = in_scene(tool, rotation, local(i));
-        for (int s = walls_.next_shape(0); s < ShapeSet::k_max && !is_full; s = walls_.next_shape(s + 1))
-          is_full = !walls_.is_free_within(s, p, mm) && !add(i, s, p);
+        const ShapeSet& shapes = around_leaf_.shapes;
+        for (int s = shapes.next(0); s < ShapeSet::k_max && !is_full; s = shapes.next(s + 1))
+          is_full = !is_far_from(s, p) && !add(i, s, p);
         return !is_full;
       });
   return !is_full;
+}
+
+/// Finds the shapes of `among` within `mm` of p, and the facets of meshes there. Returns false if there are
+/// none.
+bool NearPoints::Surroundings::find(SceneWalls& walls, const dvec3& p, double mm, const Surroundings* among) {
+  shapes = ShapeSet{};
+  mesh_count = 0;
+  std::size_t used = 0;
+  const auto next = [&](int s) { return among ? among->shapes.next(s) : walls.next_shape(s); };
+  for (int s = next(0); s < ShapeSet::k_max; s = next(s + 1)) {
+    const std::span<MeshTree::Facet> rest = std::span(facets).subspan(used);
+    if (!walls.is_mesh(s) || rest.empty() || mesh_count == meshes.size()) {
+      shapes.set(s, !walls.is_free_within(s, p, mm));
+      continue;
+    }
+    const std::size_t found =
+        walls.find_facets(s, p, mm, rest, among ? among->facets_of(s) : std::span<const MeshTree::Facet>());
+    if (found == 0) continue;
+    shapes.set(s, true);
+    if (found > rest.size()) continue;  // the tree of the mesh is searched for each point
+    meshes[mesh_count++] = {s, rest.first(found)};
+    used += found;
+  }
+  return !shapes.is_empty();
 }
 
 /// Adds a point unless it is proven free within the margin. Returns false if there are too many.
@@ -93,7 +136,8 @@ bool NearPoints::add(std::uint32_t point, int shape, const dvec3& at) noexcept {
   near.shape = shape;
   near.at = at;
   near.is_inside = false;
-  look_up(near);
+  look_up(near, around_leaf_.facets_of(shape));
+  if (near.has_bound && !near.has_wall) return true;  // no facet within the margin
   if (!walls_.is_mesh(shape)) near.is_inside = near.has_wall ? near.value >= 0 : walls_.is_solid(shape, at);
   if (!near.is_inside && near.has_one_wall) {
     const dvec3 reach(margin_ / voxel_);
@@ -135,26 +179,75 @@ void NearPoints::set_wall(Near& near, const Wall& wall) noexcept {
   near.origin = near.at;
 }
 
-/// Finds the shape's wall that is nearest to the point.
-void NearPoints::look_up(Near& near) noexcept {
+/// Finds the shape's wall that is nearest to the point. `facets`: all facets of a mesh within the margin, or
+/// nothing.
+void NearPoints::look_up(Near& near, std::span<const MeshTree::Facet> facets) noexcept {
   SceneWalls::WallList few;
-  const int count = walls_.walls_at(near.shape, {}, near.at, margin_, few);
+  SceneWalls::NearFacets near_facets{.candidates = facets};
+  const int count = walls_.walls_at(near.shape, {}, near.at, margin_, few, &near_facets);
+  const bool is_complete = near_facets.is_complete;
   near.has_wall = count > 0;
   near.has_one_wall = count == 1 && !walls_.is_mesh(near.shape);
-  near.has_bound = false;
+  near.has_bound = is_complete;
+  near.hessian = {dvec3(0), dvec3(0)};
+  near.facet_count = 0;
   near.value = -1e300;
   near.origin = near.at;
   near.gradient = dvec3(0);
   double least = 1e300;
-  Wall nearest;
+  int nearest = 0;
   for (int k = 0; k < count; ++k) {
     set_wall(near, few[static_cast<std::size_t>(k)]);
     const double room = room_of(near);
     if (k > 0 && !(room < least)) continue;
     least = room;
-    nearest = near.wall;
+    nearest = k;
   }
-  if (count > 1) set_wall(near, nearest);
+  if (count > 1) set_wall(near, few[static_cast<std::size_t>(nearest)]);
+  for (int k = 0; k < count && is_complete; ++k)
+    if (const Wall& wall = few[static_cast<std::size_t>(k)]; k != nearest)
+      near.facets[near.facet_count++] = {wall.facet, wall.is_back};
+}
+
+/// Makes a further facet the wall of the point, and its wall a further facet.
+void NearPoints::exchange_wall(Near& near, std::size_t facet) noexcept {
+  const Near::Facet old{near.wall.facet, near.wall.is_back};
+  set_wall(near, {near.shape, false, near.facets[facet].is_back, near.facets[facet].triangle});
+  near.facets[facet] = old;
+}
+
+/// Returns true if the facets of a mesh bound the motion of the point, and the point stays in front of their
+/// planes on the way to `to`.
+bool NearPoints::is_before_facets(const Near& near, const dvec3& to) noexcept {
+  if (!near.has_bound) return false;
+  const auto is_before = [&](const volume::ValueAndGradient& facet, const dvec3& origin) {
+    const double highest = facet.value + std::max(glm::dot(facet.gradient, near.at - origin),
+                                                  glm::dot(facet.gradient, to - origin));
+    return highest + rounding_of(facet, near.hessian) < -k_least_gap * glm::length(facet.gradient);
+  };
+  if (near.has_wall && !is_before({near.value, near.gradient}, near.origin)) return false;
+  for (std::size_t k = 0; k < near.facet_count; ++k) {
+    const Near::Facet& facet = near.facets[k];
+    if (!is_before(walls_.value_and_gradient({near.shape, false, facet.is_back, facet.triangle}, near.at),
+                   near.at))
+      return false;
+  }
+  return true;
+}
+
+/// Makes the nearest of the facets that bound the motion the wall of the point. Returns false if the point
+/// may meet other facets.
+bool NearPoints::use_nearest_facet(Near& near) noexcept {
+  if (!is_before_facets(near, near.at)) return false;
+  double least = room_of(near);
+  for (std::size_t k = 0; k < near.facet_count; ++k) {
+    exchange_wall(near, k);
+    if (const double room = room_of(near); room < least)
+      least = room;
+    else
+      exchange_wall(near, k);
+  }
+  return true;
 }
 
 double NearPoints::room_of(const Near& near) const noexcept {
@@ -191,12 +284,14 @@ double NearPoints::free_share(const Placement& to, int max_searches) noexcept {
     if (near.is_inside) continue;
     const dvec3 end = in_scene(to, rotation, local(near.point));
     if (end == near.at) continue;
-    if (const std::optional<double> proven = proven_share(near, end)) {
+    const bool is_mesh = walls_.is_mesh(near.shape);
+    if (is_mesh && is_before_facets(near, end)) continue;
+    if (const std::optional<double> proven = is_mesh ? std::nullopt : proven_share(near, end)) {
       if (*proven < least) least = *proven, stopped_ = k, stopping_wall_ = near.wall;
       continue;
     }
     Reach reach;
-    if (walls_.is_mesh(near.shape)) {
+    if (is_mesh) {
       reach = walls_.reach_model(near.shape, near.at, end, k_landing * voxel_, least);
     } else {
       if (++searches > max_searches) return std::min(least, k_shorter);
@@ -222,6 +317,7 @@ void NearPoints::update_walls() noexcept {
     Near& near = all_[k];
     if (near.is_inside || !near.has_wall || near.at == near.origin || !(room_of(near) < 1.5 * margin_))
       continue;
+    if (walls_.is_mesh(near.shape) && use_nearest_facet(near)) continue;
     const Wall before = near.wall;
     const auto hessian = near.hessian;
     const bool had_bound = near.has_bound;
@@ -233,6 +329,12 @@ void NearPoints::update_walls() noexcept {
 void NearPoints::use_stopping_wall() noexcept {
   Near& near = all_[stopped_];
   if (near.wall == stopping_wall_ && near.origin == near.at) return;
+  if (walls_.is_mesh(near.shape) && near.has_bound) {
+    if (near.wall == stopping_wall_) return;
+    for (std::size_t k = 0; k < near.facet_count; ++k)
+      if (near.facets[k].triangle == stopping_wall_.facet && near.facets[k].is_back == stopping_wall_.is_back)
+        return exchange_wall(near, k);
+  }
   set_wall(near, stopping_wall_);
   near.has_wall = true;
   near.has_one_wall = near.has_bound = false;  // a search also tests the other walls

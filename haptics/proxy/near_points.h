@@ -20,8 +20,17 @@ struct Near {
   bool is_inside;     ///< in the solid of the shape when the points were collected
   bool has_wall;      ///< false: no wall within the margin, or another shape covers the surface
   bool has_one_wall;  ///< `wall` alone bounds the motion; false: only a search can prove the motion free
-  bool has_bound;     ///< `hessian` bounds the wall wherever the point may move
+  /// `hessian` bounds the wall wherever the point may move; for a mesh, `wall` and `facets` are all facets
+  /// that the point may meet.
+  bool has_bound;
   Wall wall;
+  /// A further facet of a mesh, in front of which the point is.
+  struct Facet {
+    std::uint32_t triangle;
+    bool is_back;
+  };
+  std::array<Facet, 3> facets;
+  std::uint8_t facet_count;
   double value;   ///< value of the wall's function at `origin`
   glm::dvec3 at;  ///< current position, scene frame
   /// Point of the last evaluation, and the gradient of the wall's function there; scene frame.
@@ -106,9 +115,12 @@ class NearPoints {
   ShapeSet solids_at(const glm::dvec3& p) noexcept;
   bool collect_within(const Placement& tool, double mm) noexcept;
   bool add(std::uint32_t point, int shape, const glm::dvec3& at) noexcept;
-  void look_up(Near& near) noexcept;
+  void look_up(Near& near, std::span<const MeshTree::Facet> facets = {}) noexcept;
   void set_wall(Near& near, const Wall& wall) noexcept;
   std::optional<double> proven_share(Near& near, const glm::dvec3& to) noexcept;
+  bool is_before_facets(const Near& near, const glm::dvec3& to) noexcept;
+  bool use_nearest_facet(Near& near) noexcept;
+  void exchange_wall(Near& near, std::size_t facet) noexcept;
 
   const PointShell& shell_;
   SceneWalls& walls_;
@@ -117,6 +129,26 @@ class NearPoints {
   std::size_t count_ = 0, stopped_ = k_max;
   std::uint32_t inside_count_ = 0, stride_ = 1;
   Wall stopping_wall_;
+  /// Shapes near a node of the shell's tree, and the facets of meshes there.
+  struct Surroundings {
+    struct Mesh {
+      int shape;
+      std::span<const MeshTree::Facet> facets;
+    };
+    ShapeSet shapes;
+    std::array<Mesh, 8> meshes;
+    std::size_t mesh_count = 0;
+    std::array<MeshTree::Facet, 64> facets;
+
+    bool find(SceneWalls& walls, const glm::dvec3& p, double mm, const Surroundings* among);
+    /// Returns all facets of a mesh that are near; nothing if they are too many.
+    std::span<const MeshTree::Facet> facets_of(int shape) const noexcept {
+      for (std::size_t k = 0; k < mesh_count; ++k)
+        if (meshes[k].shape == shape) return meshes[k].facets;
+      return {};
+    }
+  };
+  Surroundings around_group_, around_leaf_;
   /// Elements are not initialized before add() sets them, since a tool in free space uses no element.
   union Storage {
     std::array<Near, k_max> all;

@@ -51,6 +51,12 @@ void update_near(const TouchScene& scene, const SceneLayout& layout, const Place
     if (distance_to(scene, layout, placements, s, hip) <= around.near_radius) around.nearby.flip(s);
 }
 
+/// Returns true if there are shapes nearby, and all are shapes of the base volume.
+bool is_only_base_near(const SceneLayout& layout, const ShapeSet& nearby) noexcept {
+  const bool has_base = !layout.parts().empty() && !layout.parts()[0].uncut;
+  return has_base && !nearby.is_empty() && nearby.next(layout.parts()[0].end) >= ShapeSet::k_max;
+}
+
 /// Moves the proxy to the free side of a new model. The triangles of the new model may deviate from the
 /// previous surface and cover the proxy; without this motion the model would not block a covered proxy.
 /// `reach`: largest deviation, mm; a deeper proxy is not moved. Does nothing if another wall is in between.
@@ -284,7 +290,14 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
   const bool may_leave = state.had_contact && !layout_.depths().empty();
   const ProxyState previous_state = may_leave ? state : ProxyState{};
   const ProxyStep previous_result = result;
-  slide(scene, walls, base, state, input.hip_world, result);
+  if (may_leave || !is_only_base_near(layout_, state.around.nearby)) {
+    slide(scene, walls, base, state, input.hip_world, result);
+  } else {
+    // Most steps: nothing is near but the base, whose walls need no other frame.
+    SmoothWalls smooth(scene, touch_state, around.passable, result.counters, 0, layout_.parts()[0].end,
+                       &around.nearby);
+    slide(scene, smooth, base, state, input.hip_world, result);
+  }
   // Beyond the border of the depth images the surface along which the tool slides is unknown. The tool stops
   // at the border until the next images arrive.
   constexpr double k_min = 1.0 / 64;  // share of the motion; a smaller one counts as 0

@@ -350,10 +350,10 @@ bool Shell::yield_to(int mesh, const Placement& previous, const Placement& curre
         glm::conjugate(current.rotation) * to.rotation * glm::conjugate(tool_.rotation) * previous.rotation;
     const double wider = 1 + glm::length(turn_between({1, 0, 0, 0}, turn));
     shell_.visit(
-        [&](const dvec3& centre, double radius) {
-          const dvec3 a = previous.local_from_world(tool_.world_from_local(centre)),
-                      b = current.local_from_world(to.world_from_local(centre));
-          return !motion.tree.is_near(0.5 * (a + b), 0.5 * glm::length(b - a) + radius * wider);
+        [&](const PointShell::Node& node) {
+          const dvec3 a = previous.local_from_world(tool_.world_from_local(node.centre)),
+                      b = current.local_from_world(to.world_from_local(node.centre));
+          return !motion.tree.is_near(0.5 * (a + b), 0.5 * glm::length(b - a) + node.radius * wider);
         },
         [&](std::uint32_t i) {
           is_any = motion.meets(tool_, to, local(i), 0, first, push, counters_.triangles) || is_any;

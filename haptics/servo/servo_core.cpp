@@ -428,10 +428,10 @@ void ServoCore::restart_at(const dvec3& free_point_volume) noexcept {
   passivity_.reset();
 }
 
+/// Clears faults. The tool stays where contact holds it: at the hand it could be deep in bone. The force
+/// limit rises from zero.
 void ServoCore::reset() noexcept {
-  state_.reset_except_surroundings();
-  is_escaping_ = false;
-  force_cap_ = force_limit_;
+  force_cap_ = 0;
   force_.reset();
   guard_.reset();
   passivity_.reset();

@@ -50,8 +50,9 @@ class ServoCore {
   Wrench skip(std::uint32_t faults, std::uint64_t count = 1) noexcept;
   /// Sets the proxy to a free point (volume frame); the force starts from zero.
   void restart_at(const glm::dvec3& free_point_volume) noexcept;
-  /// Clears proxy, force, latched faults, and the memory of laws; the next tick sets the proxy to the HIP.
+  /// Clears force, latched faults, and the memory of laws. The proxy stays; the force limit rises from zero.
   void reset() noexcept;
+  std::uint32_t faults() const noexcept { return guard_.faults(); }
 
   std::uint64_t next_tick() const noexcept { return tick_; }
   /// Returns the placement of the hand in the last tick before `tick`; empty while no mesh is held.

@@ -150,6 +150,19 @@ void ServoLoop::run() noexcept {
   for (Hand& hand : hands_) hand.device->write(dvec3(0));
 }
 
+/// Lets a tool stop at a fault, and work again only after its buttons and pedals were released: a tool must
+/// not start by itself when the fault is cleared.
+void ServoLoop::lock_buttons(Hand& hand) noexcept {
+  constexpr float k_released = 0.05f;  // of an axis
+  bool is_released = !hand.pose.is_pressed();
+  for (const float axis : hand.pose.axes) is_released = is_released && std::abs(axis) <= k_released;
+  if ((hand.core.faults() & k_latched_faults) != 0)
+    hand.is_locked = true;
+  else if (is_released)
+    hand.is_locked = false;
+  if (hand.is_locked) hand.pose.buttons = 0, hand.pose.axes = {};
+}
+
 void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
   // Device time is that of the tick, so that no result depends on the clock.
   const double t = static_cast<double>(tick) / options_.rate_hz;
@@ -194,6 +207,7 @@ void ServoLoop::tick(std::uint64_t tick, std::uint32_t faults) noexcept {
       input.is_restarted = true;
       input.restart_volume = servo_scene->hands[0].scene->base->frame.volume_from_world(*free);
     }
+    lock_buttons(hand);
     input.pose = hand.pose;
     input.faults = hand.faults;
     const ServoRecord record = hand.core.step(*servo_scene, input);

@@ -65,8 +65,9 @@ class ServoLoop {
   /// Requests that the servo set a hand's proxy on a free point (volume frame) at its next tick, with force
   /// from zero. Requests beyond 16 between two ticks are dropped. Call on one thread, the edit thread.
   void request_restart(const glm::dvec3& free_point_volume, std::size_t hand = 0) noexcept;
-  /// Clears latched faults of all hands at the next tick; their proxies start again at the HIP, the force
-  /// from zero. Call on the user's request, after the cause is removed.
+  /// Clears latched faults of all hands at the next tick. Their proxies stay, the force rises from zero, and
+  /// tools do not work until their buttons were released. Call on the user's request, after the cause is
+  /// removed.
   void request_reset() noexcept { wants_reset_ = true; }
   /// Returns the present faults of all hands. Cost: one read.
   std::uint32_t faults() const noexcept { return faults_.load(std::memory_order_relaxed); }
@@ -78,9 +79,12 @@ class ServoLoop {
     ServoCore core;
     Pose pose;
     std::uint32_t faults = 0;
+    /// After a fault, buttons and axes count as released until they are released.
+    bool is_locked = false;
     Ring<glm::dvec3> restarts{16};
   };
   void run() noexcept;
+  static void lock_buttons(Hand& hand) noexcept;
   void tick(std::uint64_t tick, std::uint32_t faults) noexcept;
 
   std::vector<Hand> hands_;

@@ -68,8 +68,8 @@ class PointShell {
   /// Hash of all points.
   std::uint64_t hash() const noexcept { return hash_; }
 
-  /// Calls use(index) for each point, in increasing order, except those of nodes for which
-  /// is_far(centre, radius) holds. `use` returns false to end the traversal.
+  /// Calls use(index) for each point, in increasing order, except those of nodes for which is_far(node)
+  /// holds. `use` returns false to end the traversal.
   template <class IsFar, class Use>
   void visit(IsFar&& is_far, Use&& use) const noexcept {
     std::array<std::uint32_t, k_max_stack> stack;
@@ -77,7 +77,7 @@ class PointShell {
     stack[depth++] = static_cast<std::uint32_t>(nodes_.size() - 1);
     while (depth > 0) {
       const Node& node = nodes_[stack[--depth]];
-      if (is_far(node.centre, node.radius)) continue;
+      if (is_far(node)) continue;
       for (std::uint32_t c = node.children; c > 0; --c) stack[depth++] = node.first_child + c - 1;
       if (node.children > 0) continue;
       for (std::uint32_t i = node.begin; i < node.end; ++i)

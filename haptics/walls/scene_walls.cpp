@@ -325,10 +325,24 @@ Reach SceneWalls::reach(const dvec3& a, const dvec3& b, ShapeSet& inside, double
 bool SceneWalls::is_free_within(int shape, const dvec3& p, double mm) noexcept {
   if (is_mesh(shape)) {
     if (!blocks(shape, Side::front) && !blocks(shape, Side::back)) return true;
-    return !tree_of(shape).is_near(placement_of(shape).local_from_world(frame().world_from_volume(p)), mm);
+    return !tree_of(shape).is_near(in_mesh(shape, p), mm);
   }
   const int i = part_of(shape);
   return walls_of(i).is_free_within(shape, in_part(i, p), mm / part(i).plane_distance, mm);
+}
+
+std::size_t SceneWalls::find_facets(int mesh, const dvec3& p, double mm, std::span<MeshTree::Facet> facets,
+                                    std::span<const MeshTree::Facet> candidates) const noexcept {
+  if (!blocks(mesh, Side::front) && !blocks(mesh, Side::back)) return 0;
+  const dvec3 at = in_mesh(mesh, p);
+  if (!candidates.data()) return tree_of(mesh).find_near(at, mm, facets);
+  std::size_t count = 0;
+  for (const MeshTree::Facet& facet : candidates) {
+    if (!facet.may_be_within(at, mm)) continue;
+    if (count < facets.size()) facets[count] = facet;
+    ++count;
+  }
+  return count;
 }
 
 bool SceneWalls::is_solid(int shape, const dvec3& p) noexcept {
@@ -446,8 +460,9 @@ bool SceneWalls::is_near_crease(int shape, const dvec3& p) noexcept {
   return walls_of(i).is_near_crease(shape, in_part(i, p));
 }
 
-int SceneWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, double within,
-                         WallList& walls) noexcept {
+int SceneWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, double within, WallList& walls,
+                         NearFacets* near_facets) noexcept {
+  if (near_facets) near_facets->is_complete = false;
   if (!is_mesh(shape)) {
     const int i = part_of(shape);
     SmoothWalls::WallList few;
@@ -455,7 +470,7 @@ int SceneWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, doub
     std::copy_n(few.begin(), count, walls.begin());
     return count;
   }
-  const dvec3 at = placement_of(shape).local_from_world(frame().world_from_volume(p));
+  const dvec3 at = in_mesh(shape, p);
   const MeshTree& tree = tree_of(shape);
   const double radius = scene_.tool->radius();
   const bool is_front = blocks(shape, Side::front), is_back = blocks(shape, Side::back);
@@ -464,9 +479,16 @@ int SceneWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, doub
   std::array<MeshTree::Near, k_max> nearest;
   std::size_t found = 0;
   double reach = radius + within;
-  tree.for_near(at, reach, [&](const MeshTree::Near& candidate) {
+  // Facets that the tool passes from its side; it may not pass them when it comes back.
+  std::array<std::uint32_t, k_max> passable;
+  std::size_t passable_count = 0;
+  const auto add_candidate = [&](const MeshTree::Near& candidate) {
     ++counters_.triangles;
-    if (candidate.is_front ? !is_front : !is_back) return;
+    if (candidate.is_front ? !is_front : !is_back) {
+      if (passable_count < k_max) passable[passable_count] = candidate.triangle;
+      ++passable_count;
+      return;
+    }
     std::size_t place = std::min(found, k_max - 1);
     if (found == k_max && candidate.distance >= nearest[place].distance) return;
     for (; place > 0 && candidate.distance < nearest[place - 1].distance; --place)
@@ -474,31 +496,48 @@ int SceneWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, doub
     nearest[place] = candidate;
     found = std::min(found + 1, k_max);
     if (found == k_max) reach = nearest[k_max - 1].distance;
-  });
+  };
+  if (near_facets && near_facets->candidates.data())
+    MeshTree::for_near(near_facets->candidates, at, reach, add_candidate);
+  else
+    tree.for_near(at, reach, add_candidate);
   // Leaves out facets that are wholly behind a nearer facet, so that they do not stop the tool at edges that
   // it can pass.
   const double slack = 1e-9 * frame().spacing().x;
   std::array<MeshTree::Near, std::tuple_size_v<WallList>> kept;
   int count = 0;
-  for (std::size_t k = 0; k < found && count < static_cast<int>(walls.size()); ++k) {
+  const auto is_behind = [&](std::uint32_t triangle, const MeshTree::Near& other) {
+    const dvec3 out = other.is_front ? other.normal : -other.normal;
+    for (const dvec3& corner : tree.corners(triangle))
+      if (glm::dot(out, corner - other.nearest) > slack) return false;
+    return true;
+  };
+  bool are_all_behind = found < k_max && passable_count <= k_max && !(radius > 0);
+  for (std::size_t k = 0; k < found; ++k) {
     const MeshTree::Near& facet = nearest[k];
+    if (count == static_cast<int>(walls.size())) {
+      are_all_behind = false;
+      break;
+    }
     bool is_omitted = facet.is_front != nearest[0].is_front && !(radius > 0);
+    if (is_omitted) are_all_behind = false;
     for (int j = 0; j < count && !is_omitted; ++j) {
       const MeshTree::Near& other = kept[static_cast<std::size_t>(j)];
-      const dvec3 out = radius > 0 ? (at - other.nearest) / std::max(other.distance, 1e-300)
-                                   : (other.is_front ? other.normal : -other.normal);
-      const auto is_before = [&](const dvec3& q) { return glm::dot(out, q - other.nearest) > slack; };
       if (radius > 0) {
-        is_omitted = !is_before(facet.nearest);
+        const dvec3 out = (at - other.nearest) / std::max(other.distance, 1e-300);
+        is_omitted = !(glm::dot(out, facet.nearest - other.nearest) > slack);
       } else {
-        const auto [u, v, w] = tree.corners(facet.triangle);
-        is_omitted = !is_before(u) && !is_before(v) && !is_before(w);
+        is_omitted = is_behind(facet.triangle, other);
       }
     }
     if (is_omitted) continue;
     kept[static_cast<std::size_t>(count)] = facet;
     walls[static_cast<std::size_t>(count++)] = {shape, false, !facet.is_front, facet.triangle};
   }
+  for (std::size_t k = 0; k < passable_count && are_all_behind; ++k)
+    are_all_behind = std::any_of(kept.begin(), kept.begin() + count,
+                                 [&](const MeshTree::Near& other) { return is_behind(passable[k], other); });
+  if (near_facets) near_facets->is_complete = are_all_behind;
   return count;
 }
 

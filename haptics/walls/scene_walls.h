@@ -128,10 +128,28 @@ class SceneWalls {
                         glm::bvec3& is_kept) noexcept;
   bool is_near_crease(int shape, const glm::dvec3& p) noexcept;
   using WallList = std::array<Wall, 4>;
+  /// Input and output of walls_at() for a mesh and a point.
+  struct NearFacets {
+    /// Input: all facets within `within` mm of the point, and others; empty pointer: searched in the tree.
+    std::span<const MeshTree::Facet> candidates;
+    /// Output: true if a motion within `within` mm of the point that stays in front of the planes of the
+    /// returned facets is free of the mesh.
+    bool is_complete = false;
+  };
   /// Finds the walls of a shape at p. For a mesh: the facets within `within` mm of the tool, except those
   /// behind others.
-  int walls_at(int shape, const ShapeSet& inside, const glm::dvec3& p, double within,
-               WallList& walls) noexcept;
+  int walls_at(int shape, const ShapeSet& inside, const glm::dvec3& p, double within, WallList& walls,
+               NearFacets* near_facets = nullptr) noexcept;
+  /// Finds the facets of a mesh within `mm` of p that a tool may touch, among the candidates or, without
+  /// candidates, in the tree; of candidates, also some that are farther. Returns their number, as
+  /// MeshTree::find_near().
+  std::size_t find_facets(int mesh, const glm::dvec3& p, double mm, std::span<MeshTree::Facet> facets,
+                          std::span<const MeshTree::Facet> candidates) const noexcept;
+
+  /// Returns the position of p in the frame of a mesh, mm.
+  glm::dvec3 in_mesh(int mesh, const glm::dvec3& p) const noexcept {
+    return placement_of(mesh).local_from_world(frame().world_from_volume(p));
+  }
 
   const Placement& placement_of(int mesh_shape) const noexcept;
   /// Returns the triangles of a mesh. For an item touched by depth images, these are the triangles of its

@@ -98,8 +98,8 @@ class Drilling final : public sim::Module {
  public:
   std::string_view name() const noexcept override { return "drilling"; }
   std::uint32_t version() const noexcept override {
-    return 9;
-  }  // 9: the floor of a perforator's hole breaks out at a second press, too
+    return 10;
+  }  // 10: a perforator reports a hole that was open before
   std::span<const sim::InstrumentType* const> instruments() const override;
   std::span<const sim::ValueType* const> events() const override;
   std::vector<sim::Measure> measures(const sim::OperationState& operation) const override;

@@ -110,9 +110,9 @@ void break_floor(const Perforator& p, const PerforatorState& state, sim::Work& w
   work.remove(volume::ToolSweep{floor, pose, pose, false});
 }
 
-void stop(PerforatorState& state, double depth, const dvec3& tip, sim::Work& work) {
+void stop(PerforatorState& state, const PerforatorStopped& event, const dvec3& tip, sim::Work& work) {
   state.has_stopped = true;
-  work.raise_event(PerforatorStopped{depth}, tip);
+  work.raise_event(event, tip);
 }
 
 void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInput& input, sim::Work& work) {
@@ -135,7 +135,7 @@ void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInpu
     const double depth = hole_behind(tip_of(p, start), start.shaft, work);
     if (depth >= k_min_depth && !is_held(p, start, work)) {
       break_floor(p, start, work, true);
-      return stop(state, depth, tip_of(p, start), work);
+      return stop(state, {depth, true}, tip_of(p, start), work);
     }
   }
   inner.removal_rate = p.feed * press * std::numbers::pi * outer.radius * outer.radius;
@@ -159,7 +159,7 @@ void step(const Perforator& p, PerforatorState& state, const sim::InstrumentInpu
   const double depth = glm::dot(state.begun_tip - tip, state.shaft);
   if (!state.has_begun || depth < k_min_depth || is_held(p, state, work)) return;
   break_floor(p, state, work, false);
-  stop(state, depth, tip, work);
+  stop(state, {depth, false}, tip, work);
 }
 
 sim::ToolBall body(const Perforator& p, const PerforatorState& state, const sim::InstrumentInput& input) {
@@ -242,8 +242,9 @@ const sim::Schema& PerforatorState::schema() {
 
 const sim::Schema& PerforatorStopped::schema() {
   static constexpr sim::Field fields[] = {
-      field<&PerforatorStopped::depth>("depth", {.unit = "mm", .help = "depth of the hole in bone"})};
-  static constexpr sim::Schema table{"perforator-stopped", 1, fields};
+      field<&PerforatorStopped::depth>("depth", {.unit = "mm", .help = "depth of the hole in bone"}),
+      field<&PerforatorStopped::was_open>("was_open", {.help = "the hole was through the bone before"})};
+  static constexpr sim::Schema table{"perforator-stopped", 2, fields};
   return table;
 }
 

@@ -26,7 +26,8 @@ struct PerforatorState : BurrState {
 
 /// The clutch released. Emitted at the position of the tip.
 struct PerforatorStopped {
-  double depth = 0;  ///< mm, depth of the hole in bone
+  double depth = 0;       ///< mm, depth of the hole in bone
+  bool was_open = false;  ///< the hole was through the bone before: the clutch did not engage
   static const sim::Schema& schema();
 };
 

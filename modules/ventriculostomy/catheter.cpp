@@ -21,8 +21,10 @@ constexpr double k_dura_puncture = 1.5, k_dura_drag = 0.1;  // N
 constexpr double k_brain_drag = 0.05;                       // N
 constexpr double k_brain_damping = 0.003;                   // N s/mm
 constexpr double k_wall_puncture = 0.4;                     // N, of the ventricle
-constexpr double k_max_force = 5;                           // N
-constexpr double k_hub_stiffness = 1;                       // N/mm
+// A blocked catheter enters no layer before the hand is 200 mm ahead of its tip.
+constexpr double k_blocked_puncture = 20, k_blocked_along = 0.1;  // N, N/mm
+constexpr double k_max_force = 5;                                 // N
+constexpr double k_hub_stiffness = 1;                             // N/mm
 
 constexpr double k_near = 2;  // mm; the catheter enters when a layer is this near ahead of its tip
 constexpr double k_obstructed_seconds = 0.2;  // least duration of an obstruction that is a refusal
@@ -79,7 +81,15 @@ void try_to_enter(const Catheter& c, CatheterState& state, const haptics::ServoR
                   sim::Work& work) {
   const volume::Volume& scan = work.remaining().base();
   if (!has_ventricle(state)) static_cast<Layers&>(state) = layers_of(scan);
-  const dvec3 tip = tick.proxy_world, ahead = ahead_of(tick.pose.orientation);
+  // A blocked catheter was held before the layer; the hand may have turned it since then.
+  const double depth = state.is_blocked ? glm::dot(tick.proxy_world - state.start, state.ahead) : 0;
+  if (state.is_blocked && depth < -k_left) state.is_blocked = state.is_refused = false;
+  const dvec3 tip =
+                  state.is_blocked ? state.start + std::min(depth, -k_fine) * state.ahead : tick.proxy_world,
+              ahead = ahead_of(tick.pose.orientation);
+  const bool is_pressed_again = tick.pose.is_pressed() && !state.was_pressed;
+  state.was_pressed = tick.pose.is_pressed();
+  if (is_pressed_again) state.is_refused = false, state.obstructed_at = -1;
   // A hand turns the catheter while it approaches: only an obstruction that lasts is a refusal.
   const auto refuse = [&](std::string reason) {
     if (state.obstructed_at < 0) state.obstructed_at = tick.t;
@@ -93,17 +103,20 @@ void try_to_enter(const Catheter& c, CatheterState& state, const haptics::ServoR
   if (!state.is_layer(remaining_label(work, tip)))
     for (double along = 0; along <= k_near && nearest < 0; along += k_fine)
       if (state.is_layer(remaining_label(work, tip + along * ahead))) nearest = along;
-  const bool is_pressed = tick.has_contact && glm::dot(tick.contact_force_world, -ahead) > k_press;
-  if (is_pressed) return refuse("there is bone in the way. Drill a burr hole there first.");
+  const bool is_stopped = tick.has_contact && glm::dot(tick.contact_force_world, -ahead) > k_press;
+  if (is_stopped) return refuse("there is bone in the way. Drill a burr hole there first.");
   if (nearest < 0) {
+    if (state.is_blocked) return;
     state.obstructed_at = -1;
     if (!tick.has_contact) state.is_refused = false;
     return;
   }
-  // A refusal is reported once. The catheter enters as soon as it was turned or moved enough.
+  // The catheter enters as soon as it was turned or moved enough.
   const dvec3 layer = tip + nearest * ahead;
-  if (std::string reason = reason_not_to_enter(c, state, tip, ahead, layer, work); !reason.empty())
+  if (std::string reason = reason_not_to_enter(c, state, tip, ahead, layer, work); !reason.empty()) {
+    if (!state.is_blocked) state.is_blocked = true, state.start = layer, state.ahead = ahead;
     return refuse(std::move(reason));
+  }
   CatheterState entered;
   static_cast<Layers&>(entered) = state;
   entered.has_entered = true;
@@ -153,12 +166,14 @@ void step(const Catheter& c, CatheterState& state, const sim::InstrumentInput& i
 }
 
 sim::HandForces forces(const Catheter& c, const CatheterState& state) {
-  if (!state.has_entered) return {};
+  if (!state.has_entered && !state.is_blocked) return {};
   haptics::Insertion track;
   track.start_world = state.start, track.direction_world = state.ahead;
-  track.lateral = k_lateral, track.along = k_along;
+  track.lateral = k_lateral, track.along = state.is_blocked ? k_blocked_along : k_along;
   const auto add = [&](std::int64_t label, double puncture, double drag) {
-    if (label > 0) track.layers[track.layer_count++] = {-1, static_cast<int>(label), puncture, drag};
+    if (label > 0)
+      track.layers[track.layer_count++] = {-1, static_cast<int>(label),
+                                           state.is_blocked ? k_blocked_puncture : puncture, drag};
   };
   add(state.dura, k_dura_puncture, k_dura_drag);
   add(state.brain, k_brain_drag, k_brain_drag);
@@ -171,7 +186,10 @@ sim::HandForces forces(const Catheter& c, const CatheterState& state) {
   for (int item = 0; item < k_shapes; ++item) result.passable_items.set(item, true);
   result.effects[0] = haptics::Effect{track, k_max_force};
   constexpr double k_before_hub = 5;  // mm
-  if (state.deepest > c.length - k_before_hub)
+  if (state.is_blocked)
+    result.effects[1] =
+        haptics::Effect{haptics::PlaneStop{state.start, -state.ahead, k_hub_stiffness}, k_max_force};
+  else if (state.deepest > c.length - k_before_hub)
     result.effects[1] = haptics::Effect{
         haptics::PlaneStop{state.start + c.length * state.ahead, -state.ahead, k_hub_stiffness}, k_max_force};
   else if (state.has_passed_dura && !state.has_reached_ventricle)
@@ -235,6 +253,8 @@ const sim::Schema& CatheterState::schema() {
       field<&CatheterState::other_ventricle>("other_ventricle"),
       field<&CatheterState::has_entered>("has_entered"),
       field<&CatheterState::is_refused>("is_refused"),
+      field<&CatheterState::is_blocked>("is_blocked"),
+      field<&CatheterState::was_pressed>("was_pressed"),
       field<&CatheterState::start>("start", {.unit = "mm"}),
       field<&CatheterState::ahead>("ahead"),
       field<&CatheterState::depth>("depth", {.unit = "mm"}),
@@ -244,7 +264,7 @@ const sim::Schema& CatheterState::schema() {
       field<&CatheterState::has_reached_ventricle>("has_reached_ventricle"),
       field<&CatheterState::ventricle_wall>("ventricle_wall", {.unit = "mm"}),
       field<&CatheterState::obstructed_at>("obstructed_at", {.unit = "s"})};
-  static constexpr sim::Schema table{"catheter-state", 2, fields};
+  static constexpr sim::Schema table{"catheter-state", 3, fields};
   return table;
 }
 

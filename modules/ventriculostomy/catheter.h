@@ -32,7 +32,9 @@ std::string name_of_label(const volume::Volume& scan, int label);
 /// State of a catheter. Depths are in mm along `ahead` from `start`, where the path first meets a layer.
 struct CatheterState : Layers {
   bool has_entered = false;
-  bool is_refused = false;  ///< from a refusal until the catheter is lifted
+  bool is_refused = false;   ///< from a refusal until the catheter is lifted or pressed again
+  bool is_blocked = false;   ///< it cannot enter, and is held before `start`
+  bool was_pressed = false;  ///< in the previous tick
   glm::dvec3 start{0.0}, ahead{0, 0, -1};
   double depth = 0;     ///< of the tip
   double deepest = 0;   ///< greatest depth of the tip in this passage

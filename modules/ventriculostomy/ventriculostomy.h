@@ -13,7 +13,7 @@ class Ventriculostomy final : public sim::Module {
   std::span<const sim::JobType* const> jobs() const override;
   std::span<const sim::ValueType* const> events() const override;
   std::uint32_t version() const noexcept override {
-    return 4;  // since 3, a catheter is refused only if it is obstructed for some time
+    return 5;  // since 4, a catheter that cannot enter is held before the layer
   }
   sim::Value undoable() const override { return CathetersInPlace{}; }
   sim::Value settings() const override { return CatheterPassages{}; }

@@ -21,7 +21,7 @@ void Engine::watch_forbidden(const InstrumentInput& input) {
   std::optional<ToolBall> body;
   if (instrument.type && instrument.type->body)
     body = instrument.type->body(instrument.parameters.data(), instrument.state.data(), input);
-  if (tick.is_reset || tick.is_restarted) last_body.reset();  // the position of the tool has jumped
+  if (tick.is_restarted) last_body.reset();  // the position of the tool has jumped
   // A body of another size is another part of the tool: there is no path to it from the previous body.
   const bool has_path = body && last_body && last_body->radius == body->radius;
   bool is_carried = false;  // the body pushes an intact membrane, and the structures behind it yield with it

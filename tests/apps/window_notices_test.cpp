@@ -90,7 +90,7 @@ TEST_F(Window, TheForceOfAMouseReturnsAutomatically) {
   // A mouse has no force: the message is about the tool.
   const auto is_late = [&] {
     return at_tool->isVisible() &&
-           (at_tool->text().startsWith("The computer is too busy: the tool follows late.") ||
+           (at_tool->text().startsWith("The computer is too busy: the tool is stopped.") ||
             at_tool->text().startsWith("The force is off: the computation of cuts"));
   };
   EXPECT_TRUE(QTest::qWaitFor(is_late, k_patience));

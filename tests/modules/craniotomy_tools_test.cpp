@@ -137,9 +137,12 @@ TEST(Perforator, PausesDoNotChangeWhereItStops) {
       run.step(
           haptics::Pose{{0.1, 0.2, run.last_record().proxy_world.z - 8}, {1, 0, 0, 0}, i < 50 ? 1u : 0u});
   EXPECT_EQ(run.engine().removed_mm3(), removed);
-  for (const auto& [stop, at] : bench.events<PerforatorStopped>()) {
+  const auto later = bench.events<PerforatorStopped>();
+  EXPECT_EQ(later.size(), 4u);
+  for (const auto& [stop, at] : later) {
     EXPECT_NEAR(stop.depth, 7, 0.8);
     EXPECT_NEAR(at.z, 0, 0.8);
+    EXPECT_TRUE(stop.was_open);
   }
 }
 

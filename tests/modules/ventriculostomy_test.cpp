@@ -300,6 +300,39 @@ TEST(Catheter, IsRefusedWithAReasonAwayFromAHole) {
   EXPECT_TRUE(catheter_type().check(catheter({}).parameters.data(), plain).has_value());
 }
 
+TEST(Catheter, StopsBeforeTheLayerThatItCannotEnter) {
+  const Slab bench;
+  sim::Lockstep run = bench.run(1000, {1.1, -6.3});  // the hole is narrower than the catheter
+  drill_hole(run);
+  double deepest = 0, strongest = 0;
+  const auto watch = [&](const ServoRecord& r, double) {
+    deepest = std::min(deepest, r.proxy_world.z);
+    strongest = std::max(strongest, r.force_world.z);
+  };
+  move(run, 1000, 4, -35, 20, watch);
+  EXPECT_GT(deepest, k_inner - 1.2);
+  EXPECT_GT(strongest, 4) << "the hand perceives the obstruction";
+  EXPECT_TRUE(events_of<CatheterEntered>(run.engine()).empty());
+  EXPECT_EQ(events_of<CatheterRefused>(run.engine()).size(), 1u);
+  // Every press is answered.
+  const auto press = [&](double z) {
+    for (int i = 0; i < 300; ++i) {
+      const std::array<haptics::Pose, 2> poses{haptics::Pose{{0, 0, 12}, k_upright, false},
+                                               haptics::Pose{{0.2, 0.1, z}, k_upright, i > 50}};
+      run.step(std::span<const haptics::Pose>(poses));
+    }
+  };
+  press(-8);
+  EXPECT_EQ(events_of<CatheterRefused>(run.engine()).size(), 2u);
+  press(-8);
+  EXPECT_EQ(events_of<CatheterRefused>(run.engine()).size(), 3u);
+  // It can be drawn out, and bone blocks it again.
+  move(run, 1000, -8, 4, 20, k_ignore);
+  EXPECT_FALSE(state_of(run).is_blocked);
+  EXPECT_TRUE(events_of<CatheterWithdrawn>(run.engine()).empty());
+  EXPECT_FALSE(run.engine().servo_scene()->hands[1].passable_items.contains(0));
+}
+
 TEST(Catheter, StaysInTheHeadUntilItIsDrawnOut) {
   const Slab bench;
   sim::Lockstep run = bench.run();

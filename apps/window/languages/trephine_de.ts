@@ -333,6 +333,10 @@
         <translation>Die Kupplung löste nach %1 mm Knochen aus.</translation>
     </message>
     <message>
+        <source>The hole here is through the bone already: the clutch does not engage. Widen it with a burr.</source>
+        <translation>Das Loch geht hier schon durch den Knochen: Die Kupplung greift nicht. Erweitern Sie es mit einer Fräse.</translation>
+    </message>
+    <message>
         <source>The craniotome did not cut: %1</source>
         <translation>Das Kraniotom schnitt nicht: %1</translation>
     </message>
@@ -869,6 +873,30 @@
         <translation>Katheter in einen Ventrikel führen</translation>
     </message>
     <message>
+        <source>make a track with the probe, and draw the probe out</source>
+        <translation>mit der Sonde einen Bohrkanal anlegen und die Sonde herausziehen</translation>
+    </message>
+    <message>
+        <source>judge the screws</source>
+        <translation>die Schrauben beurteilen</translation>
+    </message>
+    <message>
+        <source>preview the flap</source>
+        <translation>eine Vorschau des Deckels anzeigen</translation>
+    </message>
+    <message>
+        <source>free a piece of bone</source>
+        <translation>ein Knochenstück lösen</translation>
+    </message>
+    <message>
+        <source>pass the catheter into the brain</source>
+        <translation>den Katheter ins Gehirn vorschieben</translation>
+    </message>
+    <message>
+        <source>%1 was refused: the step %2 does not allow the tool in the hand. Choose No tool first.</source>
+        <translation>%1 wurde abgelehnt: Der Schritt %2 erlaubt das Werkzeug in der Hand nicht. Wählen Sie zuerst Kein Werkzeug.</translation>
+    </message>
+    <message>
         <source>make a track with the probe</source>
         <translation>mit der Sonde einen Bohrkanal anlegen</translation>
     </message>
@@ -1245,8 +1273,8 @@
         <translation>Bohrloch bohren</translation>
     </message>
     <message>
-        <source>Drill through both tables of the skull at the marked entry, and open the dura.</source>
-        <translation>Am markierten Eintritt durch beide Tafeln des Schädels bohren und die Dura öffnen.</translation>
+        <source>Drill through both tables of the skull at the marked entry, and stop at the dura: the catheter punctures it.</source>
+        <translation>Bohren Sie am markierten Eintrittspunkt durch beide Tafeln des Schädels, und halten Sie an der Dura an: Der Katheter durchsticht sie.</translation>
     </message>
     <message>
         <source>The hole must leave room for the direction of the catheter.</source>
@@ -3269,8 +3297,12 @@
         <translation>%1 rechts</translation>
     </message>
     <message>
-        <source>The computer is too busy: the tool follows late.</source>
-        <translation>Der Rechner ist ausgelastet: das Werkzeug folgt verspätet.</translation>
+        <source>The computer is too busy: the tool is stopped.</source>
+        <translation>Der Rechner ist überlastet: das Werkzeug ist angehalten.</translation>
+    </message>
+    <message>
+        <source>The computer was too busy, and the tool stopped. Release the button, and press it again.</source>
+        <translation>Der Rechner war überlastet, und das Werkzeug hat angehalten. Lassen Sie die Taste los, und drücken Sie sie wieder.</translation>
     </message>
     <message>
         <source>No piece is free yet: bone still holds it. Cut again where the kerf is not open, first at the holes.</source>

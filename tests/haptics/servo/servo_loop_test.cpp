@@ -1,5 +1,6 @@
 #include "haptics/servo/servo_loop.h"
 
+#include <atomic>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
@@ -193,6 +194,73 @@ TEST(ServoLoop, AFaultIsClearedOnRequest) {
     return (loop.report().faults & k_latched_faults) == 0;
   }));
   loop.stop();
+}
+
+/// Presses a ball with the button down, and does not respond for a while.
+class FailingDevice final : public Device {
+ public:
+  std::atomic<bool> is_pressed{true};
+  Status open() override { return std::nullopt; }
+  void close() noexcept override {}
+  DeviceCapabilities capabilities() const override { return {}; }
+  bool read(double t, Pose& pose) noexcept override {
+    if (t > 0.1 && t < 0.12) return false;
+    pose.position_world = {0, 0, std::max(42.0, 50 - 100 * t)};
+    pose.press(is_pressed);
+    pose.axes[0] = is_pressed ? 1.0f : 0.0f;
+    return true;
+  }
+  void write(const Wrench&) noexcept override {}
+};
+
+TEST(ServoLoop, AfterAFaultTheToolStaysAndWorksAgainAfterItsButtonWasReleased) {
+  const TouchScene scene = scenes::phantom_scene("sphere", phantom_options(64));
+  ImplicitProxy method;
+  ASSERT_FALSE(method.prepare(scene).has_value());
+  ServoChannel channel(servo_scene_of(scene, method));
+  FailingDevice device;
+  ServoOptions options;
+  options.ring_capacity = 1 << 16;
+  options.watchdog_seconds = 100, options.lag_seconds = 100;  // a loaded machine is no fault here
+  ServoLoop loop(device, channel, options);
+  ASSERT_FALSE(loop.start().has_value());
+  std::vector<ServoRecord> all;
+  const auto wait_until = [&](auto&& done) {
+    for (int i = 0; i < 5000 && !done(); ++i) {
+      ServoRecord record;
+      while (loop.records().pop(record)) all.push_back(record);
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    return done();
+  };
+  ASSERT_TRUE(wait_until([&] { return !all.empty() && (all.back().faults & fault_lost_device) != 0; }));
+  const std::size_t fault = all.size();
+  ASSERT_TRUE(wait_until([&] { return all.size() > fault + 200; }));
+  loop.request_reset();
+  ASSERT_TRUE(wait_until([&] { return (all.back().faults & k_latched_faults) == 0; }));
+  std::size_t reset = all.size();
+  while (!all[reset - 1].is_reset) --reset;
+  ASSERT_TRUE(wait_until([&] { return all.size() > reset + 1500; }));
+  device.is_pressed = false;
+  const std::size_t released = all.size();
+  ASSERT_TRUE(wait_until([&] { return all.size() > released + 500; }));
+  device.is_pressed = true;
+  ASSERT_TRUE(wait_until([&] { return all.back().pose.is_pressed(); }));
+  loop.stop();
+  EXPECT_TRUE(all[50].pose.is_pressed());
+  double last = 0;
+  for (std::size_t i = reset - 1; i < released; ++i) {
+    const ServoRecord& r = all[i];
+    EXPECT_FALSE(r.pose.is_pressed());
+    EXPECT_EQ(r.pose.axes[0], 0.0f);
+    EXPECT_TRUE(r.has_contact);
+    EXPECT_GT(glm::length(r.proxy_world), 44) << "the tool stays at the surface of the ball";
+    const double force = glm::length(r.force_world);
+    EXPECT_LT(force, 10e-3 * static_cast<double>(i + 2 - reset) + 1e-9) << "the force rises from zero";
+    EXPECT_GE(force, last - 1e-6);
+    last = force;
+  }
+  EXPECT_GT(last, 0.5);
 }
 
 /// Moves from one side of a ball to the other in one tick, lifted over the ball or straight through it.

@@ -114,11 +114,12 @@ TEST(PointShell, TreeFindsWhatBruteForceFinds) {
     std::vector<std::uint32_t> all, by_tree;
     for (std::uint32_t i = 0; i < shell->points().size(); ++i)
       if (is_near(i)) all.push_back(i);
-    shell->visit([&](const dvec3& centre, double radius) { return glm::length(centre - p) > reach + radius; },
-                 [&](std::uint32_t i) {
-                   if (is_near(i)) by_tree.push_back(i);
-                   return true;
-                 });
+    shell->visit(
+        [&](const PointShell::Node& node) { return glm::length(node.centre - p) > reach + node.radius; },
+        [&](std::uint32_t i) {
+          if (is_near(i)) by_tree.push_back(i);
+          return true;
+        });
     EXPECT_EQ(all, by_tree);
     found += all.size();
   }
