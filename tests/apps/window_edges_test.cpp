@@ -49,47 +49,6 @@ TEST_F(ToolWindow, ABurrThatSlidesBehindBoneStops) {
   EXPECT_GE(slides, 1);
 }
 
-/// A larger burr that is taken while the smaller one is in its hole begins outside, and cuts the rim.
-TEST_F(ToolWindow, ALargerBurrWidensAHole) {
-  open("head", drilling::burr({.diameter = 6}));
-  const auto take = [&](double diameter, double least_radius) {
-    hand().take_instrument(drilling::burr({.diameter = diameter, .is_round = true}).parameters);
-    ASSERT_TRUE(QTest::qWaitFor([&] { return hand().state().tool_radius > least_radius; }, 30000))
-        << diameter << " " << hand().state().tool_radius;
-  };
-  take(4, 0.5);
-  QTest::keyClick(window_.get(), Qt::Key_R, Qt::ShiftModifier);
-  let_run(300);
-  const dvec3 at(-66, 10, 24);
-  const auto press = [&](double seconds) {
-    const double start = hand().state().newest.t;
-    QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(at));
-    EXPECT_TRUE(QTest::qWaitFor([&] { return hand().state().newest.t > start + seconds; }, 30000));
-    QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(at));
-    let_run(200);
-  };
-  hand().set_depth(4);
-  point_at(at);
-  press(4);
-  const double hole = hand().state().removed_mm3;
-  EXPECT_GT(hole, 20);
-  // The tool changes while it is in the hole.
-  take(8, 2);
-  let_run(300);
-  point_at(at);
-  double strongest = 0;
-  QTest::mousePress(window_->canvas(), Qt::LeftButton, {}, pixel_of(at));
-  EXPECT_TRUE(QTest::qWaitFor(
-      [&] {
-        strongest = std::max(strongest, glm::length(dvec3(hand().state().newest.contact_force_world)));
-        return hand().state().removed_mm3 > hole + 20;
-      },
-      20000))
-      << hand().state().removed_mm3 - hole;
-  QTest::mouseRelease(window_->canvas(), Qt::LeftButton, {}, pixel_of(at));
-  EXPECT_GT(strongest, 0.5);
-}
-
 /// A burr that is pressed too lightly rubs and hardly cuts. The window reports the force, and how to
 /// increase it, once until the burr cuts again or is released.
 TEST_F(ToolWindow, ABurrThatRubsIsReported) {
