@@ -44,8 +44,8 @@ PoseForce VoxelSampling::contact(const Placement& tool, bool uses_tree) const no
         [&](const PointShell::Node& node) {
           ++contact.tests;
           const dvec3 p = frame.volume_from_world(tool.position_world + rotation * node.centre);
-          // Voxels of the node's box are at most this far from the node.centre's voxel.
-          return map_.free_distance(volume::voxel_of(p)) > static_cast<int>(node.radius / voxel + 1.000001);
+          const double reach = node.radius / voxel + 1e-9;
+          return map_.is_free(volume::voxel_of(p - reach), volume::voxel_of(p + reach));
         },
         use_point);
   };

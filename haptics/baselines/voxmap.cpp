@@ -152,44 +152,19 @@ VoxMap VoxMap::of(const MeshTree& mesh, double voxel, Interior interior, int lay
 }
 
 void VoxMap::build(std::vector<Voxel> voxels, int layers) {
+  const auto at = [&](const ivec3& v) -> Voxel& { return voxels[index_of(size_, v)]; };
   std::vector<ivec3> border;
   for_each_voxel(ivec3(0), size_ - 1, [&](const ivec3& v) {
-    if (voxels[index_of(size_, v)] == Voxel::surface) border.push_back(v);
+    if (at(v) == Voxel::surface) border.push_back(v);
   });
-  // Gives another value to the free voxels around the border, which become the border.
-  const auto grow = [&](Voxel value) {
+  for (int layer = 0; layer < layers; ++layer) {
     std::vector<ivec3> next;
     for (const ivec3& v : border)
       for_each_voxel(glm::max(v - 1, ivec3(0)), glm::min(v + 1, size_ - 1), [&](const ivec3& w) {
-        if (Voxel& here = voxels[index_of(size_, w)]; here == Voxel::free) here = value, next.push_back(w);
-      });
-    border = std::move(next);
-  };
-  for (int layer = 0; layer < layers; ++layer) grow(Voxel::proximity);
-  const auto free_at = [](int distance) {
-    return static_cast<Voxel>(static_cast<int>(Voxel::free) | distance << k_distance_bit);
-  };
-  for (int ring = 1; ring <= k_rings; ++ring) grow(free_at(ring));
-
-  // Chessboard distance of cubes of 8 voxels along an edge to cubes with voxels that are not free.
-  const ivec3 cubes = (size_ + 7) / 8;
-  std::vector<int> cube_distance(index_of(cubes, {0, 0, cubes.z}), -1);
-  border.clear();
-  for_each_voxel(ivec3(0), size_ - 1, [&](const ivec3& v) {
-    const auto type = static_cast<Voxel>(static_cast<std::uint32_t>(voxels[index_of(size_, v)]) & k_type);
-    if (int& distance = cube_distance[index_of(cubes, v / 8)]; type != Voxel::free && distance < 0)
-      distance = 0, border.push_back(v / 8);
-  });
-  for (int ring = 1; !border.empty(); ++ring) {
-    std::vector<ivec3> next;
-    for (const ivec3& c : border)
-      for_each_voxel(glm::max(c - 1, ivec3(0)), glm::min(c + 1, cubes - 1), [&](const ivec3& d) {
-        if (int& distance = cube_distance[index_of(cubes, d)]; distance < 0)
-          distance = ring, next.push_back(d);
+        if (at(w) == Voxel::free) at(w) = Voxel::proximity, next.push_back(w);
       });
     border = std::move(next);
   }
-
   int edge = 8;
   for (; edge < std::max({size_.x, size_.y, size_.z}); edge *= 8) ++levels_;
   // Returns an aggregate, or the index of a new node or leaf, for the cube at `low` with `size` voxels along
@@ -198,31 +173,18 @@ void VoxMap::build(std::vector<Voxel> voxels, int layers) {
     const auto child_size = size / 8;
     std::array<std::uint32_t, 512> children;
     bool is_uniform = true;
-    std::uint32_t least = ~0u;  // of the codes
     for (int i = 0; i < 512; ++i) {
       const ivec3 v = low + child_size * ivec3(i & 7, i >> 3 & 7, i >> 6);
       std::uint32_t& child = children[static_cast<std::size_t>(i)];
-      if (!is_in(size_, v)) {
+      if (!is_in(size_, v))
         child = k_value | static_cast<std::uint32_t>(Voxel::undefined);
-      } else if (child_size == 1) {
-        child = k_value | static_cast<std::uint32_t>(voxels[index_of(size_, v)]);
-        // Voxels beyond the last ring.
-        if (child == (k_value | static_cast<std::uint32_t>(Voxel::free)))
-          child = k_value | static_cast<std::uint32_t>(free_at(k_rings + 1));
-      } else {
+      else if (child_size == 1)
+        child = k_value | static_cast<std::uint32_t>(at(v));
+      else
         child = node_of(v, child_size);
-      }
-      is_uniform = is_uniform && (child & k_value) != 0 && ((child ^ children[0]) & k_type) == 0;
-      least = std::min(least, child);
+      is_uniform = is_uniform && (child & k_value) != 0 && child == children[0];
     }
-    if (is_uniform) {
-      // Between a cube and one that is n cubes away are 8 (n - 1) voxels.
-      if (const auto type = static_cast<Voxel>(least & k_type); child_size == 1 && type == Voxel::free)
-        if (const int n = cube_distance[index_of(cubes, low / 8)]; n > 1)
-          least = std::max(least, k_value | static_cast<std::uint32_t>(Voxel::free) |
-                                      static_cast<std::uint32_t>(8 * (n - 1) + 1) << k_distance_bit);
-      return least;
-    }
+    if (is_uniform) return children[0];
     if (child_size == 1) {
       const auto index = static_cast<std::uint32_t>(leaves_.size() / 512);
       for (const std::uint32_t child : children) leaves_.push_back(static_cast<std::uint8_t>(child & 0xff));
@@ -239,8 +201,7 @@ VoxMap::Cell VoxMap::cell_at(const ivec3& v) const noexcept {
   if (!is_in(size_, v)) return {Voxel::undefined, v, 1};
   std::uint32_t node = root_;
   const auto cell = [&](int edge_bits) -> Cell {
-    return {static_cast<Voxel>(node & k_type), (v >> edge_bits) << edge_bits, 1 << edge_bits,
-            static_cast<int>((node & ~k_value) >> k_distance_bit)};
+    return {static_cast<Voxel>(node & 0xff), (v >> edge_bits) << edge_bits, 1 << edge_bits};
   };
   for (int level = levels_ - 1; level >= 0; --level) {
     const int shift = 3 * level;
@@ -253,13 +214,30 @@ VoxMap::Cell VoxMap::cell_at(const ivec3& v) const noexcept {
   return cell(0);
 }
 
-int VoxMap::free_distance(const ivec3& at) const noexcept {
-  // The voxel of the map nearest to `at` is at most as far from other voxels of the map as `at`.
-  const ivec3 v = glm::clamp(at, ivec3(0), size_ - 1);
-  const Cell cell = cell_at(v);
-  if (cell.type != Voxel::free) return 0;
-  const ivec3 to_border = glm::min(v - cell.low, cell.low + (cell.edge - 1) - v) + 1;
-  return std::max(cell.distance, std::min({to_border.x, to_border.y, to_border.z}));
+bool VoxMap::is_free_in(std::uint32_t node, int level, const ivec3& corner, const ivec3& low,
+                        const ivec3& high) const noexcept {
+  if (level < 0 || (node & k_value) != 0) {
+    const auto type = static_cast<Voxel>(node & 0xff);
+    return type == Voxel::free || type == Voxel::undefined;
+  }
+  const int shift = 3 * level;
+  const ivec3 first = glm::max((low - corner) >> shift, ivec3(0)),
+              last = glm::min((high - corner) >> shift, ivec3(7));
+  for (int z = first.z; z <= last.z; ++z)
+    for (int y = first.y; y <= last.y; ++y)
+      for (int x = first.x; x <= last.x; ++x) {
+        const auto slot =
+            512 * static_cast<std::size_t>(node) + static_cast<std::size_t>(x | y << 3 | z << 6);
+        const std::uint32_t child = level == 0 ? k_value | leaves_[slot] : nodes_[slot];
+        if (!is_free_in(child, level - 1, corner + (ivec3(x, y, z) << shift), low, high)) return false;
+      }
+  return true;
+}
+
+bool VoxMap::is_free(const ivec3& low, const ivec3& high) const noexcept {
+  const ivec3 a = glm::max(low, ivec3(0)), b = glm::min(high, size_ - 1);
+  if (a.x > b.x || a.y > b.y || a.z > b.z) return true;
+  return is_free_in(root_, levels_ - 1, ivec3(0), a, b);
 }
 
 }  // namespace trephine::haptics::baselines

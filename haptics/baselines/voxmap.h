@@ -44,16 +44,11 @@ class VoxMap {
     Voxel type = Voxel::undefined;
     glm::ivec3 low{0};  ///< its first voxel
     int edge = 1;       ///< voxels
-    /// For free voxels: lower bound of the chessboard distance of all its voxels to voxels of the map that
-    /// are not free.
-    int distance = 0;
   };
   /// Returns the cell that contains a voxel; of type undefined outside of the map.
   Cell cell_at(const glm::ivec3& v) const noexcept;
-  /// Returns a lower bound of the chessboard distance of v, which may be outside of the map, to voxels that
-  /// are not free (McNeely, Puterbaugh and Troy 2006). Exact near them: up to k_rings voxels in leaves.
-  int free_distance(const glm::ivec3& v) const noexcept;
-  static constexpr int k_rings = 7;
+  /// Returns true if all voxels of the box are of type `free`, or outside the map; proximity voxels are not.
+  bool is_free(const glm::ivec3& low, const glm::ivec3& high) const noexcept;
   const glm::ivec3& size() const noexcept { return size_; }
   const volume::Frame& frame() const noexcept { return frame_; }
   double voxel_mm() const noexcept { return frame_.spacing().x; }
@@ -65,17 +60,17 @@ class VoxMap {
   /// Adds proximity voxels, and stores all in the tree.
   void build(std::vector<Voxel> voxels, int layers);
 
-  static constexpr std::uint32_t k_value = 0x80000000u;  // an aggregate: the low bits are its code
-  // The code of a voxel is its type, and from this bit on its distance.
-  static constexpr int k_distance_bit = 3;
-  static constexpr std::uint32_t k_type = (1u << k_distance_bit) - 1;
+  bool is_free_in(std::uint32_t node, int level, const glm::ivec3& corner, const glm::ivec3& low,
+                  const glm::ivec3& high) const noexcept;
+
+  static constexpr std::uint32_t k_value = 0x80000000u;  // an aggregate: the low bits are its type
 
   volume::Frame frame_;
   glm::ivec3 size_{0};
   int levels_ = 1;  ///< number of levels of the tree, including the leaves
   std::uint32_t root_ = k_value;
   std::vector<std::uint32_t> nodes_;  ///< 512 children each: aggregates, or indices of nodes or leaves
-  std::vector<std::uint8_t> leaves_;  ///< codes of 512 voxels each
+  std::vector<std::uint8_t> leaves_;  ///< 512 voxels each
 };
 
 }  // namespace trephine::haptics::baselines

@@ -78,7 +78,7 @@ PoseForce LayerContact::contact(const Placement& tool, bool uses_tree) const noe
     const dvec3 arm = rotation * point.position, p = frame.volume_from_world(tool.position_world + arm);
     Depth deepest;
     for (int s = walls.next_shape(0); s < ShapeSet::k_max; s = walls.next_shape(s + 1)) {
-      if (!walls.blocks(s, Side::front) || walls.is_free_within(s, p, margin / finest, margin)) continue;
+      if (!walls.blocks(s, Side::front)) continue;
       const Depth depth = depth_in(walls, s, p);
       if (depth.region > deepest.region || (depth.region == deepest.region && depth.mm > deepest.mm))
         deepest = depth;
