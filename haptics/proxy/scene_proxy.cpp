@@ -133,6 +133,35 @@ int find_exited_shape(const TouchScene& scene, const SceneLayout& layout, const 
   return -1;
 }
 
+/// Slides along the walls of the whole scene. `may_leave`: the tool touched, and there are depth images.
+/// Beyond the border of the images the surface along which the tool slides is unknown: the tool stops at the
+/// border until the next images arrive.
+void slide_along_scene(const TouchScene& scene, const SceneLayout& layout, const TouchState& touch_state,
+                       const Placements& placements, const dvec3& start, const dvec3& hip, bool may_leave,
+                       ProxyState& state, ProxyStep& result) noexcept {
+  const volume::Frame& base = touch_state.version->base().frame;
+  SceneWalls walls(scene, layout, touch_state, state, placements, result.counters);
+  if (!may_leave) return slide(scene, walls, base, state, hip, result);
+  const ProxyState previous_state = state;
+  const ProxyStep previous_result = result;
+  slide(scene, walls, base, state, hip, result);
+  constexpr double k_min = 1.0 / 64;  // share of the motion; a smaller one counts as 0
+  int exited_shape = find_exited_shape(scene, layout, touch_state, walls, base, start, result);
+  const int border_shape = exited_shape;
+  for (double share = 0.5; exited_shape >= 0; share *= 0.5) {
+    state = previous_state, result = previous_result;
+    const dvec3 part = share < k_min ? dvec3(0) : share * (hip - start);
+    slide(scene, walls, base, state, start + part, result);
+    exited_shape =
+        share < k_min ? -1 : find_exited_shape(scene, layout, touch_state, walls, base, start, result);
+  }
+  if (border_shape >= 0 && !result.has_contact) {
+    result.has_contact = state.had_contact = true;
+    result.shape = border_shape, result.side = Side::front;
+    result.normal_world = glm::normalize(result.proxy_world - hip);
+  }
+}
+
 /// Finds the shortest motion that advances by `gap` along the unit vector `push`, and leads into none of the
 /// walls, which are given by their normals. Returns false if the walls leave no such motion.
 bool find_motion(const dvec3& push, double gap, const std::array<dvec3, 3>& walls, int count,
@@ -285,36 +314,15 @@ ProxyStep SceneProxy::step(const TouchScene& scene, const TouchState& touch_stat
   around.placements = next;
   around.has_placements = true;
   update_near(scene, layout_, next, start, input.hip_world, around);
-  SceneWalls walls(scene, layout_, touch_state, state, next, result.counters);
   const bool was_buried = result.is_buried;
   const bool may_leave = state.had_contact && !layout_.depths().empty();
-  const ProxyState previous_state = may_leave ? state : ProxyState{};
-  const ProxyStep previous_result = result;
-  if (may_leave || !is_only_base_near(layout_, state.around.nearby)) {
-    slide(scene, walls, base, state, input.hip_world, result);
+  if (may_leave || !is_only_base_near(layout_, around.nearby)) {
+    slide_along_scene(scene, layout_, touch_state, next, start, input.hip_world, may_leave, state, result);
   } else {
     // Most steps: nothing is near but the base, whose walls need no other frame.
-    SmoothWalls smooth(scene, touch_state, around.passable, result.counters, 0, layout_.parts()[0].end,
-                       &around.nearby);
-    slide(scene, smooth, base, state, input.hip_world, result);
-  }
-  // Beyond the border of the depth images the surface along which the tool slides is unknown. The tool stops
-  // at the border until the next images arrive.
-  constexpr double k_min = 1.0 / 64;  // share of the motion; a smaller one counts as 0
-  int exited_shape =
-      may_leave ? find_exited_shape(scene, layout_, touch_state, walls, base, start, result) : -1;
-  const int border_shape = exited_shape;
-  for (double share = 0.5; exited_shape >= 0; share *= 0.5) {
-    state = previous_state, result = previous_result;
-    const dvec3 part = share < k_min ? dvec3(0) : share * (input.hip_world - start);
-    slide(scene, walls, base, state, start + part, result);
-    exited_shape =
-        share < k_min ? -1 : find_exited_shape(scene, layout_, touch_state, walls, base, start, result);
-  }
-  if (border_shape >= 0 && !result.has_contact) {
-    result.has_contact = state.had_contact = true;
-    result.shape = border_shape, result.side = Side::front;
-    result.normal_world = glm::normalize(result.proxy_world - input.hip_world);
+    SmoothWalls walls(scene, touch_state, around.passable, result.counters, 0, layout_.parts()[0].end,
+                      &around.nearby);
+    slide(scene, walls, base, state, input.hip_world, result);
   }
   result.is_buried = result.is_buried || was_buried;
   const int touched = result.has_contact && item_of(scene, result.shape).mover >= 0 ? result.shape : -1;

@@ -328,6 +328,7 @@ Wrench ServoCore::passive_part(const Wrench& rendered) const noexcept {
 }
 
 Wrench ServoCore::skip(std::uint32_t faults, std::uint64_t count) noexcept {
+  if (count == 0) return last_;
   had_position_ = false;
   if (is_passive_) passivity_.on_lost_ticks();
   tick_ += count;
@@ -431,6 +432,8 @@ void ServoCore::restart_at(const dvec3& free_point_volume) noexcept {
 /// Clears faults. The tool stays where contact holds it: at the hand it could be deep in bone. The force
 /// limit rises from zero.
 void ServoCore::reset() noexcept {
+  if (is_escaping_) state_.reset_except_surroundings();
+  is_escaping_ = false;
   force_cap_ = 0;
   force_.reset();
   guard_.reset();

@@ -55,6 +55,8 @@ inline constexpr Golden k_golden[] = {
     {14, "scene", 0x1ca3ad3e65a49a13},
     {14, "soak, its first minute", 4084332567436873244u},
     {14, "soak, its hour", 14543988923513055316u},
+    // With nothing near but the base, `scene` gives the bits of `subvoxel`.
+    {24, "scene", 0x763f63b89e65ae0e},
 };
 
 /// Returns the hash of a computation for k_replay_revision; 0, which is not a valid hash, if it has no row.
