@@ -94,33 +94,26 @@ std::optional<double> number_in(const std::string& text) {
   return error == std::errc() ? std::optional(number) : std::nullopt;
 }
 
-/// Returns the action that raises an event, in words: "measure".
-std::string action_of(const std::string& event) {
+/// Returns the action that raises an event, or makes the first of some things that are counted, in words:
+/// "measure"; empty if it has no words.
+std::string action_of(std::string_view measurement) {
   constexpr std::pair<std::string_view, const char*> k_actions[] = {
-      {"measured", "measure"},
-      {"flap cut", "cut the flap"},
-      {"flap judged", "judge the flap"},
-      {"laminectomy judged", "judge the laminectomy"},
-      {"perforator stopped", "drill with the perforator until its clutch releases"},
-      {"catheter popped", "pass the catheter into a ventricle"},
-      {"track made", "make a track with the probe"},
-      {"screw placed", "place a screw"},
-      {"xray taken", "take an X-ray"}};
-  for (const auto& [name, action] : k_actions)
-    if (event == name) return action;
-  return "\"" + event + "\"";
-}
-
-/// Returns the action that makes the first of some countable things, in words; empty if it has no words.
-std::string first_action(const std::string& count) {
-  constexpr std::pair<std::string_view, const char*> k_actions[] = {
+      {"events measured", "measure"},
+      {"events flap cut", "cut the flap"},
+      {"events flap judged", "judge the flap"},
+      {"events laminectomy judged", "judge the laminectomy"},
+      {"events perforator stopped", "drill with the perforator until its clutch releases"},
+      {"events catheter popped", "pass the catheter into a ventricle"},
+      {"events track made", "make a track with the probe"},
+      {"events screw placed", "place a screw"},
+      {"events xray taken", "take an X-ray"},
       {"tracks", "make a track with the probe, and draw the probe out"},
       {"screws judged", "judge the screws"},
       {"previews", "preview the flap"},
       {"bodies", "free a piece of bone"},
       {"catheter passages", "pass the catheter into the brain"}};
   for (const auto& [name, action] : k_actions)
-    if (count == name) return action;
+    if (measurement == name) return action;
   return {};
 }
 
@@ -133,17 +126,17 @@ bool is_met(const StepCondition& condition, const std::optional<double>& value) 
 
 std::string describe_unmet(const StepCondition& condition, const std::optional<double>& value) {
   const std::string& name = condition.measurement;
-  if (const std::string action = first_action(name);
-      !action.empty() && value == 0.0 && condition.minimum == 1.0)
-    return "Still to do in this step: " + action + ".";
+  const auto event = rest_after(name, "events ");
+  if (value == 0.0 && condition.minimum == 1.0) {
+    std::string action = action_of(plain_words(name));
+    if (action.empty() && event) action = "\"" + *event + "\"";
+    if (!action.empty()) return "Still to do in this step: " + action + ".";
+  }
   if (name == "removed_mm3") return quantity_sentence(condition, "The removed volume", " mm³", value);
   if (name == "step_seconds") return quantity_sentence(condition, "The time in this step", " s", value);
   if (name == "bodies") return count_sentence(condition, "detached pieces", "detached piece", value);
   if (const auto structure = rest_after(name, "nearest_mm "))
     return quantity_sentence(condition, "The distance from " + *structure, " mm", value);
-  const auto event = rest_after(name, "events ");
-  if (event && value == 0.0 && condition.minimum == 1.0)
-    return "Still to do in this step: " + action_of(*event) + ".";
   if (event)
     return quantity_sentence(condition, "The number of events \"" + *event + "\" in this step", "", value);
   if (const auto step = rest_after(name, "visits "))

@@ -106,7 +106,8 @@ bool NearPoints::collect_within(const Placement& tool, double mm) noexcept {
 
 /// Finds the shapes of `among` within `mm` of p, and the facets of meshes there. Returns false if there are
 /// none.
-bool NearPoints::Surroundings::find(SceneWalls& walls, const dvec3& p, double mm, const Surroundings* among) {
+bool NearPoints::NearShapes::find(SceneWalls& walls, const dvec3& p, double mm,
+                                  const NearShapes* among) noexcept {
   shapes = ShapeSet{};
   mesh_count = 0;
   std::size_t used = 0;

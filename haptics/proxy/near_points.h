@@ -130,7 +130,7 @@ class NearPoints {
   std::uint32_t inside_count_ = 0, stride_ = 1;
   Wall stopping_wall_;
   /// Shapes near a node of the shell's tree, and the facets of meshes there.
-  struct Surroundings {
+  struct NearShapes {
     struct Mesh {
       int shape;
       std::span<const MeshTree::Facet> facets;
@@ -140,7 +140,7 @@ class NearPoints {
     std::size_t mesh_count = 0;
     std::array<MeshTree::Facet, 64> facets;
 
-    bool find(SceneWalls& walls, const glm::dvec3& p, double mm, const Surroundings* among);
+    bool find(SceneWalls& walls, const glm::dvec3& p, double mm, const NearShapes* among) noexcept;
     /// Returns all facets of a mesh that are near; nothing if they are too many.
     std::span<const MeshTree::Facet> facets_of(int shape) const noexcept {
       for (std::size_t k = 0; k < mesh_count; ++k)
@@ -148,7 +148,7 @@ class NearPoints {
       return {};
     }
   };
-  Surroundings around_group_, around_leaf_;
+  NearShapes around_group_, around_leaf_;
   /// Elements are not initialized before add() sets them, since a tool in free space uses no element.
   union Storage {
     std::array<Near, k_max> all;

@@ -429,8 +429,6 @@ void ServoCore::restart_at(const dvec3& free_point_volume) noexcept {
   passivity_.reset();
 }
 
-/// Clears faults. The tool stays where contact holds it: at the hand it could be deep in bone. The force
-/// limit rises from zero.
 void ServoCore::reset() noexcept {
   if (is_escaping_) state_.reset_except_surroundings();
   is_escaping_ = false;

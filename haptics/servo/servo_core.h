@@ -50,7 +50,8 @@ class ServoCore {
   Wrench skip(std::uint32_t faults, std::uint64_t count = 1) noexcept;
   /// Sets the proxy to a free point (volume frame); the force starts from zero.
   void restart_at(const glm::dvec3& free_point_volume) noexcept;
-  /// Clears force, latched faults, and the memory of laws. The proxy stays; the force limit rises from zero.
+  /// Clears force, latched faults, and the memory of laws; the force limit rises from zero. The proxy stays,
+  /// because the hand may be deep in bone. A proxy that follows an escape path starts again at the HIP.
   void reset() noexcept;
   std::uint32_t faults() const noexcept { return guard_.faults(); }
 

@@ -150,12 +150,11 @@ void ServoLoop::run() noexcept {
   for (Hand& hand : hands_) hand.device->write(dvec3(0));
 }
 
-/// Lets a tool stop at a fault, and work again only after its buttons and pedals were released: a tool must
-/// not start by itself when the fault is cleared.
+/// Lets a tool stop at a fault, and work again only after its button and its squeeze (the first axis) were
+/// released: a tool must not start by itself when the fault is cleared.
 void ServoLoop::lock_buttons(Hand& hand) noexcept {
-  constexpr float k_released = 0.05f;  // of an axis
-  bool is_released = !hand.pose.is_pressed();
-  for (const float axis : hand.pose.axes) is_released = is_released && std::abs(axis) <= k_released;
+  constexpr float k_released = 0.2f;  // of the squeeze
+  const bool is_released = !hand.pose.is_pressed() && hand.pose.axes[0] <= k_released;
   if ((hand.core.faults() & k_latched_faults) != 0)
     hand.is_locked = true;
   else if (is_released)

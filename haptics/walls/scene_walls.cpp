@@ -278,9 +278,7 @@ bool SceneWalls::reach_mesh(int shape, const dvec3& a, const dvec3& b, double to
                             Reach& reach) noexcept {
   const bool is_front = blocks(shape, Side::front), is_back = blocks(shape, Side::back);
   if (!is_front && !is_back) return false;
-  const Placement& placement = placement_of(shape);
-  const dvec3 from = placement.local_from_world(frame().world_from_volume(a)),
-              to = placement.local_from_world(frame().world_from_volume(b));
+  const dvec3 from = in_mesh(shape, a), to = in_mesh(shape, b);
   const double step = frame().spacing().x, lead = 0.5 * tolerance / (step * glm::length(b - a));
   FacetHit hit;
   if (!tree_of(shape).cast(from, to, scene_.tool->radius(), is_front, is_back, hit, counters_.triangles,
@@ -354,7 +352,7 @@ bool SceneWalls::is_solid(int shape, const dvec3& p) noexcept {
 volume::Jet SceneWalls::jet(const Wall& wall, const dvec3& p) noexcept {
   if (is_mesh(wall.shape)) {
     const Placement& placement = placement_of(wall.shape);
-    const dvec3 at = placement.local_from_world(frame().world_from_volume(p));
+    const dvec3 at = in_mesh(wall.shape, p);
     // A ball rolls over edges: the nearest of the facets that are connected to this one counts.
     const MeshTree& tree = tree_of(wall.shape);
     const std::uint32_t facet =
@@ -512,7 +510,7 @@ int SceneWalls::walls_at(int shape, const ShapeSet& inside, const dvec3& p, doub
       if (glm::dot(out, corner - other.nearest) > slack) return false;
     return true;
   };
-  bool are_all_behind = found < k_max && passable_count <= k_max && !(radius > 0);
+  bool are_all_behind = near_facets && found < k_max && passable_count <= k_max && !(radius > 0);
   for (std::size_t k = 0; k < found; ++k) {
     const MeshTree::Near& facet = nearest[k];
     if (count == static_cast<int>(walls.size())) {

@@ -83,7 +83,8 @@ void try_to_enter(const Catheter& c, CatheterState& state, const haptics::ServoR
   if (!has_ventricle(state)) static_cast<Layers&>(state) = layers_of(scan);
   // A blocked catheter was held before the layer; the hand may have turned it since then.
   const double depth = state.is_blocked ? glm::dot(tick.proxy_world - state.start, state.ahead) : 0;
-  if (state.is_blocked && depth < -k_left) state.is_blocked = state.is_refused = false;
+  if (state.is_blocked && depth < -k_left)
+    state.is_blocked = state.is_refused = false, state.obstructed_at = -1;
   const dvec3 tip =
                   state.is_blocked ? state.start + std::min(depth, -k_fine) * state.ahead : tick.proxy_world,
               ahead = ahead_of(tick.pose.orientation);

@@ -66,6 +66,12 @@ TEST(EventText, StepsHaveTheirTitles) {
   EXPECT_EQ(describe_event({0, 0, {}, sim::StepRefused{"burr-holes", "cut-flap", "no hole"}}, procedure).text,
             "Cut-flap was refused in the step \"Drill the burr holes\": no hole.");
   EXPECT_EQ(describe_event({0, 0, {}, sim::StepEntered{"saw"}}, procedure).text, "The step saw began.");
+  const sim::StepRefused held{
+      "saw", "undo", "a hand holds an instrument that the step burr-holes does not allow: hand 1: saw"};
+  EXPECT_EQ(
+      describe_event({0, 0, {}, held}, procedure).text,
+      "Undo was refused: the step \"Drill the burr holes\" does not allow the tool in the hand. Choose No "
+      "tool first.");
 }
 
 TEST(EventText, NamesOfLabelsAreWords) {

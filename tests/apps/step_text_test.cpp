@@ -18,6 +18,10 @@ TEST(StepText, DescribesUnmetConditions) {
   EXPECT_EQ(describe_unmet({"nearest_mm venous_sinus", 2, {}}, 1.5),
             "The distance from venous sinus must be at least 2 mm; it is 1.5 mm.");
   EXPECT_EQ(describe_unmet({"events flap-cut", 1, {}}, 0), "Still to do in this step: cut the flap.");
+  EXPECT_EQ(describe_unmet({"events note", 1, {}}, 0), "Still to do in this step: \"note\".");
+  EXPECT_EQ(describe_unmet({"tracks", 1, {}}, 0),
+            "Still to do in this step: make a track with the probe, and draw the probe out.");
+  EXPECT_EQ(describe_unmet({"tracks", 2, {}}, 1), "At least 2 tracks are needed; there is 1.");
   EXPECT_EQ(describe_unmet({"target exposed", 90, {}}, {}),
             "Target exposed must be at least 90; it is unknown, or outdated by a later change.");
 }

@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 #include <random>
 
-#include "apps/bench/scenes/closed_models.h"
 #include "apps/bench/scenes/guaranteed_solid.h"
 #include "haptics/methods/methods.h"
 #include "haptics/tool/point_shell.h"
@@ -320,117 +319,6 @@ TEST(ShellProxy, ShearedVolumesAreNotEntered) {
     EXPECT_EQ(entered, 0) << shear;
     EXPECT_GT(touching, 100) << shear;
   }
-}
-
-/// A ring with an uneven surface, a thin plate and a ball with few facets: concave, thin and convex.
-std::vector<std::pair<const char*, depth::Model>> models() {
-  depth::Model ring;
-  constexpr int k_around = 36, k_across = 14;
-  for (int i = 0; i < k_around; ++i)
-    for (int k = 0; k < k_across; ++k) {
-      const double u = i * 6.283185307179586 / k_around, v = k * 6.283185307179586 / k_across;
-      const double minor = 5 + 0.7 * std::sin(7 * u + 3 * v);
-      ring.vertices.push_back({(9 + minor * std::cos(v)) * std::cos(u),
-                               (9 + minor * std::cos(v)) * std::sin(u), minor * std::sin(v)});
-      const auto at = [&](int a, int b) {
-        return static_cast<std::uint32_t>((i + a) % k_around * k_across + (k + b) % k_across);
-      };
-      for (const std::uint32_t index : {at(0, 0), at(1, 0), at(1, 1), at(0, 0), at(1, 1), at(0, 1)})
-        ring.triangles.push_back(index);
-    }
-  return {{"ring", ring},
-          {"plate", depth::box({-9, -9, -0.1}, {9, 9, 0.1})},
-          {"ball", depth::ball({0, 0, 0}, 6, 8)}};
-}
-
-// Bounds from the planes of facets prove motions near models free. No point of the tool enters the model.
-TEST(ShellProxy, NoPointEntersAModel) {
-  for (const auto& [name, model] : models()) {
-    SCOPED_TRACE(name);
-    TouchScene scene = scene_with("sphere", {{"radius", 1}}, std::make_shared<const ToolShape>());
-    scene.items.erase(scene.items.begin());
-    scene.items.push_back(mesh_item(name, std::make_shared<MeshTree>(model.vertices, model.triangles)));
-    ASSERT_FALSE(set_tool(scene, shell_of({-6, 6, 1.5}, 0.8)));
-    std::mt19937 random(3);
-    const auto between = [&](double a, double b) { return a + (b - a) * (double(random()) / 4294967296.0); };
-    const auto anywhere = [&](double size) {
-      return dvec3(between(-size, size), between(-size, size), between(-size, size));
-    };
-    int touching = 0;
-    for (int play = 0; play < (runs_all_cases() ? 40 : 6); ++play) {
-      ShellPlay run(scene);
-      Placement hand{{between(-4, 4), between(-4, 4), 20}, rotation_of(anywhere(1))};
-      dvec3 target(0), turn(0);
-      for (int i = 0; i < 120; ++i) {
-        if (i % 15 == 0) target = anywhere(8), turn = anywhere(0.15);
-        hand.position_world += between(0.02, 0.3) * (target - hand.position_world);
-        hand.rotation = glm::normalize(rotation_of(turn) * hand.rotation);
-        const ProxyStep r = run.step(hand);
-        touching += r.has_contact;
-        const Placement tool = run.tool(r);
-        for (const PointShell::Point& point : scene.tool->shell()->points())
-          ASSERT_LT(std::abs(depth::winding(model, tool.world_from_local(point.position))), 0.5)
-              << play << ' ' << i;
-      }
-    }
-    EXPECT_GT(touching, 100);
-  }
-}
-
-// The end of a thick rod is pressed flat on a model: thousands of points touch at once.
-TEST(ShellProxy, AModelUnderThousandsOfPointsReleasesAndCarriesTheTool) {
-  for (const bool is_moving : {false, true}) {
-    TouchScene scene = scene_with("sphere", {{"radius", 5}}, std::make_shared<const ToolShape>());
-    const depth::Model plate = depth::box({-20, -20, 36}, {20, 20, 40});
-    TouchItem item = mesh_item("plate", std::make_shared<MeshTree>(plate.vertices, plate.triangles));
-    if (is_moving) item.mover = 0;
-    scene.items.push_back(item);
-    ASSERT_FALSE(set_tool(scene, shell_of({0, 20, 8}, 0.25)));
-    ShellPlay run(scene);
-    Placement place;
-    const std::span<const Placement> movers(&place, is_moving);
-    ProxyStep r;
-    for (int i = 0; i < 150; ++i) r = run.step({{0, 0, std::max(39.0, 50 - 0.1 * i)}, {1, 0, 0, 0}}, movers);
-    EXPECT_NEAR(r.proxy_world.z, 40, 0.01);
-    EXPECT_TRUE(r.has_contact);
-    for (int i = 0; is_moving && i < 50; ++i) {
-      place.position_world.z += 0.02;
-      r = run.step({{0, 0, 39}, {1, 0, 0, 0}}, movers);
-      EXPECT_FALSE(r.is_buried);
-    }
-    EXPECT_NEAR(r.proxy_world.z, is_moving ? 41 : 40, 0.01);
-    for (int i = 0; i < 40; ++i) r = run.step({{0, 0, 39 + 0.5 * i}, {1, 0, 0, 0}}, movers);
-    EXPECT_NEAR(r.proxy_world.z, 58.5, 1e-6);
-  }
-}
-
-// Matter is cut and the model moves in the same tick: near points are found with the model's new pose.
-TEST(ShellProxy, AModelThatMovesWhileMatterIsCutIsNotEntered) {
-  const auto tool = shell_of({0, 20, 4}, 0.5);
-  TouchScene scene = scene_with("sphere", {{"radius", 5}}, std::make_shared<const ToolShape>());
-  const depth::Model plate = depth::box({-20, -20, 36}, {20, 20, 40});
-  TouchItem item = mesh_item("plate", std::make_shared<MeshTree>(plate.vertices, plate.triangles));
-  item.mover = 0;
-  scene.items.push_back(item);
-  ASSERT_FALSE(set_tool(scene, tool));
-  volume::RemovalEditor editor(uncut_version(scene), solids_of(scene));
-  int touching = 0;
-  for (int phase = 0; phase < 20; ++phase) {
-    ShellPlay run(scene);
-    Placement place;
-    const std::span<const Placement> movers(&place, 1);
-    for (int i = 0; i < 16; ++i) {
-      const dvec3 cut(0, 0, 5 - 0.02 * (16 * phase + i));
-      editor.remove(volume::Sweep{.start_world = cut, .end_world = cut, .radius_mm = 1});
-      run.touch_state = TouchState(std::shared_ptr<const volume::Version>(editor.publish()));
-      place.position_world.z = 0.6 * i;
-      const ProxyStep r = run.step({{0, 0, 48 + 0.05 * phase - 0.4 * i}, {1, 0, 0, 0}}, movers);
-      ASSERT_FALSE(r.is_buried) << phase << ", " << i;
-      ASSERT_GT(r.proxy_world.z, 40 + place.position_world.z - 0.01) << phase << ", " << i;
-      touching += r.has_contact;
-    }
-  }
-  EXPECT_GT(touching, 100);
 }
 
 TEST(ShellProxy, GrownMatterReleasesTheTool) {

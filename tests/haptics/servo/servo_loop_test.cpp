@@ -208,6 +208,7 @@ class FailingDevice final : public Device {
     pose.position_world = {0, 0, std::max(42.0, 50 - 100 * t)};
     pose.press(is_pressed);
     pose.axes[0] = is_pressed ? 1.0f : 0.0f;
+    pose.axes[1] = 0.6f;  // a wheel that stays where it is
     return true;
   }
   void write(const Wrench&) noexcept override {}
