@@ -87,6 +87,11 @@ bool passes(const Segment& segment, const PictureBox& box) noexcept {
   return to - from > k_rounding || (along.x == 0 && along.y == 0);
 }
 
+void LabelLayout::Obstacles::add(const Obstacles& more) {
+  boxes.insert(boxes.end(), more.boxes.begin(), more.boxes.end());
+  segments.insert(segments.end(), more.segments.begin(), more.segments.end());
+}
+
 LabelLayout::LabelLayout(const PictureBox& picture, Obstacles obstacles, double gap)
     : picture_(picture), obstacles_(std::move(obstacles)), gap_(gap) {}
 

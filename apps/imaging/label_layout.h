@@ -43,6 +43,7 @@ class LabelLayout {
   struct Obstacles {
     std::vector<PictureBox> boxes;
     std::vector<Segment> segments;
+    void add(const Obstacles& more);
   };
   /// `gap`: pixels between labels.
   LabelLayout(const PictureBox& picture, Obstacles obstacles, double gap);

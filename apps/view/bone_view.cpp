@@ -250,22 +250,26 @@ void BoneView::Parts::lay_out() {
   const std::uint64_t revision = bone->revision();
   has_changed |= std::exchange(labelled_revision, revision) != revision;
   // Names avoid the lines in the corner, and the labels of marks and of overlays in front of everything.
-  std::vector<LabelLayer::Box> occupied{{text->corner_box()[0], text->corner_box()[1]}};
+  imaging::LabelLayout::Obstacles occupied{{{text->corner_box()[0], text->corner_box()[1]}}, {}};
   if (marks && (has_changed || marks->labels().is_stale())) {
     marks->labels().lay_out(occupied);
     has_changed = true;
   }
   if (!has_changed && !overlays->labels().is_stale()) return;
-  if (marks)
-    for (const LabelLayer::Box& box : marks->labels().boxes()) occupied.push_back(box);
+  if (marks) {
+    occupied.add(marks->labels().marks());
+    occupied.add({marks->labels().boxes(), {}});
+  }
   overlays->labels().lay_out(occupied);
 }
 
 std::vector<LabelLayer::Box> BoneView::label_boxes() const {
-  std::vector<LabelLayer::Box> boxes = parts_->overlays->labels().boxes();
-  if (!parts_->marks) return boxes;
-  const std::vector<LabelLayer::Box> more = parts_->marks->labels().boxes();
-  boxes.insert(boxes.end(), more.begin(), more.end());
+  std::vector<LabelLayer::Box> boxes;
+  for (OverlayLayer* layer : {parts_->overlays.get(), parts_->marks.get()}) {
+    if (layer == nullptr) continue;
+    for (const std::vector<LabelLayer::Box>& more : {layer->labels().boxes(), layer->labels().marks().boxes})
+      boxes.insert(boxes.end(), more.begin(), more.end());
+  }
   return boxes;
 }
 

@@ -36,7 +36,7 @@ class BoneView {
   /// Shows the instrument of a hand, from 0.
   void show(const StylusState& stylus, std::size_t hand = 0);
   OverlayLayer& overlays();
-  /// Returns the boxes of all labels of the last frame, in pixels from the lower left.
+  /// Returns the boxes of all labels and small marks of the last frame, in pixels from the lower left.
   std::vector<LabelLayer::Box> label_boxes() const;
   /// Shows marks in front of everything, in place of the previous ones. Live windows only.
   void set_marks(std::span<const sim::Overlay> marks);

@@ -356,7 +356,7 @@ ChunkWorker::~ChunkWorker() {
 }
 
 void ChunkWorker::request_all(std::shared_ptr<const volume::Version> version) {
-  constexpr std::size_t k_large = 8'000'000;  // voxels; smaller scans need no reduced surfaces
+  constexpr std::size_t k_large = 1'000'000;  // voxels; smaller scans need no reduced surfaces
   if (scene_->base->voxels.size() > k_large) {
     const std::lock_guard guard(lock_);
     version_ = version;
@@ -404,6 +404,11 @@ std::vector<ChunkMesh> ChunkWorker::take_reduced() {
   const std::lock_guard guard(lock_);
   if (!waiting_reduced_.empty() || busy_reduced_ > 0) return {};
   return std::exchange(reduced_, {});
+}
+
+bool ChunkWorker::is_reducing() const {
+  const std::lock_guard guard(lock_);
+  return !waiting_reduced_.empty() || busy_reduced_ > 0;
 }
 
 void ChunkWorker::finish() {

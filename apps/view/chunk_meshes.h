@@ -89,7 +89,7 @@ class ChunkWorker {
   ChunkWorker(const ChunkWorker&) = delete;
   ChunkWorker& operator=(const ChunkWorker&) = delete;
 
-  /// Requests all chunks with solid voxels. For a scan of more than 8 million voxels, the reduced surfaces
+  /// Requests all chunks with solid voxels. For a scan of more than a million voxels, the reduced surfaces
   /// are computed before the chunks.
   void request_all(std::shared_ptr<const volume::Version> version);
   /// Requests the chunks that voxels low .. high touch.
@@ -99,6 +99,8 @@ class ChunkWorker {
   /// Returns the reduced surfaces of all shapes once, after the last of them is finished. Otherwise, and
   /// after all chunks are finished, returns an empty list.
   std::vector<ChunkMesh> take_reduced();
+  /// Returns true while reduced surfaces are requested and not finished.
+  bool is_reducing() const;
   /// Waits until all requested chunks are finished.
   void finish();
   /// Returns the number of requested chunks that are not finished.

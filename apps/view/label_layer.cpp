@@ -50,6 +50,7 @@ struct LabelLayer::Parts {
   };
   vtkRenderer* renderer;
   std::vector<Label> labels;
+  std::vector<std::vector<std::array<dvec3, 2>>> marks;  ///< lines of each mark
   vtkNew<vtkPolyData> leads;
   vtkNew<vtkActor2D> lines;
   Names names = Names::in_front;
@@ -104,7 +105,45 @@ LabelLayer::~LabelLayer() = default;
 void LabelLayer::clear() {
   for (const Parts::Label& label : parts_->labels) parts_->renderer->RemoveActor2D(label.text);
   parts_->labels.clear();
+  parts_->marks.clear();
   parts_->is_stale = true;
+}
+
+void LabelLayer::add_marks(std::span<const std::array<dvec3, 2>> lines_world) {
+  const std::array<dvec3, 2>* previous = nullptr;
+  for (const std::array<dvec3, 2>& line : lines_world) {
+    if (previous == nullptr || (*previous)[1] != line[0]) parts_->marks.emplace_back();
+    parts_->marks.back().push_back(line);
+    previous = &line;
+  }
+  parts_->is_stale = true;
+}
+
+imaging::LabelLayout::Obstacles LabelLayer::marks() const {
+  constexpr double k_small = 60, k_margin = 2, k_shortest = 10;  // pixels
+  imaging::LabelLayout::Obstacles marks;
+  for (const auto& lines : parts_->marks) {
+    std::vector<imaging::Segment> segments;
+    dvec2 low(1e300), high(-1e300);
+    bool is_before_camera = true;
+    for (const auto& [from_world, to_world] : lines) {
+      const dvec3 from = display_of(parts_->renderer, from_world),
+                  to = display_of(parts_->renderer, to_world);
+      is_before_camera &= std::max(from.z, to.z) <= 1 && std::min(from.z, to.z) >= 0;
+      low = glm::min(low, glm::min(dvec2(from), dvec2(to)));
+      high = glm::max(high, glm::max(dvec2(from), dvec2(to)));
+      if (!segments.empty() && glm::distance(segments.back()[0], segments.back()[1]) < k_shortest)
+        segments.back()[1] = dvec2(to);
+      else
+        segments.push_back({dvec2(from), dvec2(to)});
+    }
+    if (!is_before_camera || segments.empty()) continue;
+    if (std::max(high.x - low.x, high.y - low.y) < k_small * parts_->scale)
+      marks.boxes.push_back({low - k_margin, high + k_margin});
+    else
+      marks.segments.insert(marks.segments.end(), segments.begin(), segments.end());
+  }
+  return marks;
 }
 
 bool LabelLayer::is_stale() const noexcept { return parts_->is_stale; }
@@ -153,10 +192,10 @@ void LabelLayer::set_tool(std::vector<std::array<dvec3, 2>> axes_world) {
   constexpr double k_far = 40;  // pixels
   if (p.has_omitted && p.tool_motion() > k_far) p.is_stale = true;
   for (const imaging::Segment& line : p.tool_segments())
-    for (const Box& box : p.boxes) p.is_stale |= imaging::passes(line, {box.low, box.high});
+    for (const Box& box : p.boxes) p.is_stale |= imaging::passes(line, box);
 }
 
-void LabelLayer::lay_out(std::span<const Box> occupied) {
+void LabelLayer::lay_out(const imaging::LabelLayout::Obstacles& occupied) {
   Parts& p = *parts_;
   p.is_stale = false;
   constexpr double k_away = 26, k_gap = 4, k_border = 6, k_point = 3;  // pixels
@@ -169,8 +208,9 @@ void LabelLayer::lay_out(std::span<const Box> occupied) {
   const int* window = p.renderer->GetSize();
   const dvec2 picture(window[0], window[1]);
   std::vector<Request> requests;
-  imaging::LabelLayout::Obstacles obstacles{{}, p.tool_segments()};
-  for (const Box& box : occupied) obstacles.boxes.push_back({box.low, box.high});
+  imaging::LabelLayout::Obstacles obstacles = marks();
+  obstacles.add(occupied);
+  obstacles.add({{}, p.tool_segments()});
   for (std::size_t i = 0; i < p.labels.size(); ++i) {
     p.labels[i].text->SetVisibility(false);
     if (p.names == Names::none && p.labels[i].is_name) continue;
@@ -216,7 +256,7 @@ void LabelLayer::lay_out(std::span<const Box> occupied) {
       p.has_omitted = true;
       continue;
     }
-    p.boxes.push_back({place->box.low, place->box.high});
+    p.boxes.push_back(place->box);
     vtkTextActor* text = p.labels[request.label].text;
     text->SetDisplayPosition(static_cast<int>(place->box.low.x), static_cast<int>(place->box.low.y));
     text->SetVisibility(true);

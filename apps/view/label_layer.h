@@ -31,6 +31,9 @@ class LabelLayer {
   /// shown.
   void add(const glm::dvec3& at_world, const std::string& text, const glm::dvec3& colour,
            bool is_name = true);
+  /// Adds lines (world, mm), such as rings or measured distances, which labels do not cover. Lines that
+  /// continue each other are one mark.
+  void add_marks(std::span<const std::array<glm::dvec3, 2>> lines_world);
   /// Selects the names that are shown: those of points that nothing hides, all names, or no names. Other
   /// labels (numbers of draggable points, measurements, warnings) are always shown.
   enum class Names : std::uint8_t { in_front, all, none };
@@ -44,12 +47,13 @@ class LabelLayer {
   /// Sets the factor of the text size.
   void set_text_scale(double factor);
   std::size_t size() const noexcept;
-  struct Box {
-    glm::dvec2 low, high;
-  };
-  /// Positions the labels for the current camera. They do not overlap `occupied`, such as the boxes of
-  /// another layer. Call before each frame in which the labels, `occupied` or the view changed.
-  void lay_out(std::span<const Box> occupied = {});
+  using Box = imaging::PictureBox;
+  /// Positions the labels for the current camera. They do not overlap `occupied`, such as the marks and
+  /// labels of another layer. Call before each frame in which the labels, `occupied` or the view changed.
+  void lay_out(const imaging::LabelLayout::Obstacles& occupied = {});
+  /// Returns the marks as the current camera shows them, in pixels from the lower left: small marks as boxes,
+  /// others as segments.
+  imaging::LabelLayout::Obstacles marks() const;
   /// Returns true if labels or their settings changed, or a label covers a tool, since the last lay_out().
   bool is_stale() const noexcept;
   /// Returns the boxes of the shown labels, in pixels from the lower left.

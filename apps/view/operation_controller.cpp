@@ -145,9 +145,6 @@ void OperationController::restore_force() {
   else if (seconds_since(*fault_since_) > k_wait_seconds) {
     live_.reset_faults();
     fault_since_ = Clock::now();
-    if (is_pressed_)
-      show_refusal(
-          "The computer was too busy, and the tool stopped. Release the button, and press it again.");
   }
 }
 

@@ -257,6 +257,12 @@ void OverlayLayer::show(std::span<const sim::Overlay> overlays, std::span<const 
       actor->GetProperty()->SetLineWidth(2.5);
       place(actor, placement);
       add(actor);
+      if (overlay.kind == sim::Overlay::Kind::plan || overlay.kind == sim::Overlay::Kind::measure) {
+        auto lines = overlay.lines;
+        for (auto& line : lines)
+          for (dvec3& end : line) end = placement.world_from_local(end);
+        p.labels.add_marks(lines);
+      }
     }
     if (!overlay.translucent_triangles.empty()) {
       const auto actor = make_actor(make_triangles(overlay.translucent_triangles), colour);

@@ -27,6 +27,7 @@ struct StartSession {
   std::string when;             ///< start, such as "2026-11-27 14:03"
   double seconds = 0;           ///< duration, s
   bool is_interrupted = false;  ///< the program ended without closing the session
+  bool needs_scan = false;      ///< the file does not contain the scan: the user has to select it
 };
 
 /// Languages of the windows.
@@ -52,6 +53,7 @@ struct StartChoice {
   Kind kind = Kind::none;
   std::string path;       ///< path of the scan or the session
   std::string procedure;  ///< procedure of an operation; empty: that of the case
+  std::string scan;       ///< path of the scan of a session that does not contain it
 };
 
 /// Shows the page until the user makes a choice or closes the page. Error: no display, or the full window is

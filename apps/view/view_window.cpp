@@ -87,7 +87,7 @@ Result<WindowReport> draw_once(const haptics::TouchScene& scene, const WindowOpt
   picture.request_all(version);
   picture.wait();
   picture.look_from(options.side);
-  if (options.plan) picture.set_plan(workbench::plan_overlays(*options.plan));
+  if (options.plan) picture.set_plan(workbench::plan_overlays(*options.plan, scene));
   if (options.start) picture.show(options.start->engine.overlays(), {});
   if (options.replay && options.replay->next_tick() > 0)
     show_replay(*options.replay, options.summary, scene, picture);
@@ -173,7 +173,7 @@ Result<WindowReport> run_plain_window(const haptics::TouchScene& scene, const Wi
   if (Status error = operation.viewport().set_opacities(options.opacities)) return *error;
   operation.viewport().view().set_display(options.display, options.head_tracker, options.hmd);
   if (Status error = operation.start()) return *error;
-  if (options.plan) operation.viewport().set_plan(workbench::plan_overlays(*options.plan));
+  if (options.plan) operation.viewport().set_plan(workbench::plan_overlays(*options.plan, scene));
 
   vtkNew<vtkRenderWindowInteractor> interactor;
   vtkNew<StylusStyle> style;

@@ -399,9 +399,12 @@ std::optional<double> Viewport::draw() {
 void Viewport::fetch_meshes() {
   // Read before take(): if the work is finished, this call of take() returns the last meshes.
   const bool is_finished = worker_->remaining() == 0;
-  for (const ChunkMesh& mesh : worker_->take()) view_.bone().show(mesh);
-  if (const std::vector<ChunkMesh> reduced = worker_->take_reduced(); !is_finished && is_live_)
-    view_.bone().show_reduced(reduced);
+  // The chunks wait for the reduced surfaces: without these, the first pictures would show parts of the bone.
+  if (is_finished || !is_live_ || !worker_->is_reducing()) {
+    for (const ChunkMesh& mesh : worker_->take()) view_.bone().show(mesh);
+    if (const std::vector<ChunkMesh> reduced = worker_->take_reduced(); !is_finished && is_live_)
+      view_.bone().show_reduced(reduced);
+  }
   if (is_finished) view_.bone().end_reduced();
   for (const ChunkMesh& mesh : opened_->take()) view_.bone().show(mesh);
   for (const StructureSurfaces::Surface& surface : surfaces_.take()) {

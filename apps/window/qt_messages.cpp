@@ -150,9 +150,6 @@ const std::vector<const char*>& message_patterns() {
       QT_TRANSLATE_NOOP("messages", "The force is off: %1. Press F to turn it on again."),
       QT_TRANSLATE_NOOP("messages", "The force is off: %1. It returns automatically."),
       QT_TRANSLATE_NOOP("messages", "The computer is too busy: the tool is stopped."),
-      QT_TRANSLATE_NOOP(
-          "messages",
-          "The computer was too busy, and the tool stopped. Release the button, and press it again."),
       QT_TRANSLATE_NOOP("messages", "Depth %1 mm"),
       QT_TRANSLATE_NOOP("messages", "%1 mm to the planned target"),
       QT_TRANSLATE_NOOP("messages", "%1 mm beyond the planned target"),

@@ -8,6 +8,7 @@
 #include <QKeyEvent>
 #include <QLabel>
 #include <QListWidget>
+#include <QMessageBox>
 #include <QPushButton>
 #include <QScrollArea>
 #include <QTimer>
@@ -134,7 +135,7 @@ QWidget* StartPage::make_tile(const StartTile& tile) {
   column->addStretch(1);
   button->setMinimumHeight(column->heightForWidth(k_tile_width));
   connect(button, &QPushButton::clicked, this, [this, tile] {
-    choose({StartChoice::Kind::operation, tile.source, tile.procedure}, localized(tile.title));
+    choose({StartChoice::Kind::operation, tile.source, tile.procedure, ""}, localized(tile.title));
   });
   return button;
 }
@@ -215,16 +216,36 @@ void StartPage::choose(StartChoice choice, const QString& title) {
 
 void StartPage::choose_scan(const QString& path) {
   if (path.isEmpty()) return;
-  choose(
-      {StartChoice::Kind::operation, path.toStdString(), procedure_->currentData().toString().toStdString()},
-      tr("your scan"));
+  choose({StartChoice::Kind::operation, path.toStdString(),
+          procedure_->currentData().toString().toStdString(), ""},
+         tr("your scan"));
 }
 
 void StartPage::choose_session(StartChoice::Kind kind) {
   const int row = sessions_->currentRow();
   if (row < 0) return;
   const StartSession& session = options_.sessions[static_cast<std::size_t>(row)];
-  choose({kind, session.file, ""}, text_of(session.title));
+  StartChoice choice{kind, session.file, "", ""};
+  if (session.needs_scan) {
+    choice.scan = ask_scan(session).toStdString();
+    if (choice.scan.empty()) return;
+  }
+  choose(std::move(choice), localized(session.title));
+}
+
+QString StartPage::ask_scan(const StartSession& session) {
+  QMessageBox box(QMessageBox::Question, windowTitle(),
+                  tr("The recording \"%1\" does not contain its scan. Select the scan that was operated on.")
+                      .arg(localized(session.title)),
+                  QMessageBox::Cancel, this);
+  box.setObjectName("missing_scan");
+  const auto* folder = box.addButton(tr("Select a folder ..."), QMessageBox::ActionRole);
+  const auto* file = box.addButton(tr("Select a file ..."), QMessageBox::ActionRole);
+  box.exec();
+  if (box.clickedButton() == folder)
+    return QFileDialog::getExistingDirectory(this, tr("Open a DICOM folder or a case"));
+  if (box.clickedButton() == file) return QFileDialog::getOpenFileName(this, tr("Open a scan"));
+  return {};
 }
 
 }  // namespace trephine::view

@@ -24,6 +24,8 @@ class StartPage : public QWidget {
   const StartChoice& choice() const noexcept { return choice_; }
   /// Chooses the scan at a path, with the selected procedure. An empty path has no effect.
   void choose_scan(const QString& path);
+  /// Chooses the selected session. Asks for its scan if the file does not contain it.
+  void choose_session(StartChoice::Kind kind);
 
  protected:
   void keyPressEvent(QKeyEvent* event) override;
@@ -37,7 +39,8 @@ class StartPage : public QWidget {
   void scale_text(double factor);
   /// `title`: title of the chosen operation, for the heading.
   void choose(StartChoice choice, const QString& title);
-  void choose_session(StartChoice::Kind kind);
+  /// Returns the scan that the user selects for a session; empty if cancelled.
+  QString ask_scan(const StartSession& session);
 
   const StartPageOptions options_;
   StartChoice choice_;

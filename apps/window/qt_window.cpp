@@ -159,7 +159,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   if (const Status error = picture->set_opacities(std::exchange(options_.opacities, {}))) show_error(*error);
   picture->view().set_display(options_.display, options_.head_tracker, options_.hmd);
   structures_->show_list(picture->structures());
-  if (options_.plan) picture->set_plan(workbench::plan_overlays(*options_.plan));
+  if (options_.plan) picture->set_plan(workbench::plan_overlays(*options_.plan, *scene_));
   picture->view().set_text_scale(QApplication::font().pointSizeF() / initial_text_size());
   vtkNew<StylusStyle> style;
   style->SetDefaultRenderer(picture->view().renderer());

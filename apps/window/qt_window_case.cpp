@@ -23,7 +23,7 @@ void MainWindow::show_case_panel() {
     case_panel_->on_change = [this] {
       // The picture and the panes show the marks.
       options_.plan = std::make_shared<const volume::SurgicalPlan>(case_panel_->request().plan);
-      viewport()->set_plan(workbench::plan_overlays(*options_.plan));
+      viewport()->set_plan(workbench::plan_overlays(*options_.plan, *scene_));
       show_names(LabelLayer::Names::all);  // a mark in a slice may lie behind bone
     };
     case_panel_->on_ask_procedure = [this] {

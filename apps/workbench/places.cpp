@@ -4,6 +4,7 @@
 #include <glm/geometric.hpp>
 #include <optional>
 
+#include "apps/workbench/bone_rays.h"
 #include "haptics/walls/solid_grid.h"
 #include "volume/scan/traversal.h"
 
@@ -17,42 +18,6 @@ namespace {
 constexpr double k_deepest = 20;  // mm, depth to which the end of the solid is searched
 constexpr double k_gap = 3;       // mm; the solid ends where this length without solid follows
 constexpr double k_above = 15;    // mm; the surface is searched up to this distance above and below a place
-
-/// Returns the fraction of the path from a to b (world) at which the first solid voxel that was not removed
-/// begins; negative if the path meets no such voxel.
-double first_solid(const haptics::TouchScene& scene, const Version& version, const dvec3& a, const dvec3& b) {
-  double hit = -1;
-  const volume::Frame& frame = scene.base->frame;
-  volume::traverse(frame.volume_from_world(a), frame.volume_from_world(b),
-                   {glm::ivec3(0), scene.base->size - 1}, [&](const volume::VoxelVisit& v) {
-                     if (!scene.items[0].bits->is_solid(v.voxel) || !version.is_kept(v.voxel)) return true;
-                     hit = v.t_enter;
-                     return false;
-                   });
-  return hit;
-}
-
-/// Returns the fraction of the path from a to b (world) at which it first crosses the interpolated surface;
-/// negative without a crossing.
-double first_surface(const haptics::TouchScene& scene, const Version& version, const dvec3& a,
-                     const dvec3& b) {
-  const double hit = first_solid(scene, version, a, b);
-  if (hit < 0) return hit;
-  const auto is_inside = [&](double t) {
-    return scene.items[0].field.value(scene.base->frame.volume_from_world(a + t * (b - a))) >= 0;
-  };
-  // The surface is near the face of the voxel, outside or inside: it is searched a voxel to either side.
-  const dvec3& spacing = scene.base->frame.spacing();
-  const double voxel = std::max({spacing.x, spacing.y, spacing.z}) / glm::length(b - a), step = 0.05 * voxel;
-  double outside = std::max(0.0, hit - voxel), inside = outside;
-  while (inside < hit + voxel && !is_inside(inside)) outside = inside, inside += step;
-  if (!is_inside(inside)) return hit;
-  for (int i = 0; i < 20; ++i) {
-    const double middle = 0.5 * (outside + inside);
-    (is_inside(middle) ? inside : outside) = middle;
-  }
-  return inside;
-}
 
 /// Returns the depth (mm) at which the solid below a point ends. 0 if there is no solid, or the search down
 /// to `deepest` finds no end: an end is followed by k_gap without solid.

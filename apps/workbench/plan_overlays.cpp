@@ -1,13 +1,16 @@
 #include "apps/workbench/plan_overlays.h"
 
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+
+#include "apps/workbench/bone_rays.h"
 
 namespace trephine::workbench {
 
 namespace {
 
-constexpr double k_lift = 1.2;  // mm; lines on bone are drawn this far outside the bone, to be visible
+constexpr double k_lift = 0.8;  // mm; lines on bone are drawn this far outside the bone, to be visible
 
 /// Adds an outline twice, on either side of the bone surface, because the outer side is not known. Bone hides
 /// the inner one.
@@ -26,17 +29,17 @@ void add_outline(const volume::PlannedOutline& outline, sim::Overlay& overlay) {
 
 }  // namespace
 
-sim::Overlays plan_overlays(const volume::SurgicalPlan& plan) {
+sim::Overlays plan_overlays(const volume::SurgicalPlan& plan, const haptics::TouchScene& scene) {
   constexpr double k_before = 20, k_cross = 3;  // mm
   constexpr int k_corners = 24;
   sim::Overlay overlay;
+  const std::shared_ptr<const volume::Version> uncut = haptics::uncut_version(scene);
   for (const volume::PlannedTrajectory& t : plan.trajectories) {
     const glm::dvec3 outward = glm::normalize(t.entry_world - t.target_world);
     const glm::dvec3 begin = t.entry_world + k_before * outward;
     overlay.lines.push_back({begin, t.target_world});
     overlay.labels.push_back({begin, t.name});
-    // A ring at the entry and one at the target, with the planned diameter. The first one is lifted off the
-    // bone, whose surface may be oblique.
+    // A ring around the entry, on the bone, and one around the target, with the planned diameter.
     const glm::dvec3 axis_u = glm::normalize(
         glm::cross(outward, std::abs(outward.x) < 0.8 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
     const glm::dvec3 axis_v = glm::cross(outward, axis_u);
@@ -45,9 +48,18 @@ sim::Overlays plan_overlays(const volume::SurgicalPlan& plan) {
       const double angle = corner * 2 * 3.14159265358979323846 / k_corners;
       return radius * (std::cos(angle) * axis_u + std::sin(angle) * axis_v);
     };
-    for (const glm::dvec3& centre : {t.entry_world + std::max(k_lift, radius) * outward, t.target_world})
-      for (int corner = 0; corner < k_corners; ++corner)
-        overlay.lines.push_back({centre + on_ring(corner), centre + on_ring(corner + 1)});
+    const double reach = radius + 4;  // mm; the bone is searched to this distance from the plane of the ring
+    std::array<glm::dvec3, k_corners> ring;
+    for (int corner = 0; corner < k_corners; ++corner) {
+      const glm::dvec3 at = t.entry_world + on_ring(corner), outside = at + reach * outward;
+      const double hit = first_surface(scene, *uncut, outside, at - reach * outward);
+      ring[static_cast<std::size_t>(corner)] =
+          hit > 0 ? outside + (k_lift - 2 * reach * hit) * outward : at + k_lift * outward;
+    }
+    for (std::size_t i = 0; i < ring.size(); ++i)
+      overlay.lines.push_back({ring[i], ring[(i + 1) % k_corners]});
+    for (int corner = 0; corner < k_corners; ++corner)
+      overlay.lines.push_back({t.target_world + on_ring(corner), t.target_world + on_ring(corner + 1)});
   }
   for (const volume::PlannedLandmark& l : plan.landmarks) {
     for (int a = 0; a < 3; ++a) {

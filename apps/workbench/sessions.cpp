@@ -230,6 +230,7 @@ std::vector<Autosave> list_autosaves(std::size_t most) {
     one.title = header.plan.procedure.title.empty() ? header.case_name : header.plan.procedure.title;
     one.seconds = static_cast<double>(session.value().tick_count()) / header.rate_hz;
     one.is_interrupted = !session.value().end();
+    one.needs_scan = !has_own_scan(session.value());
     // The file name begins with the local time that autosave_path() writes: 2026-11-27-140359.
     const std::string name = fs::path(*path).stem().string();
     if (name.size() >= 15)

@@ -65,6 +65,7 @@ struct Autosave {
   std::string begin;            ///< local time, "2026-11-27 14:03"
   double seconds = 0;           ///< duration
   bool is_interrupted = false;  ///< its program ended without closing it
+  bool needs_scan = false;      ///< its scan is neither in the file nor built in
 };
 /// Returns the newest autosaves that can be opened and that no program is writing, in the order of their
 /// beginning, newest first.

@@ -20,6 +20,7 @@ struct DeviceCapabilities {
   double mass = 0;                ///< kg, moving with the hand; 0: unknown
   double damping = 0;             ///< N s/mm, of the device itself; 0: unknown
   double max_torque = 0;          ///< N mm; 0: no torque output, or unknown
+  bool is_simulated = false;      ///< no person holds the device
 };
 
 /// Position and axes of a device in the world, as the user sees them.
@@ -63,7 +64,7 @@ class PlaybackDevice final : public Device {
   explicit PlaybackDevice(PosePath path) : path_(std::move(path)) {}
   Status open() override { return std::nullopt; }
   void close() noexcept override {}
-  DeviceCapabilities capabilities() const override { return {"playback", 6, 0, 0, 1e6, 0, 0, 0}; }
+  DeviceCapabilities capabilities() const override { return {"playback", 6, 0, 0, 1e6, 0, 0, 0, 0, true}; }
   bool read(double t, Pose& pose) noexcept override {
     pose = path_.at(path_.start_time() + t);
     return true;
@@ -113,7 +114,7 @@ class VirtualDevice final : public Device {
   Status open() override;
   void close() noexcept override {}
   DeviceCapabilities capabilities() const override {
-    return {"virtual", 6, 8, 1, 1e3, 0, hand_.mass, hand_.device_damping, 1e3};
+    return {"virtual", 6, 8, 1, 1e3, 0, hand_.mass, hand_.device_damping, 1e3, true};
   }
   bool read(double t, Pose& pose) noexcept override;
   void write(const Wrench& wrench) noexcept override { wrench_ = wrench; }

@@ -82,6 +82,8 @@ Status ServoLoop::start() {
   }
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     Status error = hands_[h].device->open();
+    const DeviceCapabilities device = hands_[h].device->capabilities();
+    hands_[h].has_motors = device.max_force > 0 && !device.is_simulated;
     if (!error) continue;
     while (h-- > 0) hands_[h].device->close();
     return error;
@@ -150,14 +152,14 @@ void ServoLoop::run() noexcept {
   for (Hand& hand : hands_) hand.device->write(dvec3(0));
 }
 
-/// Lets a tool stop at a fault, and work again only after its button and its squeeze (the first axis) were
-/// released: a tool must not start by itself when the fault is cleared.
+/// Stops the tool of a hand at a fault. If the device has motors, the tool works again only after its button
+/// and its squeeze (the first axis) were released: with a force that returns, it must not start by itself.
 void ServoLoop::lock_buttons(Hand& hand) noexcept {
   constexpr float k_released = 0.2f;  // of the squeeze
   const bool is_released = !hand.pose.is_pressed() && hand.pose.axes[0] <= k_released;
   if ((hand.core.faults() & k_latched_faults) != 0)
     hand.is_locked = true;
-  else if (is_released)
+  else if (is_released || !hand.has_motors)
     hand.is_locked = false;
   if (hand.is_locked) hand.pose.buttons = 0, hand.pose.axes = {};
 }

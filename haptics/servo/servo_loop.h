@@ -65,9 +65,9 @@ class ServoLoop {
   /// Requests that the servo set a hand's proxy on a free point (volume frame) at its next tick, with force
   /// from zero. Requests beyond 16 between two ticks are dropped. Call on one thread, the edit thread.
   void request_restart(const glm::dvec3& free_point_volume, std::size_t hand = 0) noexcept;
-  /// Clears latched faults of all hands at the next tick. Their proxies stay, the force rises from zero, and
-  /// tools do not work until their buttons were released. Call on the user's request, after the cause is
-  /// removed.
+  /// Clears latched faults of all hands at the next tick. Their proxies stay, and the force rises from zero.
+  /// The tool of a person at a force device does not work until its button was released; a mouse or a
+  /// simulated hand continues. Call on the user's request, after the cause is removed.
   void request_reset() noexcept { wants_reset_ = true; }
   /// Returns the present faults of all hands. Cost: one read.
   std::uint32_t faults() const noexcept { return faults_.load(std::memory_order_relaxed); }
@@ -81,6 +81,7 @@ class ServoLoop {
     std::uint32_t faults = 0;
     /// After a fault, buttons and axes count as released until they are released.
     bool is_locked = false;
+    bool has_motors = false;  ///< the device moves the hand of a person
     Ring<glm::dvec3> restarts{16};
   };
   void run() noexcept;

@@ -286,6 +286,53 @@ TEST_F(PictureLayout, LabelsCoverNeitherTheirPointsNorTheTool) {
   }
 }
 
+/// A ring of a plan and a measured line, whose names are at them.
+TEST_F(PictureLayout, LabelsKeepOffMarks) {
+  const dvec3 middle = scene_.base->frame.world_from_volume(dvec3(20));
+  sim::Overlays all(3);
+  all[1].kind = sim::Overlay::Kind::measure;
+  constexpr int k_sides = 24;
+  for (int i = 0; i < k_sides; ++i) {
+    const auto at = [&](int side, double radius) {
+      const double angle = 2 * M_PI * side / k_sides;
+      return middle + radius * dvec3(std::cos(angle), 0, std::sin(angle));
+    };
+    all[0].lines.push_back({at(i, 1), at(i + 1, 1)});    // small: avoided as a box
+    all[2].lines.push_back({at(i, 12), at(i + 1, 12)});  // large: its interior is free
+  }
+  all[1].lines.push_back({middle + dvec3(-15, 0, 4), middle + dvec3(15, 0, 6)});
+  for (const double z : {-4.0, 0.0, 4.0})
+    all[0].labels.push_back({middle + dvec3(0, 0, z), "entry of the drill"});
+  all[1].labels.push_back({middle + dvec3(0, 0, 5), "30.1 mm"});
+  picture_->set_plan(all);
+  picture_->draw();
+  LabelLayer& labels = picture_->view().overlays().labels();
+  const std::vector<LabelLayer::Box> boxes = labels.boxes();
+  EXPECT_EQ(boxes.size(), 4u);
+  const auto pixel = [&](const dvec3& world) {
+    const glm::dvec2 share = picture_->project(world);
+    return glm::dvec2(480 * share.x, 360 * share.y);
+  };
+  for (const LabelLayer::Box& box : boxes)
+    for (const sim::Overlay& overlay : all)
+      for (const auto& [from, to] : overlay.lines)
+        EXPECT_FALSE(imaging::passes({pixel(from), pixel(to)}, {box.low + 0.5, box.high - 0.5}))
+            << box.low.x << "," << box.low.y;
+  EXPECT_EQ(labels.marks().boxes.size(), 1u) << "the small ring";
+  EXPECT_GE(labels.marks().segments.size(), 5u);
+  // Planted fault: without marks, a label covers one.
+  labels.clear();
+  for (const sim::Overlay& overlay : all)
+    for (const sim::Overlay::Label& label : overlay.labels) labels.add(label.at, label.text, dvec3(1));
+  labels.lay_out();
+  bool is_covered = false;
+  for (const LabelLayer::Box& box : labels.boxes())
+    for (const sim::Overlay& overlay : all)
+      for (const auto& [from, to] : overlay.lines)
+        is_covered |= imaging::passes({pixel(from), pixel(to)}, box);
+  EXPECT_TRUE(is_covered);
+}
+
 /// A label that had no room next to a tool returns when the tool moves away.
 TEST_F(PictureLayout, ALabelReturnsWhenTheToolMovesAway) {
   picture_->set_plan(names(4, 2));
@@ -318,7 +365,7 @@ TEST_F(PictureLayout, LabelsKeepOffThoseOfAnotherLayer) {
   LabelLayer& labels = picture_->view().overlays().labels();
   const std::vector<LabelLayer::Box> before = labels.boxes();
   ASSERT_EQ(before.size(), 4u);
-  labels.lay_out(before);
+  labels.lay_out({before, {}});
   std::vector<LabelLayer::Box> all = labels.boxes();
   EXPECT_EQ(all.size(), 4u);
   all.insert(all.end(), before.begin(), before.end());

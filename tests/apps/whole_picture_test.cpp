@@ -165,11 +165,11 @@ class Silhouette {
 /// A live picture of a scene, and its judge.
 class Subject {
  public:
-  explicit Subject(const haptics::TouchScene& scene) : scene_(scene), bone_(scene) {
+  explicit Subject(const haptics::TouchScene& scene, bool is_meshed = true) : scene_(scene), bone_(scene) {
     surface_ = make_offscreen(k_width, k_height).value();
     picture_.emplace(scene, surface_->window(), true);
     picture_->request_all(haptics::uncut_version(scene));
-    picture_->wait();
+    if (is_meshed) picture_->wait();
   }
   Viewport& picture() { return *picture_; }
   vtkRenderWindow* window() { return surface_->window(); }
@@ -354,6 +354,23 @@ TEST(WholePicture, ReducedSurfacesComeFirst) {
   worker.finish();
   EXPECT_TRUE(worker.take_reduced().empty());
   EXPECT_LT(early, worker.take().size());
+}
+
+/// From the first frame on, the picture shows either no bone or the whole bone.
+TEST(WholePicture, TheFirstPicturesHaveNoPartsOfBone) {
+  const haptics::TouchScene scene = scenes::phantom_scene("head", {});
+  Subject subject(scene, false);
+  subject.aim_camera('A', 1);
+  int pictures = 0;
+  while (!subject.picture().is_complete()) {
+    subject.picture().draw();
+    if (subject.picture().view().bone().drawn_triangles() == 0) continue;
+    const Faults faults = subject.faults(true, true);
+    EXPECT_GT(faults.inside, 1000);
+    EXPECT_EQ(faults.missing, 0) << "picture " << pictures;
+    ++pictures;
+  }
+  EXPECT_GT(pictures, 0);
 }
 
 /// As soon as the picture is complete, the window shows it at full detail, also if it was drawn in batches.

@@ -1,6 +1,9 @@
 // The score of a running operation in the window, its report, and the start page of the simulator.
+#include <QAbstractButton>
 #include <QListWidget>
+#include <QMessageBox>
 #include <QTableWidget>
+#include <algorithm>
 #include <fstream>
 #include <thread>
 
@@ -231,6 +234,31 @@ TEST_F(StartPageTest, SessionsAreContinuedAndWatched) {
     page.findChild<QPushButton*>(button)->click();
     EXPECT_EQ(page.choice().kind, kind);
     EXPECT_EQ(page.choice().path, options_.sessions[static_cast<std::size_t>(row)].file);
+  }
+}
+
+/// A session without its scan does not end in an error: the user selects the scan.
+TEST_F(StartPageTest, TheScanOfASessionIsAskedForIfItIsMissing) {
+  options_.sessions[0].needs_scan = true;
+  const std::string scan = ::testing::TempDir() + "a.nrrd";
+  std::ofstream(scan) << "a scan";
+  for (const bool is_cancelled : {true, false}) {
+    StartPage page(options_);
+    page.show();
+    page.findChild<QListWidget*>("sessions")->setCurrentRow(0);
+    in_next_dialog<QMessageBox>([&](QMessageBox& box) {
+      EXPECT_TRUE(box.text().contains("Craniotomy"));
+      const auto buttons = box.buttons();
+      const auto wanted = std::find_if(buttons.begin(), buttons.end(), [&](const QAbstractButton* button) {
+        return button->text().remove('&').startsWith(is_cancelled ? "Cancel" : "Select a file");
+      });
+      ASSERT_NE(wanted, buttons.end());
+      if (!is_cancelled) answer_dialog_with(scan);
+      (*wanted)->click();
+    });
+    page.findChild<QPushButton*>("resume")->click();
+    EXPECT_EQ(page.choice().kind, is_cancelled ? StartChoice::Kind::none : StartChoice::Kind::resume);
+    EXPECT_EQ(page.choice().scan, is_cancelled ? "" : scan);
   }
 }
 

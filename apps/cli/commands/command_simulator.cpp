@@ -41,7 +41,8 @@ view::StartPageOptions page_of(const SimulatorArguments& arguments, std::string 
   constexpr std::size_t k_sessions = 12;
   for (workbench::Autosave& session : workbench::list_autosaves(k_sessions))
     page.sessions.push_back({std::move(session.file), session.title.empty() ? "Operation" : session.title,
-                             std::move(session.begin), session.seconds, session.is_interrupted});
+                             std::move(session.begin), session.seconds, session.is_interrupted,
+                             session.needs_scan});
   for (const data_tools::ShippedProcedure& shipped : data_tools::shipped_procedures()) {
     if (shipped.name == k_tutorial) continue;  // its texts fit the built-in head only
     if (const auto file = data_tools::shipped_procedure(std::string(shipped.name)))
@@ -64,19 +65,21 @@ Status run_choice(const view::StartChoice& choice, const SimulatorArguments& arg
     const auto done = run_operation_window(window, "simulator");
     return done ? std::nullopt : Status(done.error());
   }
+  workbench::SourceChoice scan;
+  scan.path = choice.scan;
   if (choice.kind == view::StartChoice::Kind::resume) {
     const auto devices = open_window_devices(device, arguments.display.language, true);
     if (!devices) return devices.error();
-    auto continued = workbench::continue_session(choice.path, {}, true, terminal_listener(),
+    auto continued = workbench::continue_session(choice.path, scan, true, terminal_listener(),
                                                  workbench::hand_count_of(devices.value()));
     if (!continued) return continued.error();
-    const auto done = continue_in_window(std::move(continued).value(), "", {choice.path}, devices.value(),
-                                         arguments.display);
+    const auto done = continue_in_window(std::move(continued).value(), choice.scan,
+                                         {choice.path, choice.scan}, devices.value(), arguments.display);
     return done ? std::nullopt : Status(done.error());
   }
-  auto session = workbench::open_session(choice.path, {}, terminal_listener());
+  auto session = workbench::open_session(choice.path, scan, terminal_listener());
   if (!session) return session.error();
-  return play_in_window(*session.value(), {choice.path, {}, session.value()->source.written_name()},
+  return play_in_window(*session.value(), {choice.path, scan, session.value()->source.written_name()},
                         arguments.display);
 }
 

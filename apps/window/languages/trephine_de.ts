@@ -3301,10 +3301,6 @@
         <translation>Der Rechner ist überlastet: das Werkzeug ist angehalten.</translation>
     </message>
     <message>
-        <source>The computer was too busy, and the tool stopped. Release the button, and press it again.</source>
-        <translation>Der Rechner war überlastet, und das Werkzeug hat angehalten. Lassen Sie die Taste los, und drücken Sie sie wieder.</translation>
-    </message>
-    <message>
         <source>No piece is free yet: bone still holds it. Cut again where the kerf is not open, first at the holes.</source>
         <translation>Noch ist kein Stück frei: Knochen hält es. Dort nochmals schneiden, wo der Sägespalt nicht offen ist, zuerst an den Löchern.</translation>
     </message>
@@ -4916,6 +4912,18 @@ Lizenz: Apache-2.0</translation>
     <message>
         <source>Open a scan</source>
         <translation>Aufnahme öffnen</translation>
+    </message>
+    <message>
+        <source>The recording &quot;%1&quot; does not contain its scan. Select the scan that was operated on.</source>
+        <translation>Die Aufnahme „%1“ enthält ihren Scan nicht. Wählen Sie den Scan, an dem operiert wurde.</translation>
+    </message>
+    <message>
+        <source>Select a folder ...</source>
+        <translation>Ordner wählen ...</translation>
+    </message>
+    <message>
+        <source>Select a file ...</source>
+        <translation>Datei wählen ...</translation>
     </message>
     <message>
         <source>Your operations</source>

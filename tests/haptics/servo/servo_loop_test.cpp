@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <gtest/gtest.h>
 #include <limits>
 #include <set>
@@ -200,9 +201,10 @@ TEST(ServoLoop, AFaultIsClearedOnRequest) {
 class FailingDevice final : public Device {
  public:
   std::atomic<bool> is_pressed{true};
+  DeviceCapabilities abilities;
   Status open() override { return std::nullopt; }
   void close() noexcept override {}
-  DeviceCapabilities capabilities() const override { return {}; }
+  DeviceCapabilities capabilities() const override { return abilities; }
   bool read(double t, Pose& pose) noexcept override {
     if (t > 0.1 && t < 0.12) return false;
     pose.position_world = {0, 0, std::max(42.0, 50 - 100 * t)};
@@ -214,54 +216,84 @@ class FailingDevice final : public Device {
   void write(const Wrench&) noexcept override {}
 };
 
-TEST(ServoLoop, AfterAFaultTheToolStaysAndWorksAgainAfterItsButtonWasReleased) {
-  const TouchScene scene = scenes::phantom_scene("sphere", phantom_options(64));
+/// A loop whose device fails with its button down, until the fault was cleared.
+struct FaultRun {
+  TouchScene scene = scenes::phantom_scene("sphere", phantom_options(64));
   ImplicitProxy method;
-  ASSERT_FALSE(method.prepare(scene).has_value());
-  ServoChannel channel(servo_scene_of(scene, method));
+  std::optional<ServoChannel> channel;
   FailingDevice device;
-  ServoOptions options;
-  options.ring_capacity = 1 << 16;
-  options.watchdog_seconds = 100, options.lag_seconds = 100;  // a loaded machine is no fault here
-  ServoLoop loop(device, channel, options);
-  ASSERT_FALSE(loop.start().has_value());
+  std::optional<ServoLoop> loop;
   std::vector<ServoRecord> all;
-  const auto wait_until = [&](auto&& done) {
+  std::size_t reset = 0;  ///< number of records up to that of the reset
+
+  explicit FaultRun(const DeviceCapabilities& abilities) {
+    device.abilities = abilities;
+    EXPECT_FALSE(method.prepare(scene).has_value());
+    channel.emplace(servo_scene_of(scene, method));
+    ServoOptions options;
+    options.ring_capacity = 1 << 16;
+    options.watchdog_seconds = 100, options.lag_seconds = 100;  // a loaded machine is no fault here
+    loop.emplace(device, *channel, options);
+    EXPECT_FALSE(loop->start().has_value());
+    EXPECT_TRUE(wait_until([&] { return !all.empty() && (all.back().faults & fault_lost_device) != 0; }));
+    const std::size_t fault = all.size();
+    EXPECT_TRUE(wait_until([&] { return all.size() > fault + 200; }));
+    loop->request_reset();
+    EXPECT_TRUE(wait_until([&] { return (all.back().faults & k_latched_faults) == 0; }));
+    reset = all.size();
+    while (reset > 1 && !all[reset - 1].is_reset) --reset;
+    EXPECT_TRUE(wait_until([&] { return all.size() > reset + 1500; }));
+  }
+  bool wait_until(const std::function<bool()>& done) {
     for (int i = 0; i < 5000 && !done(); ++i) {
       ServoRecord record;
-      while (loop.records().pop(record)) all.push_back(record);
+      while (loop->records().pop(record)) all.push_back(record);
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
     return done();
-  };
-  ASSERT_TRUE(wait_until([&] { return !all.empty() && (all.back().faults & fault_lost_device) != 0; }));
-  const std::size_t fault = all.size();
-  ASSERT_TRUE(wait_until([&] { return all.size() > fault + 200; }));
-  loop.request_reset();
-  ASSERT_TRUE(wait_until([&] { return (all.back().faults & k_latched_faults) == 0; }));
-  std::size_t reset = all.size();
-  while (!all[reset - 1].is_reset) --reset;
-  ASSERT_TRUE(wait_until([&] { return all.size() > reset + 1500; }));
-  device.is_pressed = false;
-  const std::size_t released = all.size();
-  ASSERT_TRUE(wait_until([&] { return all.size() > released + 500; }));
-  device.is_pressed = true;
-  ASSERT_TRUE(wait_until([&] { return all.back().pose.is_pressed(); }));
-  loop.stop();
-  EXPECT_TRUE(all[50].pose.is_pressed());
+  }
+};
+
+TEST(ServoLoop, AfterAFaultTheToolStaysAndWorksAgainAfterItsButtonWasReleased) {
+  FaultRun run({});
+  run.device.is_pressed = false;
+  const std::size_t released = run.all.size();
+  ASSERT_TRUE(run.wait_until([&] { return run.all.size() > released + 500; }));
+  run.device.is_pressed = true;
+  ASSERT_TRUE(run.wait_until([&] { return run.all.back().pose.is_pressed(); }));
+  run.loop->stop();
+  EXPECT_TRUE(run.all[50].pose.is_pressed());
   double last = 0;
-  for (std::size_t i = reset - 1; i < released; ++i) {
-    const ServoRecord& r = all[i];
+  for (std::size_t i = run.reset - 1; i < released; ++i) {
+    const ServoRecord& r = run.all[i];
     EXPECT_FALSE(r.pose.is_pressed());
     EXPECT_EQ(r.pose.axes[0], 0.0f);
     EXPECT_TRUE(r.has_contact);
     EXPECT_GT(glm::length(r.proxy_world), 44) << "the tool stays at the surface of the ball";
     const double force = glm::length(r.force_world);
-    EXPECT_LT(force, 10e-3 * static_cast<double>(i + 2 - reset) + 1e-9) << "the force rises from zero";
+    EXPECT_LT(force, 10e-3 * static_cast<double>(i + 2 - run.reset) + 1e-9) << "the force rises from zero";
     EXPECT_GE(force, last - 1e-6);
     last = force;
   }
   EXPECT_GT(last, 0.5);
+}
+
+/// Nothing moves the hand of a user of a mouse, and no person holds a simulated device.
+TEST(ServoLoop, AfterAFaultAMouseAndASimulatedHandContinue) {
+  for (const DeviceCapabilities& abilities :
+       {DeviceCapabilities{.name = "mouse", .max_force = 0},
+        DeviceCapabilities{.name = "simulated", .is_simulated = true}}) {
+    FaultRun run(abilities);
+    run.loop->stop();
+    bool was_released = false;
+    for (std::size_t i = 50; i + 1 < run.reset; ++i) was_released |= !run.all[i].pose.is_pressed();
+    EXPECT_TRUE(was_released) << "nothing is cut during the fault";
+    for (std::size_t i = run.reset; i < run.all.size(); ++i) {
+      EXPECT_TRUE(run.all[i].pose.is_pressed());
+      EXPECT_EQ(run.all[i].pose.axes[0], 1.0f);
+      EXPECT_GT(glm::length(run.all[i].proxy_world), 44) << "the tool stays at the surface of the ball";
+    }
+  }
 }
 
 /// Moves from one side of a ball to the other in one tick, lifted over the ball or straight through it.
