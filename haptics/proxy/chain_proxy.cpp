@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <utility>
 
+#include "haptics/proxy/nearest_motion.h"
 #include "haptics/proxy/rigid_step.h"
 
 namespace trephine::haptics {
@@ -21,12 +22,11 @@ constexpr double k_bound_distance = 0.4;  // nearer walls bound a motion
 constexpr double k_min_gain = 1e-4;       // a motion counts if it reduces the distance to the hand by more
 constexpr double k_min_motion = 1e-5;     // a smaller motion ends the rounds
 constexpr double k_longest_turn = 0.1;    // rad per round
-constexpr int k_rounds = 8, k_sweeps = 60, k_max_walls = 48;
+constexpr int k_rounds = 8;
+constexpr std::size_t k_max_walls = 48;
 
-/// Bound of a wall near a ball on a motion: normal . translation + moment . rotation >= least.
-struct Bound {
-  dvec3 normal, moment;
-  double least, push = 0;
+/// Wall near a ball that bounds a motion.
+struct NearWall {
   std::size_t ball;
   Wall wall;
 };
@@ -92,14 +92,9 @@ class Chain {
   ProxyCounters& counters_;
   double square_, voxel_;
   Placement hand_, tool_;
-  std::array<Bound, k_max_walls> bounds_;
-  struct Push {
-    std::size_t ball;
-    Wall wall;
-    double size;
-  };
-  std::array<Push, k_max_walls> previous_pushes_;  // of the previous round
-  int count_ = 0, previous_count_ = 0;
+  std::array<MotionBound, k_max_walls> bounds_;
+  std::array<NearWall, k_max_walls> near_walls_;  ///< of the bounds
+  std::size_t count_ = 0;
 };
 
 void Chain::add_bound(const Wall& wall, std::size_t i, const dvec3& p) noexcept {
@@ -112,21 +107,13 @@ void Chain::add_bound(const Wall& wall, std::size_t i, const dvec3& p) noexcept 
   const double room = -field.value / steepness;
   if (!(room < k_bound_distance * voxel_)) return;
   const dvec3 arm = tool_.rotation * balls_[i].centre;
-  double push = 0;
-  for (int k = 0; k < previous_count_; ++k)
-    if (const Push& old = previous_pushes_[static_cast<std::size_t>(k)]; old.ball == i && old.wall == wall)
-      push = old.size;
-  bounds_[static_cast<std::size_t>(count_++)] = {
-      away, glm::cross(arm, away), std::min(k_gap * voxel_ - room, 0.1 * voxel_), push, i, wall};
+  bounds_[count_] = {away, glm::cross(arm, away), std::min(k_gap * voxel_ - room, 0.1 * voxel_)};
+  near_walls_[count_++] = {i, wall};
 }
 
-/// Finds the walls near the balls at the current pose. Each wall starts with its push of the previous round.
+/// Finds the walls near the balls at the current pose.
 void Chain::find_bounds() noexcept {
-  previous_count_ = std::exchange(count_, 0);
-  for (int k = 0; k < previous_count_; ++k) {
-    const Bound& b = bounds_[static_cast<std::size_t>(k)];
-    previous_pushes_[static_cast<std::size_t>(k)] = {b.ball, b.wall, b.push};
-  }
+  count_ = 0;
   for (std::size_t i = 0; i < balls_.size(); ++i) {
     const dvec3 p = ball(tool_, i);
     const ShapeSet inside = state_.balls_inside >> i & 1 ? solids_at(p) : ShapeSet{};
@@ -139,29 +126,14 @@ void Chain::find_bounds() noexcept {
   }
 }
 
-/// Returns the motion within the bounds that is nearest to the request: Gauss-Seidel sweeps over the dual
-/// problem, which start with the pushes of the previous round.
+/// Returns the motion within the bounds that is nearest to the request.
 Twist Chain::solve(const Twist& request) noexcept {
+  const std::span bounds = std::span(bounds_).first(count_);
+  find_pushes(request, square_, bounds);
   Twist t = request;
-  const double inverse_square = 1 / square_;
-  for (int k = 0; k < count_; ++k) {
-    const Bound& b = bounds_[static_cast<std::size_t>(k)];
+  for (const MotionBound& b : bounds) {
     t.translation += b.push * b.normal;
-    t.rotation += (b.push * inverse_square) * b.moment;
-  }
-  for (int sweep = 0; sweep < k_sweeps; ++sweep) {
-    double largest_change = 0;
-    for (int k = 0; k < count_; ++k) {
-      Bound& b = bounds_[static_cast<std::size_t>(k)];
-      const double weight = 1 + inverse_square * glm::dot(b.moment, b.moment);
-      const double deficit = b.least - glm::dot(b.normal, t.translation) - glm::dot(b.moment, t.rotation);
-      const double push = std::max(0.0, b.push + deficit / weight), change = push - b.push;
-      b.push = push;
-      t.translation += change * b.normal;
-      t.rotation += (change * inverse_square) * b.moment;
-      largest_change = std::max(largest_change, std::abs(change));
-    }
-    if (largest_change < 0.1 * k_min_motion * voxel_) break;
+    t.rotation += (b.push / square_) * b.moment;
   }
   return t;
 }
@@ -261,19 +233,20 @@ void Chain::run(ProxyStep& result) noexcept {
   result.turn_world = turn_between(hand_.rotation, tool_.rotation);
 
   // Reports the walls that pushed in the last round.
-  const Bound* hardest = nullptr;
+  std::size_t hardest = count_;
   dvec3 sum(0);
-  for (int k = 0; k < count_; ++k) {
-    const Bound& b = bounds_[static_cast<std::size_t>(k)];
+  for (std::size_t k = 0; k < count_; ++k) {
+    const MotionBound& b = bounds_[k];
     if (!(b.push > 0)) continue;
     sum += b.push * b.normal;
-    if (hardest == nullptr || b.push > hardest->push) hardest = &b;
-    result.contacts.add({tool_.world_from_local(balls_[b.ball].centre) - balls_[b.ball].radius * b.normal,
-                         b.normal, b.push, b.wall.shape, side_of(b.wall.is_back)});
+    if (hardest == count_ || b.push > bounds_[hardest].push) hardest = k;
+    const auto& [ball, wall] = near_walls_[k];
+    result.contacts.add({tool_.world_from_local(balls_[ball].centre) - balls_[ball].radius * b.normal,
+                         b.normal, b.push, wall.shape, side_of(wall.is_back)});
   }
   const dvec3 back = tool_.position_world - hand_.position_world;
   if (back == dvec3(0) && result.turn_world == dvec3(0)) return;
-  if (hardest == nullptr) {
+  if (hardest == count_) {
     // The field is flat at the wall that stopped the tool, so that the wall has no normal. The tool stays,
     // and the direction from the hand back to the tool serves as the normal.
     if (share < 1 && back != dvec3(0))
@@ -281,8 +254,9 @@ void Chain::run(ProxyStep& result) noexcept {
     return;
   }
   const double length = glm::length(sum);
-  result.set_contact(hardest->wall.shape, side_of(hardest->wall.is_back),
-                     length > 1e-3 * hardest->push ? sum / length : hardest->normal);
+  const Wall& hardest_wall = near_walls_[hardest].wall;
+  result.set_contact(hardest_wall.shape, side_of(hardest_wall.is_back),
+                     length > 1e-3 * bounds_[hardest].push ? sum / length : bounds_[hardest].normal);
 }
 
 }  // namespace

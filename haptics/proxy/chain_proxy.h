@@ -9,8 +9,8 @@ namespace trephine::haptics {
 /// Moves the tool to the pose nearest to the hand at which no ball is in a solid: a god-object of 6 degrees
 /// of freedom (Ortega, Redon and Coquillart 2007). The distance is the energy of springs that connect each
 /// ball to its position in the hand. The walls are those of volumes and models together. In each of a few
-/// rounds the walls near every ball bound the tool's motion (a small quadratic problem, solved by
-/// Gauss-Seidel). The motion of each ball is proven free before the tool moves, so that no solid, however
+/// rounds the walls near every ball bound the tool's motion (a small quadratic problem, solved
+/// exactly). The motion of each ball is proven free before the tool moves, so that no solid, however
 /// thin, is passed. A moving mesh that would pass over a ball carries the tool along, or pushes it to the
 /// side. If other walls leave no free position, the mesh passes over the tool, and the step reports the tool
 /// as buried. There is no friction.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "haptics/proxy/near_points.h"
+#include "haptics/proxy/nearest_motion.h"
 #include "haptics/proxy/rigid_step.h"
 
 namespace trephine::haptics {
@@ -23,10 +24,11 @@ constexpr double k_min_motion = 2e-4;   // a smaller motion ends the rounds
 constexpr double k_normals_apart = 4;   // distance that counts as much as 60 degrees between normals
 constexpr double k_longest_turn = 0.1;  // rad per round
 // In units of margins.
-constexpr double k_first_margin = 0.25;  // motion of the points near matter before they are found again
+constexpr double k_first_margin = 0.18;  // motion of the points near matter before they are found again
 constexpr double k_next_margin = 0.45;
 
-constexpr int k_rounds = 8, k_sweeps = 60, k_max_collections = 4;
+constexpr double k_least_change = 2e-5;  // of a push by friction; a smaller change ends the search
+constexpr int k_rounds = 8, k_friction_turns = 8, k_sweeps = 8, k_max_collections = 4;
 constexpr std::size_t k_max_bounds = 16;
 // Largest number of exact searches for one motion, each of which costs as much as 30 proofs. A motion that
 // requires more is shortened. The second number applies to the last attempt.
@@ -34,12 +36,11 @@ constexpr int k_max_searches = 60, k_last_try_searches = NearPoints::k_max;
 constexpr std::uint32_t k_unknown_count = ~0u;  // ProxyState::balls_inside of a step that left points out
 
 /// Bound of a wall near a point on a motion, and the friction there.
-struct Bound {
-  dvec3 normal, moment;  ///< normal . translation + moment . rotation >= least
-  dvec3 arm;             ///< mm, from the position of the tool
+struct Bound : MotionBound {
+  dvec3 arm;  ///< mm, from the position of the tool
   dvec3 tangents[2];
   double slip[2] = {0, 0};  ///< friction along the tangents, mm
-  double least, room, friction, push = 0;
+  double room, friction;
   std::size_t near;  ///< index in NearPoints
 };
 
@@ -94,8 +95,23 @@ class Shell {
   double need() const noexcept { return 1.001 * near_.size_of(twist_between(tool_, hand_)); }
   void find_bounds() noexcept;
   void add_bound(std::size_t near) noexcept;
-  void keep_pushes() noexcept;
+  bool has_bound(std::size_t near) const noexcept;
+  /// Returns the largest distance by which a wall moved the tool back to its gap in the last round, mm.
+  double rise() const noexcept {
+    double most = 0;
+    for (std::size_t k = 0; k < bound_count_; ++k)
+      if (bounds_[k].push > 0) most = std::max(most, bounds_[k].least);
+    return most;
+  }
+  bool add_stops(bool was_stopped) noexcept;
+  void keep_slips() noexcept;
   Twist solve(const Twist& request) noexcept;
+  double update_friction(Twist t) noexcept;
+  /// Changes a motion by a push at `arm`.
+  void add_push(Twist& t, const dvec3& direction, const dvec3& arm, double size) const noexcept {
+    t.translation += size * direction;
+    t.rotation += (size / square_) * glm::cross(arm, direction);
+  }
   double advance(const Twist& t) noexcept;
   void report(ProxyStep& result, double share) const noexcept;
 
@@ -109,13 +125,16 @@ class Shell {
   std::size_t bound_count_ = 0, previous_count_ = 0;
   bool is_found_ = false;     ///< near_ is valid for tool_ and the current placements of models
   bool has_slipped_ = false;  ///< the friction was exceeded in a round of this step
-  struct Push {
+  struct Slip {
     std::uint32_t point;
     int shape;
-    double size, slip[2];
+    double size[2];
   };
-  std::array<Push, k_max_bounds + 1> previous_;  ///< pushes of the previous round
-  std::array<Bound, k_max_bounds + 1> bounds_;
+  static constexpr std::size_t k_most_bounds = k_max_bounds + k_rounds;
+  std::array<Slip, k_most_bounds> previous_;  ///< friction of the previous round
+  std::array<Bound, k_most_bounds> bounds_;
+  std::array<std::size_t, k_rounds> stops_;  ///< points that stopped earlier motions; indices in near_
+  std::size_t stop_count_ = 0;
   /// A wall that may become a bound.
   struct Candidate {
     std::size_t near;
@@ -155,12 +174,10 @@ void Shell::add_bound(std::size_t n) noexcept {
                                                          : dvec3(0, 0, 1);
   b.tangents[0] = glm::normalize(glm::cross(b.normal, other));
   b.tangents[1] = glm::cross(b.normal, b.tangents[0]);
-  b.push = b.slip[0] = b.slip[1] = 0;
+  b.slip[0] = b.slip[1] = 0;
   for (std::size_t k = 0; k < previous_count_; ++k)
-    if (const Push& old = previous_[k]; old.point == near.point && old.shape == near.shape) {
-      b.push = old.size;
-      b.slip[0] = old.slip[0], b.slip[1] = old.slip[1];
-    }
+    if (const Slip& old = previous_[k]; old.point == near.point && old.shape == near.shape)
+      b.slip[0] = old.size[0], b.slip[1] = old.size[1];
 }
 
 /// Finds the walls that bound the motion. The first is the nearest wall; each further wall is the one that
@@ -194,63 +211,92 @@ void Shell::find_bounds() noexcept {
   }
 }
 
-/// Stores the pushes for the next round, and sets has_slipped_ if the friction was exceeded.
-void Shell::keep_pushes() noexcept {
+bool Shell::has_bound(std::size_t near) const noexcept {
+  return std::any_of(bounds_.begin(), bounds_.begin() + static_cast<std::ptrdiff_t>(bound_count_),
+                     [&](const Bound& b) { return b.near == near; });
+}
+
+/// Adds the walls that stopped the motions of earlier rounds. Without them, a long tool that stopped at one
+/// end would next be stopped at its other end, and so on. Returns true if the last motion, which
+/// `was_stopped`, was stopped at a point that stopped none before.
+bool Shell::add_stops(bool was_stopped) noexcept {
+  bool is_new = false;
+  if (was_stopped && near_.is_stopped()) {
+    near_.use_stopping_wall();
+    const auto end = stops_.begin() + static_cast<std::ptrdiff_t>(stop_count_);
+    is_new = std::find(stops_.begin(), end, near_.stopped()) == end;
+    if (is_new) stops_[stop_count_++] = near_.stopped();
+  }
+  for (std::size_t i = 0; i < stop_count_; ++i)
+    if (!has_bound(stops_[i])) add_bound(stops_[i]);
+  return is_new;
+}
+
+/// Stores the friction for the next round, and sets has_slipped_ if it was exceeded.
+void Shell::keep_slips() noexcept {
   previous_count_ = bound_count_;
   double slips = 0, limits = 0;
   for (std::size_t k = 0; k < bound_count_; ++k) {
     const Bound& b = bounds_[k];
     slips += std::sqrt(b.slip[0] * b.slip[0] + b.slip[1] * b.slip[1]);
     limits += b.friction * b.push;
-    previous_[k] = {near_[b.near].point, near_[b.near].shape, b.push, {b.slip[0], b.slip[1]}};
+    previous_[k] = {near_[b.near].point, near_[b.near].shape, {b.slip[0], b.slip[1]}};
   }
   has_slipped_ = has_slipped_ || !(slips < 0.999 * limits);
 }
 
-/// Returns the motion within the bounds that is nearest to the request: projected Gauss-Seidel sweeps over
-/// the pushes of the walls, and over their friction within its cone.
+/// Returns the motion within the bounds that is nearest to the request, with friction: a part of each wall's
+/// friction is found by Gauss-Seidel sweeps for given pushes, and the pushes are found exactly for given
+/// friction, in turns. The motion always satisfies the bounds, even where the friction has not converged.
 Twist Shell::solve(const Twist& request) noexcept {
-  Twist t = request;
   const double inverse_square = 1 / square_;
-  const auto add = [&](const dvec3& direction, const dvec3& moment, double size) {
-    t.translation += size * direction;
-    t.rotation += (size * inverse_square) * moment;
-  };
-  for (std::size_t k = 0; k < bound_count_; ++k) {
-    const Bound& b = bounds_[k];
-    add(b.normal, b.moment, b.push);
-    for (int i = 0; i < 2; ++i) add(b.tangents[i], glm::cross(b.arm, b.tangents[i]), b.slip[i]);
+  std::array<MotionBound, k_most_bounds> walls;
+  std::copy_n(bounds_.begin(), bound_count_, walls.begin());
+  double change = 1e300;
+  for (int turn = 0;; ++turn) {
+    Twist t = request;
+    for (std::size_t k = 0; k < bound_count_; ++k)
+      for (int i = 0; i < 2; ++i) add_push(t, bounds_[k].tangents[i], bounds_[k].arm, bounds_[k].slip[i]);
+    find_pushes(t, square_, std::span(walls).first(bound_count_));
+    for (std::size_t k = 0; k < bound_count_; ++k) {
+      Bound& b = bounds_[k];
+      b.push = walls[k].push;
+      t.translation += b.push * b.normal;
+      t.rotation += (b.push * inverse_square) * b.moment;
+    }
+    if (turn == k_friction_turns || change < k_least_change * voxel_) return t;
+    change = update_friction(t);
   }
+}
+
+/// Updates the friction for the current pushes. Returns the largest change, mm.
+double Shell::update_friction(Twist t) noexcept {
+  double most = 0;
   for (int sweep = 0; sweep < k_sweeps; ++sweep) {
     double largest_change = 0;
     for (std::size_t k = 0; k < bound_count_; ++k) {
       Bound& b = bounds_[k];
-      const double weight = 1 + inverse_square * glm::dot(b.moment, b.moment);
-      const double deficit = b.least - glm::dot(b.normal, t.translation) - glm::dot(b.moment, t.rotation);
-      const double push = std::max(0.0, b.push + deficit / weight);
-      largest_change = std::max(largest_change, std::abs(push - b.push));
-      add(b.normal, b.moment, push - b.push);
-      b.push = push;
-      if (!(b.friction > 0) || (push == 0 && b.slip[0] == 0 && b.slip[1] == 0)) continue;
-      dvec3 moments[2];
+      const double limit = b.friction * b.push;
+      if (limit == 0 && b.slip[0] == 0 && b.slip[1] == 0) continue;
       double slip[2];
       for (int i = 0; i < 2; ++i) {
-        moments[i] = glm::cross(b.arm, b.tangents[i]);
-        const double moved = glm::dot(b.tangents[i], t.translation) + glm::dot(moments[i], t.rotation);
-        slip[i] = b.slip[i] - moved / (1 + inverse_square * glm::dot(moments[i], moments[i]));
+        const dvec3 moment = glm::cross(b.arm, b.tangents[i]);
+        const double moved = glm::dot(b.tangents[i], t.translation) + glm::dot(moment, t.rotation);
+        slip[i] = b.slip[i] - moved / (1 + glm::dot(moment, moment) / square_);
       }
-      const double size = std::sqrt(slip[0] * slip[0] + slip[1] * slip[1]), limit = b.friction * push;
+      const double size = std::sqrt(slip[0] * slip[0] + slip[1] * slip[1]);
       const double scale = size > limit ? limit / size : 1;
       for (int i = 0; i < 2; ++i) {
         const double change = scale * slip[i] - b.slip[i];
         largest_change = std::max(largest_change, std::abs(change));
-        add(b.tangents[i], moments[i], change);
+        add_push(t, b.tangents[i], b.arm, change);
         b.slip[i] = scale * slip[i];
       }
     }
-    if (largest_change < 0.1 * k_min_motion * voxel_) break;
+    most = std::max(most, largest_change);
+    if (largest_change < k_least_change * voxel_) break;
   }
-  return t;
+  return most;
 }
 
 /// Moves along `t` as far as the motion of every point is proven free. Returns that share of `t`.
@@ -285,14 +331,12 @@ void Shell::run(ProxyStep& result) noexcept {
     if (!(near_.margin() > k_min_motion * voxel_)) {
       if (collections++ == k_max_collections) break;
       near_.collect(tool_, std::min(need(), k_next_margin * near_.margin_unit_mm()));
+      stop_count_ = 0;
     }
     find_bounds();
-    if (share < 1 && near_.is_stopped()) {
-      near_.use_stopping_wall();
-      add_bound(near_.stopped());
-    }
+    const bool has_new_stop = add_stops(share < 1);
     Twist t = solve(twist_between(tool_, hand_));
-    keep_pushes();
+    keep_slips();
     const double turn = glm::length(t.rotation);
     const bool is_whole = turn <= k_longest_turn;
     if (!is_whole) t = (k_longest_turn / turn) * t;
@@ -301,9 +345,9 @@ void Shell::run(ProxyStep& result) noexcept {
     share = advance(t);
     const double length = length_of_springs(tool_, hand_, square_),
                  gain = std::exchange(last, length) - length;
-    if (length < least) best = tool_, least = length;
+    if (length - rise() < least) best = tool_, least = length;
     if (share == 1 && gain < k_slow * voxel_) break;  // the next step continues the motion
-    if ((share == 0 && was_stuck) || (share == 1 && is_whole && bound_count_ == 0)) break;
+    if ((share == 0 && was_stuck && !has_new_stop) || (share == 1 && is_whole && bound_count_ == 0)) break;
   }
   tool_ = best;
   result.turn_world = turn_between(hand_.rotation, tool_.rotation);

@@ -10,8 +10,8 @@ namespace trephine::haptics {
 /// of six degrees of freedom (Ortega, Redon and Coquillart 2007) on the smooth solids and models of a scene.
 ///
 /// A step visits the tree of the shell and keeps the points that could meet matter while the tool moves by at
-/// most a margin. In each of a few rounds the nearest walls bound the motion, with Coulomb friction
-/// (Gauss-Seidel with projections), and the motion of every kept point is proven free before the tool moves.
+/// most a margin. In each of a few rounds the nearest walls bound the motion (find_pushes()), with Coulomb
+/// friction (Gauss-Seidel), and the motion of every kept point is proven free before the tool moves.
 /// The work is bounded by counts, never by time. If there are too many points, the margin is halved, so that
 /// the tool may lag behind the hand for some ticks. If that does not suffice, every second point is tested,
 /// then every fourth, and so on.

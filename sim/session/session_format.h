@@ -18,7 +18,7 @@ inline constexpr std::uint32_t k_session_layout = 15;  // 15 added ForbiddenWatc
 /// Revision of the arithmetic of servo and edits. It is raised with every change that gives other bits for
 /// equal input. A session of another revision can be viewed, but not verified. Modules have their own
 /// versions.
-inline constexpr std::uint32_t k_replay_revision = 24;
+inline constexpr std::uint32_t k_replay_revision = 25;
 
 /// Name and version of a module, or of a struct with a table of its fields.
 struct NamedVersion {

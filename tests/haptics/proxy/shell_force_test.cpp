@@ -205,5 +205,38 @@ TEST(ShellProxy, FrictionIsCoulombs) {
   }
 }
 
+/// A tool that a still hand presses on noisy bone comes to rest: a force that alternated between poses would
+/// be a vibration.
+TEST(ShellProxy, APressedToolComesToRest) {
+  TouchScene scene = scene_with("head", {{"noise", 40}}, shell_of(k_shaft, 0.4));
+  for (const double friction : {0.0, 0.3}) {
+    scene.items[0].material.static_friction = scene.items[0].material.dynamic_friction = friction;
+    for (int place = 0; place < 8; ++place) {
+      ShellPlay run(scene);
+      const double angle = 0.78 * place;
+      const dvec3 outward = glm::normalize(dvec3(std::cos(angle), std::sin(angle), 0.3));
+      const dquat turn = rotation_of(1.2 * dvec3(std::sin(3 * angle), std::cos(2 * angle), 0.3));
+      ProxyStep r;
+      double depth = 0;
+      for (double distance = 160; distance > 40 && depth < 5; distance -= 0.2) {
+        r = run.step({distance * outward, turn});
+        if (r.has_contact) depth += 0.2;
+      }
+      ASSERT_TRUE(r.has_contact) << place;
+      const Placement hand{run.tool(r).position_world - 4.0 * outward, turn};
+      for (int i = 0; i < 400; ++i) r = run.step(hand);
+      double most = 0;
+      for (int i = 0; i < 200; ++i) {
+        const Placement before = run.tool(r);
+        r = run.step(hand);
+        const dvec3 turned = turn_between(before.rotation, run.tool(r).rotation);
+        most = std::max({most, glm::distance(before.position_world, run.tool(r).position_world),
+                         10 * glm::length(turned)});
+      }
+      EXPECT_LT(most, 1e-3) << place << ", friction " << friction << ": mm per step";
+    }
+  }
+}
+
 }  // namespace
 }  // namespace trephine::haptics
