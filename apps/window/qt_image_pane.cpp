@@ -121,32 +121,33 @@ void ImagePane::lay_out() {
   int x = k_gap;
   const bool is_xray = panes_->kind(index_) == PaneKind::xray;
   for (QWidget* w : std::initializer_list<QWidget*>{preset_, live_, shoot_}) w->setVisible(is_xray);
-  // Fit the controls into the width: combo boxes shrink first, then the buttons move below them.
+  // Fit the controls into the width: combo boxes shrink first, then the buttons move below them, and below
+  // each other.
   const int room = width() - 2 * k_gap - button_height - 3;
   const int buttons = is_xray ? live_->sizeHint().width() + shoot_->sizeHint().width() + 9 : 0;
   const int least_box = 5 * fontMetrics().averageCharWidth() + button_height;
   const bool is_narrow = is_xray && (room - buttons) / 2 < least_box;
   const int box = std::max(40, (room - (is_narrow ? 3 : buttons)) / (is_xray ? 2 : 1));
+  int row = 0;
   for (QWidget* w : std::initializer_list<QWidget*>{kind_, preset_, live_, shoot_}) {
     if (w->isHidden()) continue;
     const bool is_box = w == kind_ || w == preset_;
     const int control_width = is_box ? std::min(box, w->sizeHint().width()) : w->sizeHint().width();
-    if (is_narrow && w == live_) x = k_gap;
-    const int row = is_narrow && !is_box ? 1 : 0;
+    if (is_narrow && (w == live_ || (w == shoot_ && x + control_width > width() - k_gap))) x = k_gap, ++row;
     w->setGeometry(x, k_gap + row * (button_height + 3), control_width, button_height);
     x += control_width + 3;
   }
   maximise_->setGeometry(width() - button_height - k_gap, k_gap, button_height, button_height);
 }
 
-/// The pane is at least as wide as its buttons, and as two boxes with some letters.
+/// The pane is at least as wide as each of its buttons, and as two boxes with some letters.
 QSize ImagePane::minimumSizeHint() const {
-  constexpr int k_gap = 5, k_letters = 7;
+  constexpr int k_gap = 5, k_letters = 4;
   const int button_height = std::max(24, fontMetrics().height() + 8);
   const int box = k_letters * fontMetrics().averageCharWidth() + button_height;
-  const int boxes = 2 * (box + 3) + button_height,
-            buttons = live_->sizeHint().width() + 3 + shoot_->sizeHint().width();
-  return {2 * k_gap + std::max(boxes, buttons), 3 * button_height};
+  const int boxes = 2 * (box + 3) + button_height;
+  return {2 * k_gap + std::max({boxes, live_->sizeHint().width(), shoot_->sizeHint().width()}),
+          4 * button_height};
 }
 
 void ImagePane::changeEvent(QEvent* event) {
@@ -274,7 +275,10 @@ void ImagePane::paintEvent(QPaintEvent*) {
   painter.fillRect(rect(), QColor(14, 14, 16));
   const Panel* panel = panes_->panel(index_);
   const PaneKind kind = panes_->kind(index_);
-  const QRectF inner = QRectF(rect()).adjusted(8, maximise_->height() + 10, -8, -6);
+  int controls = 0;  // their lower edge
+  for (const QWidget* w : std::initializer_list<QWidget*>{kind_, preset_, live_, shoot_, maximise_})
+    if (!w->isHidden()) controls = std::max(controls, w->geometry().bottom());
+  const QRectF inner = QRectF(rect()).adjusted(8, controls + 6, -8, -6);
   PaneText text(painter, size(), inner);
   const auto plane = panes_->plane(index_);
   const int bar_mm = plane ? imaging::bar_length(0.3 * width() * plane->pixel) : 0;

@@ -40,7 +40,11 @@ void PaneGrid::update_visibility() {
     return pane == 0 || (layout_ == Layout::slices) || (layout_ == Layout::xray && pane > 1) ||
            ((layout_ == Layout::rendering || layout_ == Layout::depths) && pane == 2);
   };
-  if (canvas_) canvas_->setVisible(is_shown(0));
+  if (canvas_) {
+    constexpr int k_alone = 320, k_beside = 200;  // pixels, least width
+    canvas_->setVisible(is_shown(0));
+    canvas_->setMinimumWidth(is_shown(2) || is_shown(3) ? k_beside : k_alone);
+  }
   for (std::size_t i = 0; i < k_panes; ++i) panes_[i]->setVisible(is_shown(static_cast<int>(i) + 1));
   left_->setVisible(is_shown(0) || is_shown(1));
   right_->setVisible(is_shown(2) || is_shown(3));

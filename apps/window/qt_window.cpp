@@ -112,7 +112,7 @@ void MainWindow::begin(std::shared_ptr<const haptics::TouchScene> scene) {
   scene_ = std::move(scene);
   canvas_ = new QVTKOpenGLNativeWidget;
   canvas_->setObjectName("canvas");
-  canvas_->setMinimumSize(320, 240);
+  canvas_->setMinimumHeight(240);  // the grid sets the least width
   canvas_->setMouseTracking(true);
   canvas_->setFocusPolicy(Qt::StrongFocus);
   canvas_->installEventFilter(this);

@@ -425,5 +425,41 @@ TEST_F(WindowSteps, ThePanelFitsIntoSmallWindowsAndLargeText) {
   window.close();
 }
 
+/// With the panel of steps and large text, the panes of all layouts fit into a small window, and their
+/// controls into the panes.
+TEST_F(WindowSteps, PanesFitIntoSmallWindowsAndLargeText) {
+  use(burr_hole());
+  MainWindow window(scene_, options_);
+  ASSERT_TRUE(open(window));
+  window.resize(1024, 700);
+  for (const double scale : {1.0, 1.15 * 1.15, 1.5}) {
+    window.scale_text(scale);
+    for (const char* layout : {"layout_slices", "layout_xray"}) {
+      child<QAction>(window, layout)->trigger();
+      let_run(400);
+      EXPECT_EQ(window.width(), 1024) << layout << " at " << scale;
+      EXPECT_EQ(window.height(), 700);
+      for (std::size_t i = 0; i < PaneGrid::k_panes; ++i) {
+        const ImagePane* pane = window.panes()->pane(i);
+        if (!pane->isVisible()) continue;
+        const QRect in_window(pane->mapTo(&window, QPoint(0, 0)), pane->size());
+        EXPECT_TRUE(window.rect().contains(in_window)) << layout << i << " at " << scale;
+        std::vector<const QWidget*> controls;
+        for (const QWidget* w : pane->findChildren<QWidget*>(QString(), Qt::FindDirectChildrenOnly))
+          if (w->isVisible()) controls.push_back(w);
+        EXPECT_GE(controls.size(), 2u);
+        for (const QWidget* w : controls) {
+          EXPECT_TRUE(pane->rect().contains(w->geometry())) << layout << i << " at " << scale << w->x();
+          for (const QWidget* other : controls)
+            EXPECT_TRUE(w == other || !w->geometry().intersects(other->geometry())) << layout << i << scale;
+        }
+      }
+    }
+    save_screenshot(window, ("panes-text-" + std::to_string(scale)).c_str());
+    window.scale_text(1 / scale);
+  }
+  window.close();
+}
+
 }  // namespace
 }  // namespace trephine::view
