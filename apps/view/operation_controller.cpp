@@ -207,8 +207,9 @@ void OperationController::frame() {
   for (std::size_t h = 0; h < state_.tools.size(); ++h) {
     const auto& [parameters, contact] = state_.tools[h];
     if (contact) viewport_.set_contact_tool(*contact, h);
-    viewport_.show_stylus(state_.hands[h], appearance_of(parameters), *version_,
-                          -viewport_.ray_at(x_, y_).direction);
+    if (options_.device || was_in_picture_ || is_tip_held_ || is_pressed_)
+      viewport_.show_stylus(state_.hands[h], appearance_of(parameters), *version_,
+                            -viewport_.ray_at(x_, y_).direction);
   }
   const bool is_held =
       state_.overlays && std::any_of(state_.overlays->begin(), state_.overlays->end(),

@@ -38,9 +38,10 @@ class OperationController {
   const WindowReport& finish();
 
   /// Sets the cursor: shares of the picture's width and height from the lower left. No effect while the tip
-  /// is held.
+  /// is held. The tool of a mouse is not drawn before the cursor was in the picture.
   void set_cursor(double x, double y) {
     if (!is_tip_held_) x_ = x, y_ = y;
+    was_in_picture_ = was_in_picture_ || (x >= 0 && x <= 1 && y >= 0 && y <= 1);
   }
   /// Presses or releases the button of the mouse or the pedal.
   void press(bool is_down) {
@@ -259,6 +260,7 @@ class OperationController {
   std::shared_ptr<const volume::Version> version_;
   glm::dvec3 device_start_{0.0};  ///< position of a device's tool at its start
   double x_ = 0.5, y_ = 0.5;      ///< cursor, see set_cursor()
+  bool was_in_picture_ = false;   ///< the cursor, since the start
   double depth_mm_ = 2;
   double reach_ = 300;  ///< last distance of the camera from the surface under the cursor, mm
   int roll_ = 0;        ///< steps of 15 degrees
