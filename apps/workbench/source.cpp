@@ -314,7 +314,7 @@ Status omit_holder(Source& source, const volume::Shape& shape, const Listener& l
   if (removed.count == 0) return std::nullopt;
   listener.notice(format_text(
       "left out: %d part%s outside the patient's body (a table, a head holder), %.1f %% of the size of the "
-      "bone; to keep them, choose a threshold",
+      "bone; to keep them, pass a threshold (option iso)",
       removed.count, removed.count == 1 ? "" : "s",
       100.0 * static_cast<double>(removed.others) / static_cast<double>(removed.largest)));
   source.volume = std::move(kept).value();

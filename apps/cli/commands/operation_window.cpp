@@ -106,8 +106,14 @@ class Host {
     shape_choice.is_largest = request.is_largest;
     auto shape = workbench::prepare_shape(source, {request.preset, {}}, shape_choice, listener);
     if (!shape) return shape.error();
+    // A table stays left out when the user changes the threshold of bone.
+    const bool omits_holder = choice_.shape.omits_holder;
+    if (omits_holder && !request.is_largest && !std::isfinite(shape.value().high) &&
+        source.volume->is_hounsfield && !source.plan && !source.is_builtin)
+      if (Status error = workbench::omit_holder(source, shape.value(), listener)) return *error;
     workbench::OperationChoice choice = choice_;
     choice.shape = {};
+    choice.shape.omits_holder = omits_holder;
     choice.shape.window = range(shape.value().low, shape.value().high);
     Result<view::OpenedScene> result = make(source, path_, choice, listener);
     if (result) choice_ = std::move(choice);
@@ -182,7 +188,7 @@ Result<Outcome> run_operation_window(const WindowArguments& arguments, const cha
   choice.shape = arguments.shape;
   choice.procedure = arguments.procedure;
   choice.procedure_use = workbench::ProcedureUse::begins_without_tools;
-  choice.shape.omits_holder = true;
+  choice.shape.omits_holder = !choice.shape.is_set();
   choice.hands[0] = sim::HandSpec(drilling::burr(arguments.burr));
   choice.hands[0].effects = arguments.effects;
   choice.devices = workbench::capabilities_of(devices.value());
