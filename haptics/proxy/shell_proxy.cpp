@@ -25,7 +25,8 @@ constexpr double k_normals_apart = 4;   // distance that counts as much as 60 de
 constexpr double k_longest_turn = 0.1;  // rad per round
 // In units of margins.
 constexpr double k_first_margin = 0.18;  // motion of the points near matter before they are found again
-constexpr double k_next_margin = 0.45;
+constexpr double k_next_margin = 0.45;   // largest later margin
+constexpr double k_spare = 1.5;  // later margins are longer than the rest of the motion by this factor
 
 constexpr double k_least_change = 2e-5;  // of a push by friction; a smaller change ends the search
 constexpr int k_rounds = 8, k_friction_turns = 8, k_sweeps = 8, k_max_collections = 4;
@@ -322,7 +323,7 @@ double Shell::advance(const Twist& t) noexcept {
 void Shell::run(ProxyStep& result) noexcept {
   if (fly()) return;
   if (!is_found_) find_near();
-  double share = 1;
+  double share = 1, rest = 0;  // mm, length of the part of the last motion that was not made
   int collections = 1;
   Placement best = tool_;
   double last = length_of_springs(tool_, hand_, square_), least = last - k_min_gain * voxel_;
@@ -330,7 +331,9 @@ void Shell::run(ProxyStep& result) noexcept {
     ++result.counters.iterations;
     if (!(near_.margin() > k_min_motion * voxel_)) {
       if (collections++ == k_max_collections) break;
-      near_.collect(tool_, std::min(need(), k_next_margin * near_.margin_unit_mm()));
+      const double unit = near_.margin_unit_mm();
+      near_.collect(
+          tool_, std::min(need(), std::clamp(k_spare * rest, k_first_margin * unit, k_next_margin * unit)));
       stop_count_ = 0;
     }
     find_bounds();
@@ -343,6 +346,7 @@ void Shell::run(ProxyStep& result) noexcept {
     if (!(near_.size_of(t) > k_min_motion * voxel_)) break;
     const bool was_stuck = share == 0;
     share = advance(t);
+    rest = (1 - share) * near_.size_of(t);
     const double length = length_of_springs(tool_, hand_, square_),
                  gain = std::exchange(last, length) - length;
     if (length - rise() < least) best = tool_, least = length;
