@@ -193,7 +193,10 @@ class OperationController {
   sim::Overlays with_guides(sim::Overlays overlays) const;
   void place_devices();
   /// True if a device has motors, whose force the user must turn on again after a fault.
-  bool has_haptic_device() const noexcept { return options_.device || options_.left_device; }
+  bool has_haptic_device() const {
+    const auto has_motors = [](const auto& device) { return device && device->capabilities().has_motors(); };
+    return has_motors(options_.device) || has_motors(options_.left_device);
+  }
   /// Returns the latched faults of all hands.
   std::uint32_t latched_faults() const noexcept;
   void collect_notices();

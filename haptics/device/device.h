@@ -21,6 +21,8 @@ struct DeviceCapabilities {
   double damping = 0;             ///< N s/mm, of the device itself; 0: unknown
   double max_torque = 0;          ///< N mm; 0: no torque output, or unknown
   bool is_simulated = false;      ///< no person holds the device
+  /// Returns true if the device moves the hand of a person.
+  bool has_motors() const noexcept { return max_force > 0 && !is_simulated; }
 };
 
 /// Position and axes of a device in the world, as the user sees them.

@@ -82,8 +82,7 @@ Status ServoLoop::start() {
   }
   for (std::size_t h = 0; h < hands_.size(); ++h) {
     Status error = hands_[h].device->open();
-    const DeviceCapabilities device = hands_[h].device->capabilities();
-    hands_[h].has_motors = device.max_force > 0 && !device.is_simulated;
+    hands_[h].has_motors = hands_[h].device->capabilities().has_motors();
     if (!error) continue;
     while (h-- > 0) hands_[h].device->close();
     return error;

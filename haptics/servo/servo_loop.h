@@ -81,7 +81,7 @@ class ServoLoop {
     std::uint32_t faults = 0;
     /// After a fault, buttons and axes count as released until they are released.
     bool is_locked = false;
-    bool has_motors = false;  ///< the device moves the hand of a person
+    bool has_motors = false;  ///< of the device
     Ring<glm::dvec3> restarts{16};
   };
   void run() noexcept;
